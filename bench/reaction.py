@@ -3,7 +3,7 @@
     python bench/reaction.py --trials 100 > bench/reaction.txt
 
 In the robot's own time, at the live partner's period and its default rest; the live loop adds up to
-0.02 s. Stimuli of 0.9 come at drawn moments: at rest, which is in a pause or in the middle of an act
+0.02 s. Stimuli of 0.9 come at drawn moments: at rest, which is in a pause or amid an act
 (a breath, a glance), and during another feeling's gesture, which is drawn and is as strong. Travel
 is the way that a hand or the head has gone, so a movement that turns round counts as well.
 """

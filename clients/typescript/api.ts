@@ -16,7 +16,7 @@ export interface paths {
         put?: never;
         /**
          * Stop
-         * @description Stop all motors until they are released; a person's Stop, until a person does that.
+         * @description Stop all motors until they are released; a person's Stop, until a person releases it.
          */
         post: operations["stop"];
         delete?: never;
@@ -74,7 +74,7 @@ export interface paths {
         };
         /**
          * Samples
-         * @description Return the last two minutes, for plots.
+         * @description Return the samples of the last two minutes, for plots.
          */
         get: operations["samples"];
         put?: never;
@@ -140,7 +140,7 @@ export interface paths {
         put?: never;
         /**
          * Body
-         * @description Move another body from now on.
+         * @description Use another body from now on.
          */
         post: operations["body"];
         delete?: never;
@@ -180,7 +180,7 @@ export interface paths {
         put?: never;
         /**
          * Say
-         * @description Say something to the partner; it takes the feeling of the words, and answers.
+         * @description Say something to the partner; it takes on the words' feeling, and answers.
          *
          *     "Stop" stops all motors; "wave" or "lift your arms" is performed.
          */
@@ -222,7 +222,7 @@ export interface paths {
         put?: never;
         /**
          * Face
-         * @description Turn to a face, slowly, while nothing is felt; tell again within 5 s, or it has gone.
+         * @description Turn slowly to a face while nothing is felt; repeat within 5 s, or it counts as gone.
          */
         post: operations["face"];
         delete?: never;
@@ -262,7 +262,7 @@ export interface paths {
         put?: never;
         /**
          * Release
-         * @description Let a stopped body go on; refused in the pause after a contact, and a person's Stop.
+         * @description Go on after a stop; refused in the pause after a contact, and after a person's Stop.
          */
         post: operations["release"];
         delete?: never;
@@ -322,7 +322,7 @@ export interface paths {
         put?: never;
         /**
          * Temperament
-         * @description Go on with another temperament.
+         * @description Change to another temperament.
          */
         post: operations["temperament"];
         delete?: never;
@@ -402,7 +402,7 @@ export interface paths {
         put?: never;
         /**
          * Poses
-         * @description Perform key poses of your own once; they are rehearsed first, which takes a moment.
+         * @description Perform your own key poses once; they are rehearsed first, which takes a moment.
          */
         post: operations["poses"];
         delete?: never;
@@ -490,7 +490,7 @@ export interface paths {
         put?: never;
         /**
          * Words
-         * @description Let events tell what is said to the partner from now on, or forget what was said.
+         * @description Let events repeat what is said to the partner from now on, or forget what was said.
          */
         post: operations["words"];
         delete?: never;
@@ -514,7 +514,7 @@ export interface paths {
         put?: never;
         /**
          * Behave
-         * @description Say when it may begin by itself.
+         * @description Set when the partner may begin to speak by itself.
          */
         post: operations["behave"];
         delete?: never;
@@ -636,7 +636,7 @@ export interface paths {
         };
         /**
          * Log
-         * @description Return what happened after an event, the oldest first; without one, the latest.
+         * @description Return the events after the one named, the oldest first; without one, the latest.
          *
          *     At most 1,000 at once; ask again with the last one's id. Where events before the first are
          *     no longer kept, the first is a `gap`.
@@ -661,7 +661,7 @@ export interface paths {
          * Events
          * @description Send events as they happen (server-sent events), each with its `id` and JSON `data`.
          *
-         *     It begins after the event that is named, or now.
+         *     The stream begins after the event that is named, or now.
          */
         get: operations["events"];
         put?: never;
@@ -700,7 +700,7 @@ export interface components {
         AttendIn: {
             /**
              * Turn
-             * @description `listening`: somebody is about to speak, or types; for 10 s. `thinking`: they wait for an answer; for 30 s, or until it speaks.
+             * @description `listening`: somebody is about to speak, or is typing; for 10 s. `thinking`: they wait for an answer; for 30 s, or until the partner speaks.
              * @enum {string}
              */
             turn: "listening" | "thinking";
@@ -736,7 +736,7 @@ export interface components {
             name: string;
             /**
              * Available
-             * @description Whether it can be had on this computer.
+             * @description Whether it can be used on this computer.
              */
             available: boolean;
             /**
@@ -746,7 +746,7 @@ export interface components {
             needs_port: boolean;
             /**
              * Chosen
-             * @description Whether it moves now.
+             * @description Whether it is the one that moves now.
              */
             chosen: boolean;
         };
@@ -886,13 +886,13 @@ export interface components {
         FaceIn: {
             /**
              * X
-             * @description Its middle, of the width from the left; null: nobody.
+             * @description Its middle, 0 (left) to 1 (right); null: nobody.
              */
             x: number | null;
         };
         /**
          * FactIn
-         * @description What shall stand in place of something told.
+         * @description The text that is to replace something told.
          * @example {
          *       "text": "My daughter comes on Monday."
          *     }
@@ -911,7 +911,7 @@ export interface components {
         FactOut: {
             /**
              * Number
-             * @description Its number among what this person told.
+             * @description Its number among the facts that this person told.
              */
             number: number;
             /**
@@ -927,7 +927,7 @@ export interface components {
             told: string;
             /**
              * Due
-             * @description The day that it is about, if it names one to come.
+             * @description The day that it is about, if it names a future one.
              */
             due: string | null;
         };
@@ -1156,7 +1156,7 @@ export interface components {
             boot: string;
             /**
              * Number
-             * @description Counts up by one, over all starts with the same folder.
+             * @description Counts up by one, across starts with the same folder.
              * @example 42
              */
             number: number;
@@ -1193,7 +1193,7 @@ export interface components {
             feeling?: string | null;
             /**
              * Mood
-             * @description The mood with which it shows, 0 to 1.
+             * @description The mood with which it is shown, 0 to 1.
              */
             mood?: number | null;
             /**
@@ -1213,7 +1213,7 @@ export interface components {
             name?: string | null;
             /**
              * Text
-             * @description What the partner said. What was said to it stands here only if the user allows that.
+             * @description What the partner said. What was said to it appears here only if the user allows that.
              */
             text?: string | null;
             /** @description Why a recording ended by itself. */
@@ -1325,7 +1325,7 @@ export interface components {
             quiet_from?: number;
             /**
              * Quiet To
-             * @description And at which they end; the same hour: there are none.
+             * @description The hour at which they end; if it is the same, there are none.
              * @default 8
              */
             quiet_to?: number;
@@ -1491,8 +1491,8 @@ export interface components {
          * PerformanceIn
          * @description Gestures, looks, key poses and sentences together.
          *
-         *     Acts of the body follow one another, each when it is due and the one before has ended;
-         *     sentences go beside them.
+         *     Acts of the body follow one another, each once it is due and the one before it has
+         *     ended; sentences run alongside them.
          * @example {
          *       "acts": [
          *         {
@@ -1516,7 +1516,7 @@ export interface components {
             acts: (components["schemas"]["GestureAct"] | components["schemas"]["LookAct"] | components["schemas"]["PosesAct"] | components["schemas"]["SpeechAct"])[];
             /**
              * When
-             * @description `next`: after what waits. `now`: instead of what is on and what waits.
+             * @description `next`: after what waits. `now`: instead of what is under way and what waits.
              * @default next
              * @enum {string}
              */
@@ -1640,7 +1640,7 @@ export interface components {
         };
         /**
          * PosesIn
-         * @description Key poses of one's own, written as in a gesture file, to perform once.
+         * @description A user's own key poses, written as in a gesture file, to perform once.
          * @example {
          *       "duration": 2,
          *       "pose": [
@@ -1792,7 +1792,7 @@ export interface components {
         RecordingIn: {
             /**
              * On
-             * @description true: start one unless one is on; false: end it.
+             * @description true: start one unless one is running; false: end it.
              */
             on: boolean;
         };
@@ -1803,7 +1803,7 @@ export interface components {
         RecordingOut: {
             /**
              * Name
-             * @description Its file.
+             * @description Its file's name.
              */
             name: string;
             /**
@@ -1848,7 +1848,7 @@ export interface components {
             last: number;
             /**
              * Times
-             * @description How often in all.
+             * @description How many times in all.
              */
             times: number;
             /**
@@ -2000,7 +2000,7 @@ export interface components {
             text: string;
             /**
              * Tone
-             * @description How it was said; weighs what the words say.
+             * @description How it was said; changes the words' weight.
              * @default plain
              * @enum {string}
              */
@@ -2087,7 +2087,7 @@ export interface components {
         };
         /**
          * SpeakIn
-         * @description What the partner shall say aloud; its language is told by its letters and words.
+         * @description What the partner is to say aloud; its letters and words reveal the language.
          * @example {
          *       "text": "Somebody is at the door."
          *     }
@@ -2318,7 +2318,7 @@ export interface components {
         };
         /**
          * StimulusIn
-         * @description Something that the partner shall feel.
+         * @description Something that the partner is to feel.
          * @example {
          *       "feeling": "happiness",
          *       "strength": 0.8
@@ -2339,7 +2339,7 @@ export interface components {
             strength?: number;
             /**
              * Source
-             * @description What it comes from; the temperament weighs that.
+             * @description Its source, which the temperament weighs.
              * @default application
              * @enum {string}
              */
@@ -2469,7 +2469,7 @@ export interface components {
         };
         /**
          * WordsIn
-         * @description Whether events may tell what is said to the partner.
+         * @description Whether events may repeat what is said to the partner.
          * @example {
          *       "allowed": false
          *     }
@@ -3972,7 +3972,7 @@ export interface operations {
                     "application/json": components["schemas"]["Refusal"];
                 };
             };
-            /** @description The folder takes no more. */
+            /** @description The folder is full or read-only. */
             507: {
                 headers: {
                     [name: string]: unknown;
@@ -4004,7 +4004,7 @@ export interface operations {
                     "application/octet-stream": unknown;
                 };
             };
-            /** @description There is none of that name. */
+            /** @description Nothing has that name. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -4052,7 +4052,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description There is none of that name. */
+            /** @description Nothing has that name. */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -4079,7 +4079,7 @@ export interface operations {
                     "application/json": components["schemas"]["Refusal"];
                 };
             };
-            /** @description The folder takes no more. */
+            /** @description The folder is full or read-only. */
             507: {
                 headers: {
                     [name: string]: unknown;
@@ -4215,7 +4215,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description There is none of that name, or it is not allowed. */
+            /** @description Nobody has that name, or it is not allowed. */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -4242,7 +4242,7 @@ export interface operations {
                     "application/json": components["schemas"]["Refusal"];
                 };
             };
-            /** @description The disk takes no more. */
+            /** @description The disk is full, or cannot be written to. */
             507: {
                 headers: {
                     [name: string]: unknown;
@@ -4311,7 +4311,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description There is none of that name, or it is not allowed. */
+            /** @description Nobody has that name, or it is not allowed. */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -4338,7 +4338,7 @@ export interface operations {
                     "application/json": components["schemas"]["Refusal"];
                 };
             };
-            /** @description The disk takes no more. */
+            /** @description The disk is full, or cannot be written to. */
             507: {
                 headers: {
                     [name: string]: unknown;
@@ -4369,7 +4369,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description There is none of that name, or it is not allowed. */
+            /** @description Nobody has that name, or it is not allowed. */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -4396,7 +4396,7 @@ export interface operations {
                     "application/json": components["schemas"]["Refusal"];
                 };
             };
-            /** @description The disk takes no more. */
+            /** @description The disk is full, or cannot be written to. */
             507: {
                 headers: {
                     [name: string]: unknown;
@@ -4432,7 +4432,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description There is none of that name, or it is not allowed. */
+            /** @description Nobody has that name, or it is not allowed. */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -4459,7 +4459,7 @@ export interface operations {
                     "application/json": components["schemas"]["Refusal"];
                 };
             };
-            /** @description The disk takes no more. */
+            /** @description The disk is full, or cannot be written to. */
             507: {
                 headers: {
                     [name: string]: unknown;
@@ -4491,7 +4491,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description There is none of that name, or it is not allowed. */
+            /** @description Nobody has that name, or it is not allowed. */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -4518,7 +4518,7 @@ export interface operations {
                     "application/json": components["schemas"]["Refusal"];
                 };
             };
-            /** @description The disk takes no more. */
+            /** @description The disk is full, or cannot be written to. */
             507: {
                 headers: {
                     [name: string]: unknown;
@@ -4548,7 +4548,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description There is none of that name, or it is not allowed. */
+            /** @description Nobody has that name, or it is not allowed. */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -4575,7 +4575,7 @@ export interface operations {
                     "application/json": components["schemas"]["Refusal"];
                 };
             };
-            /** @description The disk takes no more. */
+            /** @description The disk is full, or cannot be written to. */
             507: {
                 headers: {
                     [name: string]: unknown;
@@ -4607,7 +4607,7 @@ export interface operations {
                     "application/json": components["schemas"]["LiveEvent"][];
                 };
             };
-            /** @description That names no event. */
+            /** @description The cursor names no event. */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -4641,11 +4641,11 @@ export interface operations {
             query?: {
                 /** @description The id of the latest event that you know, `BOOT:NUMBER`, or its number; `0`: all that are kept. */
                 after?: string | null;
-                /** @description Only these, with commas. */
+                /** @description Only these, comma-separated. */
                 kinds?: string | null;
             };
             header?: {
-                /** @description As a browser sends it when it comes back. */
+                /** @description Sent by a browser when it reconnects. */
                 "last-event-id"?: string | null;
             };
             path?: never;
@@ -4666,7 +4666,7 @@ export interface operations {
                     "text/event-stream": unknown;
                 };
             };
-            /** @description There is no such kind, or that names no event. */
+            /** @description There is no such kind, or the cursor names no event. */
             400: {
                 headers: {
                     [name: string]: unknown;

@@ -107,7 +107,7 @@ export class Partner {
       if (event.kind === "wish_dropped") return event;
       if (["ended", "broken"].includes(how[0]!) && what === (whole || what)) return event;
     }
-    throw new MiburiError("the partner was started anew or lost these events: nobody knows how that wish ended.", 0);
+    throw new MiburiError("the partner was restarted or lost these events: nobody knows how that wish ended.", 0);
   }
 
   async *#stream(cursor: string, signal?: AbortSignal): AsyncGenerator<LiveEvent, void> {

@@ -1,4 +1,4 @@
-// The body: polls the servos, lets the controller decide, and takes orders; it knows no host.
+// The body: polls the servos, lets the controller decide, takes orders; does not talk to the host.
 //
 // `Io` is what the servo layer and the memory need.
 #pragma once
@@ -28,7 +28,7 @@ class Body {
     controller_.latched = Stop{Reason::started, now(), Contact{Sign::none, NO_MOTOR, 0, 0, 0}};
   }
 
-  // Called again and again; true when the servos' turn had come, and they were read.
+  // Called again and again; returns true if a reading of the servos was due.
   bool work() {
     const int64_t time = now();
     if (time < next_poll_) {
@@ -46,8 +46,8 @@ class Body {
     return true;
   }
 
-  // Looks at what can wait until the report is out: a report that goes out beside the next reading
-  // costs that bytes.
+  // Does what can wait until the report is out: a report still going out during the next reading
+  // would cost that reading bytes.
   void look_after() {
     if (table_.complete()) {
       look_at(NO_MOTOR);
@@ -119,9 +119,9 @@ class Body {
     return Result::ok;
   }
 
-  // What the motors will bear in the next move or release, and the most duty that each may use:
+  // Sets the loads on the motors in the next move or release, and the most duty that each may use:
   // after the ramp no more than before it, and enough to hold the load at the end.
-  // What a host says of it shifts what the rule expects: by less than 32 steps, times the sag.
+  // The loads that a host sends shift what the rule expects, by less than 32 steps times the sag.
   Result set_loads(const Load* loads, Writer& out) {
     for (uint8_t i = 0; i < MOTORS; i++) {
       const Load& load = loads[i];
@@ -174,8 +174,8 @@ class Body {
     return Result::ok;
   }
 
-  // The only way out of a stop, and the only place where torque goes on: pinned to the positions
-  // where the motors are.
+  // The only way out of a stop, and the only place where torque is switched on; before that, the
+  // motors are told to hold the positions where they are.
   Result release(Writer& out) {
     if (controller_.phase != Phase::stopped) {
       return wrong_phase(out);
@@ -191,7 +191,7 @@ class Body {
         return unready(i, Reason::silent, out);
       }
     }
-    // A motor under torque would jump to its goal when it becomes stiffer: it starts as a limp one.
+    // A motor under torque would jump to its goal if it became stiffer, so torque goes off first.
     if (servos_.detuned(table_.joints, gains_of(table_)) != 0) {
       hold_.set_loose(ALL);
       hold_.renew();
@@ -199,7 +199,7 @@ class Body {
         servos_.set_torque(table_.joints, false);
       }
     }
-    // A motor that was just made known, or was turned, must be read again to be believed.
+    // A motor that was only just configured, or was turned, must be read again to be believed.
     const uint8_t limp = servos_.limp(table_.joints);
     for (uint8_t tries = 0; tries < SETTLED && !look_around(limp); tries++) {
     }
@@ -240,13 +240,13 @@ class Body {
     hold_.set_loose(ALL);
     gains_ = gains_of(table_);
     uint8_t weak = ALL;
-    // A byte is lost now and then: what they did not hear they are told again.
+    // Bytes are lost now and then, so orders that a motor did not hear are sent again.
     for (uint8_t copies = 0; copies < COPIES && !hold_.told(); copies++) {
       hold_.tell(table_, orders_, table_.settings.return_speed);
     }
     for (uint8_t copies = 0; copies < COPIES && hold_.told() && weak != 0; copies++) {
       servos_.set_torque(table_.joints, true);
-      // Not before: a servo may fall back to its own gains when torque comes on.
+      // Gains only after torque: a servo may fall back to its own gains when torque comes on.
       servos_.set_gains(table_.joints, gains_);
       weak = static_cast<uint8_t>(servos_.detuned(table_.joints, gains_) |
                                   servos_.limp(table_.joints));
@@ -264,7 +264,7 @@ class Body {
     }
     return_speeds(controller_.origin, goal,
                   return_speed(controller_, table_.settings.return_speed), speeds);
-    look_around();  // they have taken their weight meanwhile
+    look_around();  // the motors carry their loads by now
     go(Phase::returning, goal, speeds);
     out.put(static_cast<uint64_t>(controller_.began), 8);
     return Result::ok;
@@ -297,7 +297,7 @@ class Body {
     return Result::ok;
   }
 
-  // Reads some of a servo's registers for the host; never while the rule looks.
+  // Reads some of a servo's registers for the host; never during a move or a return.
   Result peek(uint8_t motor, uint8_t address, uint8_t count, Writer& out) {
     if (controller_.phase == Phase::moving || controller_.phase == Phase::returning) {
       return wrong_phase(out);
@@ -343,16 +343,15 @@ class Body {
 
  private:
   static const int32_t POLL = 20000;  // µs between two readings of the servos
-  static const int32_t HOST_SILENT = 30000000;  // µs of which a host at rest says something
-  static const int32_t APART = 19000;  // and at least: bytes for the host cost bytes of servos
-  // Steps outside its limits that a joint may be at a release: limp, its servo may have lost count
-  // of the turns; held, it hangs from a goal inside.
+  static const int32_t HOST_SILENT = 30000000;  // µs that a host may be silent if the body rests
+  static const int32_t APART = 19000;  // at the least: bytes sent to the host cost bytes of servos
+  // How many steps outside its limits a joint may be at a release. A limp joint's servo may have
+  // lost count of the turns; a held joint hangs from a goal inside.
   static const int16_t LIES_BEYOND = 8;
   static const int16_t HANGS_BEYOND = HANGS;
-  static const uint8_t COPIES = 3;  // of an order, where bytes are lost
-  static const uint16_t CREEP = 187;  // steps/s (0.29 rad/s) to where a motor was found again
+  static const uint8_t COPIES = 3;  // how often an order is sent, at most, if bytes are lost
 
-  // The clock: 64 bits that never wrap; called at least once in 71 minutes.
+  // The clock: 64 bits that never wrap; must be called at least once every 71 minutes.
   int64_t now() {
     const uint32_t ticks = io_.micros();
     clock_ += static_cast<uint32_t>(ticks - ticks_);
@@ -366,7 +365,7 @@ class Body {
     acceleration_ = Servos::real_acceleration(table_.settings.acceleration);
   }
 
-  // Reads all positions, once; true when every servo answered, and is believed.
+  // Reads all positions once; returns true if every servo answered and is believed.
   bool look_around() { return look_around(hold_.loose()); }
   bool look_around(uint8_t limp) {
     return readings_.take(table_, now(), limp, controller_.origin, controller_.goal);
@@ -394,7 +393,7 @@ class Body {
         controller_.yields_at = 0;
       }
     }
-    // A host that has gone leaves no body under full torque behind.
+    // If the host has gone, the body must not stay under full torque.
     const bool rests = controller_.phase == Phase::idle ||
                        (controller_.phase == Phase::stopped && led(controller_));
     if (rests && time() - heard_ > HOST_SILENT) {
@@ -412,7 +411,7 @@ class Body {
     }
   }
 
-  // Looks at the health of a servo, or of that whose turn it is.
+  // Checks the health of `motor` or, for NO_MOTOR, whatever is due next.
   void look_at(uint8_t motor) {
     const bool rests = controller_.phase == Phase::idle || controller_.phase == Phase::stopped;
     const Reason reason = health_.look(table_, gains_, hold_.loose(), rests, motor);
@@ -424,7 +423,7 @@ class Body {
     }
   }
 
-  // A servo that did not hear its ceiling hears it once more; then it is deaf.
+  // A servo that missed its ceiling is sent it once more; if it misses that too, it is deaf.
   void look_at_ceiling(uint8_t motor) {
     const uint8_t bit = static_cast<uint8_t>(1u << motor);
     if (motor >= MOTORS) {
@@ -441,7 +440,7 @@ class Body {
     }
   }
 
-  // Stops for a fault. One that takes the torque of a held body becomes the reason of its stop.
+  // Stops for a fault. A fault that ends the hold of a stopped body replaces the stop's reason.
   void fail(Reason reason, uint8_t motor) {
     const bool limp = reason == Reason::restarted || reason == Reason::faulty;
     const bool kept = hold_.loose() == 0 && controller_.latched.reason != reason;
@@ -496,7 +495,7 @@ class Body {
       began = waiting == ALL ? sent : began;
       for (uint8_t i = 0; i < MOTORS; i++) {
         if (waiting & (1u << i)) {
-          // A motor that alone missed the first copy sets off later than the others.
+          // A motor that missed a copy which others took sets off later than they do.
           late[i] = static_cast<int32_t>(sent - began);
           rule_.guards[i].lag = table_.joints[i].guards.lag + late[i];
         }
@@ -507,7 +506,7 @@ class Body {
     }
     start(controller_, rule_, phase, goal, real, loads_, acceleration_, readings_.angles(), began,
           late);
-    // A motor that says nothing at all is missed by the readings.
+    // A motor that does not answer at all is caught by the readings.
     for (uint8_t i = 0; i < MOTORS; i++) {
       if (deaf & (1u << i)) {
         give_up(Reason::deaf, i);
@@ -521,7 +520,7 @@ class Body {
       table_.given = static_cast<uint16_t>(table_.given & ~(1u << piece));
     }
     adopt();
-    // Positions, and where to hold, have another meaning now.
+    // Under the new settings, known positions and holding places mean something else.
     hold_.forget();
     readings_.forget(now());
     for (uint8_t i = 0; i < MOTORS; i++) {
@@ -553,17 +552,17 @@ class Body {
 
   Order orders_[MOTORS] = {};
   Load loads_[MOTORS] = {};
-  uint16_t cruise_[MOTORS] = {};  // of the move that runs: the next one's loads may come meanwhile
+  uint16_t cruise_[MOTORS] = {};  // of the present move: the next one's loads may arrive during it
 
   uint32_t ticks_ = 0;
   int64_t clock_ = 0;
   int64_t next_poll_ = 0;
   int64_t heard_ = 0;  // when the host last spoke
 
-  bool loaded_ = false;          // loads_ are those of the next move
+  bool loaded_ = false;          // loads_ has been set for the next move
   bool eased_ = false;           // the motors have been told their ceilings after the ramp
-  uint8_t unlimited_ = 0;        // motors that did not hear their ceiling at their latest turn
-  Gains gains_ = {};             // that were last written; p 0: none yet
+  uint8_t unlimited_ = 0;        // motors that were without their ceiling at their latest check
+  Gains gains_ = {};             // as last written; p 0: none yet
 };
 
 }  // namespace miburi

@@ -1,4 +1,4 @@
-// Little-endian numbers in byte arrays, read and written in order; out of room is remembered.
+// Little-endian numbers in byte arrays, in order: excess bytes are dropped, missing ones read as 0.
 #pragma once
 
 #include <stdint.h>

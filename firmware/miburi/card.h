@@ -1,6 +1,7 @@
-// The card: answers the host, and tells it how the body is.
+// The card: answers the host, and reports the body's state to it.
 //
-// `Io` adds to what the body needs: host_read() gives a byte or -1; host_write(bytes, count).
+// Besides what the body needs, `Io` gives host_read(), a byte or -1; host_write(bytes, count); and
+// host_is_quiet().
 #pragma once
 
 #include "body.h"
@@ -24,7 +25,7 @@ class Card {
       serve();
     }
     if (body_.work()) {
-      // A host that is never quiet must not keep the card from looking.
+      // A host that is never quiet must not keep the card from its checks.
       if (++waits_ > LONGEST_WAIT) {
         look_after();
       }
@@ -33,14 +34,14 @@ class Card {
         report();
       }
     } else if (waits_ != 0 && io_.host_is_quiet()) {
-      // While bytes go out to the host, servos' bytes get lost now and then: interrupts take turns.
+      // Sending to the host costs a servo's byte now and then: one interrupt delays another.
       look_after();
     } else {
       rest();
     }
   }
 
-  // For the body.
+  // The card is the body's `Io`.
   uint32_t micros() { return io_.micros(); }
   int bus_read() { return io_.bus_read(); }
   void bus_write(const uint8_t* bytes, uint8_t count) { io_.bus_write(bytes, count); }
@@ -78,7 +79,7 @@ class Card {
       return;
     }
     body_.host_spoke();
-    // A frame that is repeated because its answer was lost is answered again, not done again.
+    // A frame that is repeated because its answer was lost gets it again, but is not obeyed again.
     const uint16_t crc = crc16(frame.payload, frame.count);
     const bool again = answered_ && frame.sequence == last_sequence_ && frame.kind == last_kind_ &&
                        crc == last_crc_ && frame.kind != Kind::hello;
@@ -210,7 +211,7 @@ class Card {
 
   int32_t report_period_ = 0;
   int64_t next_report_ = 0;
-  uint8_t waits_ = 0;  // readings after which nobody has looked at the health
+  uint8_t waits_ = 0;  // readings since the latest look_after()
   uint8_t reports_ = 0;
 };
 

@@ -1,8 +1,8 @@
 // The contact rule of Section 2 of the paper: always on, one motor stops all.
 //
-// The twin of miburi/safety/contact.py and free.py, decision for decision: each motor's speed is held
-// against the one that the free servo, with this load, would have had. Positions are encoder steps,
-// travels 1/256 steps, times µs.
+// The twin of miburi/safety/contact.py and free.py, decision for decision: each motor's speed is
+// compared with that of a free servo under the same load. Positions are encoder steps, travels
+// 1/256 steps, times µs.
 #pragma once
 
 #include "free.h"
@@ -10,14 +10,14 @@
 
 namespace miburi {
 
-const int64_t WHOLE_RATIO = 10000;  // ratio is counted in parts of this
+const int64_t WHOLE_RATIO = 10000;  // what stands for a ratio of 1
 const int64_t LAG_DOUBT = 2000;     // µs by which a servo's lag may differ from move to move
 const int64_t SETTLES = 200000;     // µs until a motor that swings at the start has come to rest
-const int32_t FAST = 512 * FINE;    // 1/256 steps/s: who gets so fast is granted the whole guards
+const int32_t FAST = 512 * FINE;    // 1/256 steps/s: a motor this fast is granted its full guards
 
 // What the rule grants a motor; found by calibration.
 struct Guards {
-  int32_t lag;       // µs that it follows behind its profile
+  int32_t lag;       // µs by which it lags its profile
   int16_t slack;     // steps that may always be missing
   int16_t least;     // steps expected before it is judged
   int16_t behind;    // steps that it may be behind its profile
@@ -28,8 +28,8 @@ struct Guards {
 struct Rule {
   Guards guards[MOTORS];
   FreeServo servos[MOTORS];
-  uint16_t sag[MOTORS];  // 1/256: what of the error that the load should take, it takes of these
-  uint16_t error_per_pwm;  // 1/65536 steps of error that bring one unit of duty
+  uint16_t sag[MOTORS];  // 1/256: calibrated factor on the error that a load causes
+  uint16_t error_per_pwm;  // 1/65536 steps of error for each unit of duty
   int32_t period;  // Eq. 1
   int32_t ratio;   // Eq. 2
 };
@@ -41,7 +41,7 @@ struct Contact {
   uint8_t motor;
   int32_t measured;
   int32_t expected;
-  int64_t length;  // µs in which the motor travelled so
+  int64_t length;  // µs over which the motor was judged
 };
 
 inline int32_t distance_between(int32_t a, int32_t b) { return a < b ? b - a : a - b; }
@@ -50,7 +50,7 @@ inline int32_t lag_doubt(const Profile& profile) {
   return static_cast<int32_t>(fastest(profile) * LAG_DOUBT / SECOND);
 }
 
-// What a motor is granted of its guards: half at rest, all at FAST, in 1/256.
+// Returns the share of its guards that a motor is granted, in 1/256: half at rest, all at FAST.
 inline int16_t granted(const Profile& profile, int32_t velocity) {
   const int32_t fine = static_cast<int32_t>(FINE);
   const int32_t own = distance_between(velocity, 0);
@@ -67,16 +67,16 @@ struct Watch {
   int32_t expected[MOTORS];  // at the end of the last period in which the motor was judged
   int32_t measured[MOTORS];
   int64_t since[MOTORS];  // when that was
-  int32_t doubt[MOTORS];  // what LAG_DOUBT is at the move's top speed
+  int32_t doubt[MOTORS];  // travel within LAG_DOUBT at the move's top speed
   int32_t early_doubt[MOTORS];  // the same until SETTLES
   int16_t early[MOTORS];  // the share until SETTLES: a motor that swings is granted more
   int16_t share[MOTORS];  // of slack, behind and ahead, in 1/256: the model misses less at slow speeds
-  int64_t modelled;       // until when the free servos have been followed, since the move began
+  int64_t modelled;       // µs into the move up to which the free servos have been modelled
   Loading loading[MOTORS];
   FreeMotion free[MOTORS];
   int32_t profile_then[MOTORS];  // where the profiles were at that time, from the start
-  int16_t came[MOTORS];  // steps this way before the start, in moves that this one replaced
-  uint8_t turned;        // motors that went the other way in the one that it replaced
+  int16_t came[MOTORS];  // steps already made in this direction, in moves that this one replaced
+  uint8_t turned;        // motors that went the other way in the replaced move
 };
 
 // Sets a motor's guards for a move whose profile and loading are known.
@@ -86,7 +86,7 @@ inline void grant(Watch& watch, uint8_t motor) {
   watch.share[motor] = granted(watch.profile[motor], 0);
 }
 
-// A watch over motors that set off now; the caller gives it profile, start, direction and loading.
+// Begins a watch over motors that set off now; the caller has set profile, start, direction, load.
 inline void begin(Watch& watch, const Rule& rule) {
   watch.period_ends = rule.period;
   watch.modelled = 0;
@@ -112,17 +112,17 @@ inline int32_t goal_of(const Watch& watch, uint8_t motor) {
   return watch.profile[motor].distance * static_cast<int32_t>(FINE) + loading.offset - loading.end;
 }
 
-// Follows a free motor for `steps` steps, until watch.modelled.
+// Advances the model of a free motor by `steps` steps, up to watch.modelled.
 inline void follow(Watch& watch, const Rule& rule, uint8_t motor, int32_t steps) {
   const Loading& loading = watch.loading[motor];
   const Profile& profile = watch.profile[motor];
   const int32_t went =
       static_cast<int32_t>(travel(profile, watch.modelled - rule.guards[motor].lag));
-  // The load is straight between what it is at both ends; the share is in 1/256. A division takes
-  // long, and most loads stay as they are.
+  // The load changes linearly between its values at both ends; the share is in 1/256. Division is
+  // slow, and most loads do not change.
   int32_t sag = loading.begin;
   if (loading.end != loading.begin && profile.distance > 0) {
-    // A motor that comes back from beyond its ends is outside.
+    // The share of a motor that comes back from beyond its ends would be below 0 or above 1.
     const int32_t share = clipped(went / profile.distance, static_cast<int32_t>(FINE));
     sag += ((loading.end - loading.begin) * share) >> 8;
   }
@@ -140,10 +140,10 @@ inline int32_t expected_of(const FreeMotion& free, int32_t into) {
   return (free.x >> 8) + (((free.v >> 8) * into) >> 8);
 }
 
-// A watch whose move is replaced: one motor goes on from a new start, in a direction that may have
-// turned. Nothing is forgotten, so a hand that holds a motor back is seen however often moves replace
-// one another. Only the window of a motor that turns round starts again, at its turning point:
-// otherwise it would add up both ways.
+// Carries one motor's watch into a move that replaces the present one, from a new start and perhaps
+// in the other direction. Nothing is forgotten, so a hand that holds a motor back is seen however
+// often moves replace one another. Only the window of a motor that turns round starts again, at its
+// turning point: otherwise it would add up travel in both directions.
 // `seen` and `elapsed`: µs from the earlier start to the latest reading, and to the new start.
 inline void go_on(Watch& watch, uint8_t motor, int16_t start, int8_t direction, int64_t seen,
                   int64_t elapsed) {
@@ -175,8 +175,8 @@ inline void go_on(Watch& watch, uint8_t motor, int16_t start, int8_t direction, 
   watch.direction[motor] = direction;
 }
 
-// What a motor was granted before, `elapsed` µs into a move that was replaced, it still is at first:
-// it may be as far behind.
+// Grants a motor at first no less than it was granted `elapsed` µs into the move that was replaced:
+// it may still be as far behind.
 inline void grant_on(Watch& watch, uint8_t motor, int64_t elapsed) {
   const bool early = elapsed < SETTLES;
   const int16_t share = early ? watch.early[motor] : watch.share[motor];
@@ -192,7 +192,7 @@ inline void restart(Watch& watch, int64_t elapsed) {
   watch.modelled -= elapsed;
 }
 
-// Keeps the suspect that fell furthest behind; of equals, the first.
+// Keeps the suspect that is furthest from what was expected; of equals, the first.
 inline void suspect(Contact& worst, const Contact& met) {
   if (worst.sign == Sign::none || distance_between(met.measured, met.expected) >
                                       distance_between(worst.measured, worst.expected)) {
@@ -200,7 +200,7 @@ inline void suspect(Contact& worst, const Contact& met) {
   }
 }
 
-// Judge the motors' positions `time` µs after the move began; at every reading.
+// Judges the positions `time` µs after the move began, at every reading; returns a contact, if any.
 inline Contact look(Watch& watch, const Rule& rule, const int16_t* positions, int64_t time) {
   const int32_t fine = static_cast<int32_t>(FINE);
   Contact slow = {Sign::none, 0, 0, 0, 0};

@@ -1,8 +1,8 @@
 // One body's states and rule: idle → moving → stopped (latched) → returning → idle. A move may
-// replace another that runs. A body at rest that somebody leads by the hand stops, too.
+// replace one that is still running. A body at rest also stops if somebody leads it by the hand.
 //
 // The twin of miburi/safety/controller.py. It knows joint positions in encoder steps and a clock
-// in µs; the servos are told by the caller.
+// in µs; the caller commands the servos.
 #pragma once
 
 #include "contact.h"
@@ -25,22 +25,22 @@ enum class Reason : uint8_t {
   misnamed,    // a servo answers with another's id: motor
   restarted,   // a servo has restarted, and has no torque: motor
   outside,     // at a release, a joint is outside its limits: motor
-  alone,       // idle, and the host has said nothing for long
+  alone,       // idle, and the host has been silent for too long
   touched      // idle, and pushed from where it rested: motor
 };
 
 const uint8_t NO_MOTOR = 0xff;
 
 // After a contact all motors go back the way they came, until the one that met something has given
-// way by so many steps, but none further than the second figure: held where it stopped, the robot
+// way by GIVE_WAY steps, but none further than FURTHEST steps: held where it stopped, the robot
 // would go on pressing.
 const int32_t GIVE_WAY = 16;
 const int32_t FURTHEST = 48;
 
-// A motor that somebody still keeps from its place so long after a contact, in µs, stays where it
-// is: it must not push back. Once for each contact, so that no load can pull it further and further.
-// A motor that is pushed from where it rests for as long stops the body, which then yields again and
-// again: it is led.
+// A motor that somebody still keeps from its place this many µs after a contact stays where it is:
+// it must not push back. Only once per contact, so that no load can pull it further and further.
+// A motor at rest that is pushed away for as long stops the body, which then keeps yielding: it is
+// led.
 const int64_t YIELD_AFTER = 150000;
 // The most yields in a row. Without a limit, a motor that turns backwards or reports a wrong place
 // would go on for ever.
@@ -55,8 +55,8 @@ const int32_t MOVES = 2;
 const int32_t TELLS = 60000;
 const int32_t SWINGS = 4000;
 
-// µs after the longest ramp until which motors may push as they may to speed up: they follow behind
-// their profiles, and what they carry swings.
+// For this many µs after the longest ramp, motors may still push as hard as while they speed up:
+// they lag their profiles, and what they carry swings.
 const int64_t EASES_AFTER = 60000;
 
 struct Stop {
@@ -68,23 +68,23 @@ struct Stop {
 struct Controller {
   Phase phase;
   Stop latched;  // meaningful while stopped
-  int64_t yields_at;  // while stopped by a contact or a touch; 0: it does not
-  uint8_t yields;      // that are left, before a motor is once seen in its place
+  int64_t yields_at;  // when it yields next, while stopped by a contact or a touch; 0: never
+  uint8_t yields;      // how many are left; all of them again once no motor is kept away
   int64_t kept_since;  // when a motor at rest was first kept from its place; 0: none is
   int16_t rest[MOTORS];  // where the motors came to rest
   int16_t origin[MOTORS];
   int16_t goal[MOTORS];
-  int16_t sag[MOTORS];  // how far the motors, last at rest, hung from their goals
+  int16_t sag[MOTORS];  // how far the motors hung from their goals when last at rest
   int64_t began;
-  int32_t late[MOTORS];  // µs after that at which the motors heard of it
-  int16_t seen[MOTORS];   // the latest reading …
-  int16_t moved[MOTORS];  // … what it is beyond the one before …
-  int64_t seen_at;        // … when it was …
-  int32_t gap;            // … and how long after that one
+  int32_t late[MOTORS];  // µs from `began` until each motor heard of the move
+  int16_t seen[MOTORS];   // the latest reading
+  int16_t moved[MOTORS];  // its change since the reading before
+  int64_t seen_at;        // its time
+  int32_t gap;            // µs since the reading before
   Watch watch;
 };
 
-// Takes a reading in, without judging it: two in a row tell how fast the motors are.
+// Notes a reading without judging it: two in a row tell how fast the motors are.
 inline void note(Controller& c, const int16_t* positions, int64_t time) {
   const int64_t gap = time - c.seen_at;
   if (gap <= 0) {
@@ -99,8 +99,8 @@ inline void note(Controller& c, const int16_t* positions, int64_t time) {
   }
 }
 
-// How fast a motor is along its way, and how far it has gone since the latest reading. Both are 0 if
-// the move starts from another place than that reading's.
+// Notes in `loading` a motor's speed along its way, and how far it has gone since the last reading.
+// Both are 0 if the readings cannot tell, or if the move does not start where the reading was.
 inline void note_drift(const Controller& c, uint8_t motor, int16_t position, int64_t time,
                        Loading& loading) {
   const int64_t age = time - c.seen_at;
@@ -117,8 +117,8 @@ inline void note_drift(const Controller& c, uint8_t motor, int16_t position, int
   }
 }
 
-// When the motors are stopped their goals stay so much above them: else they would sink under their
-// loads, onto whom they touch.
+// Notes how far a motor hangs from its goal. When it is stopped, its goal stays that far above it:
+// otherwise it would sink under its load, onto the person that it touches.
 inline void note_sag(Controller& c, uint8_t motor, const int16_t* positions) {
   const int32_t sag = static_cast<int32_t>(c.origin[motor]) - positions[motor];
   c.sag[motor] = static_cast<int16_t>(sag > GIVE_WAY ? GIVE_WAY : sag < -GIVE_WAY ? -GIVE_WAY : sag);
@@ -139,7 +139,7 @@ inline void latch(Controller& c, Reason reason, const Contact& contact, const in
   }
 }
 
-// A stop keeps its first reason, but not when this takes away what held the motors: limp is not held.
+// Replaces a stop's reason. The first one usually stays, but not once motors are no longer held.
 inline void lose(Controller& c, Reason reason, uint8_t motor, int64_t time) {
   c.latched = Stop{reason, time, Contact{Sign::none, motor, 0, 0, 0}};
   c.yields_at = 0;
@@ -159,7 +159,7 @@ inline void stop(Controller& c, Reason reason, uint8_t motor, const int16_t* pos
   }
 }
 
-// The error that a motor's load takes at a move's beginning and end, in quarters of a step of the
+// The error that a motor's load causes at a move's beginning and end, in quarters of a step of the
 // joint's angle; and how much duty the motor may use: until all have sped up, and after that.
 struct Load {
   int8_t begin;
@@ -169,14 +169,14 @@ struct Load {
 };
 const int16_t QUARTER = 64;  // 1/256 steps
 
-// The error that brings a duty, in 1/256 steps.
+// The error that produces the duty `pwm`, in 1/256 steps.
 inline int32_t error_of(const Rule& rule, uint16_t pwm) {
   return static_cast<int32_t>((static_cast<uint32_t>(pwm) * rule.error_per_pwm) >> 8);
 }
 
-// Start a motion that the caller has found to be allowed; speeds in 1/256 steps/s, more than 0. One
-// that replaces another goes on with the speeds that the motors have, and the rule with what it knows.
-// `late`: µs by which a motor heard of it later than the others, and kept to the old move.
+// Starts a motion that the caller has checked; speeds are in 1/256 steps/s, above 0. If it replaces
+// another, the motors go on from their present speeds, and the rule keeps what it knows.
+// `late`: µs by which a motor heard of it after the others; it kept to the old move until then.
 inline void start(Controller& c, const Rule& rule, Phase phase, const int16_t* goal,
                   const uint32_t* speeds, const Load* loads, uint16_t acceleration,
                   const int16_t* positions, int64_t time, const int32_t* late) {
@@ -233,7 +233,7 @@ inline void start(Controller& c, const Rule& rule, Phase phase, const int16_t* g
   }
 }
 
-// Whether all motors have sped up since the latest start: then they need less.
+// Whether all motors have sped up since the latest start: then they need less duty.
 inline bool cruises(const Controller& c, int64_t time) {
   int64_t longest = 0;
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
@@ -258,7 +258,7 @@ inline void return_speeds(const int16_t* origin, const int16_t* goal, uint16_t f
   }
 }
 
-// Takes the goals of stopped motors back after one met something.
+// Moves the goals of stopped motors back after one of them met something.
 inline void give_way(const Watch& watch, const Contact& contact, const int16_t* positions,
                      int16_t* goals) {
   const uint8_t met = contact.motor;
@@ -271,13 +271,13 @@ inline void give_way(const Watch& watch, const Contact& contact, const int16_t* 
     longest = way[motor] > longest ? way[motor] : longest;
   }
   if ((watch.turned & (1u << met)) && way[met] < GIVE_WAY) {
-    // It has not come back yet from the way that it went before, or not far. What it met is where the
-    // free servo would have gone on to.
+    // It has not come back far, if at all, from its way in the replaced move. What it met lies
+    // towards where the free servo would be by now.
     const int32_t back = contact.measured < contact.expected ? GIVE_WAY : -GIVE_WAY;
     goals[met] = static_cast<int16_t>(goals[met] - watch.direction[met] * back);
     return;
   }
-  // A common part of each motor's way, so that the body goes back along its path.
+  // Each motor goes back the same share of its way, so that the body goes back along its path.
   int32_t part = 1;
   int32_t whole = 1;
   if (GIVE_WAY < way[met]) {
@@ -325,7 +325,7 @@ inline void feel(Controller& c, const Rule& rule, const int16_t* positions, int6
   }
 }
 
-// Lets the motors that are kept from their places stay where they are; true if one is.
+// Lets the motors that are kept from their places stay where they are; returns true if one does.
 inline bool yield(Controller& c, const Rule& rule, const int16_t* positions, int64_t time) {
   if (c.phase != Phase::stopped || c.yields_at == 0 || time < c.yields_at) {
     return false;
@@ -334,7 +334,7 @@ inline bool yield(Controller& c, const Rule& rule, const int16_t* positions, int
   bool kept = false;
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
     const int16_t here = goal_here(c, motor, positions);
-    // By more than a motor at rest is granted; by hardly anything if a hand leads, which feels it.
+    // At rest a motor is granted half its slack; if a hand leads, which feels it, hardly any.
     const int32_t away = distance_between(here, c.origin[motor]);
     if (led(c) ? away > NOTICED : 2 * away > rule.guards[motor].slack) {
       c.origin[motor] = c.yields > 0 ? here : c.origin[motor];

@@ -1,12 +1,12 @@
-// CRC-16 with the polynomial 0x8005 from 0: DYNAMIXEL protocol 2.0's, and our link's.
+// CRC-16 with polynomial 0x8005 and initial value 0, for DYNAMIXEL protocol 2.0 and for our link.
 #pragma once
 
 #include <stdint.h>
 
 namespace miburi {
 
-// The remainders of all bytes, worked out when the card starts: 300 bytes are checked in each look
-// at the servos.
+// The remainders of all bytes, computed once when the card starts, because each look at the servos
+// checks 300 bytes.
 struct Remainders {
   uint16_t of[256];
 

@@ -1,7 +1,7 @@
-// How a free servo would move, if nobody is in its way: the model that the contact rule expects.
+// How a free servo would move with nobody in its way: what the contact rule compares motors with.
 //
 // The twin of miburi/servos/free.py, to the last bit. Errors and loads are 1/256 encoder steps;
-// places are 1/65536 steps, and speeds these for each 5 ms.
+// positions are 1/65536 steps, and speeds 1/65536 steps per 5 ms.
 #pragma once
 
 #include <stdint.h>
@@ -10,27 +10,27 @@ namespace miburi {
 
 const int32_t MODEL_STEP = 5000;  // µs
 
-// What the model may come to, so that nothing overflows: 128 steps in 5 ms (six turns a second),
-// and four turns from the start. No free servo does; one without any friction at its ceiling would.
+// The model's limits, so that nothing overflows: 128 steps in 5 ms (six turns a second), and four
+// turns from the start. No free servo reaches them; one without friction, at its ceiling, would.
 const int32_t MODEL_FASTEST = 0x7FFFFF;
 const int32_t MODEL_FARTHEST = 0x40000000;
 
 // A motor with its joint; found by calibration.
 struct FreeServo {
-  uint16_t pull;      // 1/65536: what an error changes of the speed in a step
-  uint16_t brake;     // 1/65536: what a speed takes of itself in a step
-  uint16_t friction;  // what dry friction takes of the speed in a step
+  uint16_t pull;      // 1/65536: how much an error changes the speed in a step
+  uint16_t brake;     // 1/65536: how much a speed reduces itself in a step
+  uint16_t friction;  // how much dry friction reduces the speed in a step
   uint8_t lost;       // 1/256: the share of the motor's torque that the gears take
 };
 
 // What bears on one motor during a move, along its way.
 struct Loading {
   int32_t offset;  // from where the motor is at the start to the origin of its profile
-  int32_t begin;   // the error that the load takes at the beginning …
+  int32_t begin;   // the error that the load causes at the beginning …
   int32_t end;     // … and at the end
-  int32_t most;    // the error at which the duty has its limit
+  int32_t most;    // the error at which the duty reaches its limit
   int32_t velocity;  // of the motor at the start, 1/256 steps/s: it may still swing
-  int32_t gone;      // 1/256 steps since the reading that says where it is
+  int32_t gone;      // 1/256 steps travelled since the reading of its position
 };
 
 struct FreeMotion {
@@ -59,7 +59,7 @@ inline void advance(FreeMotion& motion, const FreeServo& servo, int32_t before, 
                     int32_t steps, int32_t sag, int32_t most) {
   const int32_t weight = (servo.pull * sag) >> 8;
   // The k-th part of the profile's way is (now - before) · k / steps; a division for each would take
-  // the card as long as all the rest. The rest is not negative, also of a way back.
+  // the card as long as everything else. The remainder is kept from being negative on a way back.
   int32_t part = (now - before) / steps;
   int32_t left = (now - before) % steps;
   if (left < 0) {

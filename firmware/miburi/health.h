@@ -1,4 +1,4 @@
-// How the servos are, apart from where: hot, short of voltage, or restarted and limp.
+// The servos' health: whether one is hot, short of voltage, or restarted and limp.
 //
 // One look at a time, between two readings, so that the rule's next look is not late.
 #pragma once
@@ -20,10 +20,10 @@ class HealthWatch {
 
   void count_reading() { readings_++; }
 
-  // Looks, after a reading of the motors, at what has its turn; what speaks against going on, with
-  // the motor. A servo that lost its power for a moment answers as before, but is limp, and has
-  // gains of its own: one after the other is looked at, in every phase. `motor` may name one that
-  // is to be looked at now. Motors that are `loose` have no torque to lose; `gains` are those that
+  // After a reading of the motors, checks whatever is due; returns what speaks against going on,
+  // and sets `motor`. A servo that lost its power for a moment answers as before, but is limp and
+  // has its own gains, so the servos are checked in turn, in every phase. `motor` may come in as
+  // one to check now. Motors that are `loose` have no torque to lose; `gains` are those that
   // were written.
   Reason look(const Table& table, const Gains& gains, uint8_t loose, bool rests,
               uint8_t& motor) {
@@ -39,7 +39,7 @@ class HealthWatch {
     return servos_.alarmed() ? Reason::faulty : Reason::restarted;
   }
 
-  // Reads all temperatures and voltages; what speaks against moving, with the motor.
+  // Reads all temperatures and voltages; returns what speaks against moving, and sets `motor`.
   Reason measure(const Table& table, uint8_t& motor) {
     readings_ = 0;
     const uint8_t measured = servos_.read_health(table.joints, health_);
@@ -60,7 +60,7 @@ class HealthWatch {
   const Health& of(uint8_t motor) const { return health_[motor]; }
 
  private:
-  static const uint8_t HEALTH_READINGS = 25;  // from one look at the temperatures to the next
+  static const uint8_t HEALTH_READINGS = 25;  // from one check of the temperatures to the next
 
   Servos& servos_;
   Health health_[MOTORS] = {};

@@ -1,6 +1,6 @@
-// How a stopped body is held: softly, where it is; and whether it is known to be.
+// Holds a stopped body softly where it is, and knows whether all servos have confirmed that.
 //
-// A motor whose place is not known gets no goal. One that was silent for long is held where it is
+// A motor whose place is not known gets no goal. One that was silent too long is held where it is
 // found again: nobody knows how far it went on.
 #pragma once
 
@@ -38,19 +38,19 @@ class Hold {
     told_ = false;
     loose_ = ALL;
   }
-  // Before a release: their own watchdogs may have stopped the servos.
+  // Before a release: the servos may have been stopped by their own watchdogs.
   void take_up() {
     limp_ = told_ = false;
     stopped_themselves_ = true;
   }
-  // Positions, and where to hold, have another meaning now.
+  // Under new settings, known positions and holding places mean something else.
   void forget() {
     told_ = false;
     pinned_ = 0;
     loose_ = ALL;
   }
 
-  // At every reading of a stopped body.
+  // Keeps a stopped body held; called at every reading.
   void stay(const Table& table, Order* orders) {
     if (pinned_ & ~readings_.known()) {
       told_ = false;
@@ -60,7 +60,7 @@ class Hold {
   }
 
   // Tells the servos where to hold, until they are known to do so. They go there at no more than
-  // `speed`, but without a ramp: one would carry them on.
+  // `speed`, but without a ramp, which would carry them further.
   void tell(const Table& table, Order* orders, uint16_t speed) {
     if (told_ || limp_) {
       return;
@@ -104,8 +104,8 @@ class Hold {
  private:
   static const uint16_t CREEP = 187;  // steps/s (0.29 rad/s) to where a motor was found again
 
-  // Lets motors that were found again be held where they are. One with torque hangs from where its
-  // servo's own profile is, or is on its way there: that is where it goes by itself.
+  // Sets motors that were found again to be held where they are. One with torque hangs from the
+  // setpoint of its servo's own profile, or is on its way there: it goes there by itself.
   void adopt_places(const Table& table, uint8_t found) {
     if (found == 0) {
       return;
@@ -119,8 +119,8 @@ class Hold {
       const Joint& joint = table.joints[i];
       int32_t here = readings_.angles()[i];
       if (known & (1u << i)) {
-        // It lags behind, and has gone on since it was read: by 1/16 s in all. One that is kept
-        // further away must not push.
+        // Its lag and its travel since it was read make 1/16 s in all. A motor that is kept further
+        // away must not push.
         const int16_t speed = readings_.speed(i);
         const int32_t most = GIVE_WAY + (speed < 0 ? -speed : speed) / 16;
         here += clamped(to_joint(joint, setpoints[i]) - here, most);
@@ -136,8 +136,8 @@ class Hold {
 
   bool told_ = false;
   bool limp_ = false;
-  bool stopped_themselves_ = false;  // servos, by their watchdogs, or may have
-  bool doubted_ = false;             // their torque is, because they were silent
+  bool stopped_themselves_ = false;  // the servos' watchdogs have, or may have, stopped them
+  bool doubted_ = false;             // the servos were silent, so their torque is in doubt
   uint8_t pinned_ = 0;               // motors for which controller.origin says where to hold
   uint8_t creeps_ = 0;               // motors that were found again since the latest motion
   uint8_t loose_ = ALL;

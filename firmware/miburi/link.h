@@ -20,16 +20,16 @@ enum class Kind : uint8_t {
   joint = 3,       // index, Joint
   read = 4,        // index of a joint, or 8 for the settings → the same as above
   save = 5,        // settings and joints to EEPROM
-  move = 6,        // 8 positions, 8 speeds → time at which the move began; takes the loads
+  move = 6,        // 8 positions, 8 speeds → time at which the move began; uses up the loads
   stop = 7,
-  release = 8,     // → time at which the return began; takes the loads
+  release = 8,     // → time at which the return began; uses up the loads
   status = 9,      // ms between reports, 0 for none
   relax = 10,      // torque off; only while stopped
   identify = 11,   // old id, new id: the only servo on the bus gets a new id and our bus speed
-  loads = 12,      // 8 loads of the next move or release; apart, as a UART holds 63 bytes
+  loads = 12,      // 8 loads of the next move or release; sent apart, as a UART holds 63 bytes
   peek = 13,       // motor, address, count → registers; not in motion
   refused = 0x7f,  // answer to a frame that could not be read
-  report = 0x40    // unasked: the status
+  report = 0x40    // the status, sent unasked
 };
 const uint8_t ANSWER = 0x80;
 
@@ -53,7 +53,7 @@ struct Frame {
   uint8_t payload[MAX_PAYLOAD];
 };
 
-// Collects bytes up to a delimiter; then `take` tells what they were.
+// Collects bytes up to a delimiter; then `take` decodes them.
 class Decoder {
  public:
   // True when a frame is complete; no byte may be added until it is taken.
@@ -117,7 +117,7 @@ class Decoder {
 
 const uint8_t MAX_ENCODED = MAX_PAYLOAD + 7;
 
-// Writes the frame with its delimiter into `out` (MAX_ENCODED bytes); returns how many.
+// Writes the frame with its delimiter into `out` (MAX_ENCODED bytes); returns its length.
 inline uint8_t encode(uint8_t kind, uint8_t sequence, const uint8_t* payload, uint8_t count,
                       uint8_t* out) {
   const uint8_t head[] = {LINK_VERSION, kind, sequence};

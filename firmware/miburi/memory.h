@@ -1,6 +1,6 @@
 // The settings in EEPROM: a mark and the layout's number, the CRC of the table, then the table.
 //
-// `Io` gives eeprom_ready(), eeprom_read(address), eeprom_write(address, byte).
+// `Io` provides eeprom_ready(), eeprom_read(address), eeprom_write(address, byte).
 #pragma once
 
 #include "settings.h"
@@ -55,7 +55,7 @@ class Memory {
 
  private:
   static const uint8_t MARK = 0x4d;
-  static const uint8_t LAYOUT = 4;  // of the table; another for every change to it
+  static const uint8_t LAYOUT = 4;  // of the table; increased at every change to it
   static const uint8_t HEAD = 4;
   static const uint16_t SIZE = TABLE_SIZE + HEAD;
   static const uint16_t SALT = 0x4d31;

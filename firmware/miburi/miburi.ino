@@ -1,4 +1,4 @@
-// Miburi's card: an Arduino Mega 2560 with eight DYNAMIXEL XL330.
+// Miburi's card: an Arduino Mega 2560 with eight DYNAMIXEL XL330 servos.
 //
 // Serial (USB, or a Bluetooth serial module): the host, 115200 baud.
 // Serial1: the servo bus, 1 Mbit/s, half duplex; pin 2 is high while the card sends.
@@ -22,12 +22,12 @@ struct Board {
     Serial1.begin(baud);
   }
   void bus_write(const uint8_t* bytes, uint8_t count) {
-    // Serial1.write() takes 220 cycles for a byte, of which one comes every 160.
+    // Serial1.write() takes 220 cycles for a byte, but the bus sends one every 160.
     digitalWrite(SENDING, HIGH);
     for (uint8_t i = 0; i < count && comes(1 << UDRE1); i++) {
       noInterrupts();  // else the bus could fall silent between these two, and the flag be lost
       UDR1 = bytes[i];
-      UCSR1A = (UCSR1A & (1 << U2X1)) | (1 << TXC1);  // a 1 clears it: not all is sent yet
+      UCSR1A = (UCSR1A & (1 << U2X1)) | (1 << TXC1);  // a 1 clears it: this byte is not sent yet
       interrupts();
     }
     comes(1 << TXC1);
@@ -57,7 +57,7 @@ struct Board {
     eeprom_update_byte(reinterpret_cast<uint8_t*>(address), byte);
   }
 
-  // Until the next byte, or the next tick of the clock (1 ms) at the latest.
+  // Sleeps until the next byte, or the next tick of the clock (1 ms) at the latest.
   void rest() {
     set_sleep_mode(SLEEP_MODE_IDLE);
     noInterrupts();  // else a byte that comes just now would wait for the tick

@@ -1,5 +1,5 @@
-// Where the motors are believed to be. A servo's reading may be wrong with a good CRC: what cannot
-// be, for the time that has passed, is not believed.
+// Where the motors are believed to be. A servo's reading may be wrong despite a good CRC: a place
+// that it cannot have reached in the time that has passed is not believed.
 //
 // Positions are the servo's own, in steps; times µs.
 #pragma once
@@ -9,13 +9,13 @@
 namespace miburi {
 
 const int32_t JERK = 48;            // steps that play, noise and a knock may add
-const int64_t LONGEST_GAP = 60000;  // µs; a longer silence allows no further way
+const int64_t LONGEST_GAP = 60000;  // µs; a longer silence allows no more travel
 const int32_t FARTHEST = 1L << 20;  // an XL330 counts no further, in either direction
-const uint8_t BAD_READING = 2;      // what a reading that cannot be adds to the doubt …
+const uint8_t BAD_READING = 2;      // what an impossible reading adds to the doubt …
 const uint8_t TOO_DOUBTFUL = 4;     // … and how much is too much: two in a row, or every other
 const uint8_t SETTLED = 3;          // readings that agree on another place
 const int32_t HANGS = 128;          // steps from its goal at which a held joint may hang
-const uint8_t FIRST = 2;            // readings that agree on the first place, of all or after silence
+const uint8_t FIRST = 2;            // readings that agree on a place, at first or after silence
 
 struct Place {
   int32_t steps;  // believed
@@ -23,21 +23,21 @@ struct Place {
   bool known;
   uint8_t doubt;
   int32_t strange;   // the latest reading that was not believed
-  uint8_t agreeing;  // how many such in a row agree
+  uint8_t agreeing;  // how many of these in a row agree
 };
 
 inline int32_t reach(int64_t time, uint16_t speed) {
   const int32_t gap = static_cast<int32_t>(time < LONGEST_GAP ? time : LONGEST_GAP);
-  return JERK + ((gap >> 10) * speed >> 10);  // 2^20 µs is a second, nearly: a division takes long
+  return JERK + ((gap >> 10) * speed >> 10);  // 2^20 µs is nearly a second, and a division is slow
 }
 
-// Where else readings that agree may have a joint: a `limp` one anywhere, since somebody may have
-// turned it; one that is held where it is held, since it is pulled back there, and is astray until
-// it gets there; one that was `lost` for a while on the way to its goal, where nobody watched it.
+// Where else readings that agree may place a joint. A `limp` one: anywhere, since somebody may have
+// turned it. A held one: where it is held, since it is pulled back there; until then it is astray.
+// One that was `lost` for a while: on the way to its goal, since nobody watched it.
 struct Elsewhere {
   bool limp;
   bool lost;
-  int32_t held;  // or the goal of one that was lost
+  int32_t held;  // where it is held or, if it was lost, its goal
 };
 
 inline bool may_be(const Elsewhere& elsewhere, const Place& place, int32_t reading) {
@@ -48,7 +48,7 @@ inline bool may_be(const Elsewhere& elsewhere, const Place& place, int32_t readi
   return elsewhere.limp || (reading >= low - HANGS && reading <= high + HANGS);
 }
 
-// Takes a reading in; true when it is believed: no motor is faster than `fastest` steps/s.
+// Takes in a reading; returns whether it is believed: no motor is faster than `fastest` steps/s.
 inline bool believe(Place& place, int32_t reading, int64_t time, uint16_t fastest,
                     const Elsewhere& elsewhere) {
   reading = reading > FARTHEST ? FARTHEST : reading < -FARTHEST ? -FARTHEST : reading;

@@ -10,18 +10,18 @@
 namespace miburi {
 
 const uint8_t MOTORS = 8;
-const int64_t FINE = 256;  // parts of a step in which a position is counted
+const int64_t FINE = 256;  // parts of a step, in which positions are counted
 const int64_t SECOND = 1000000;
 
 struct Profile {
   int32_t distance;
   int32_t speed;
   int32_t acceleration;
-  int32_t initial;  // speed at the start: in a move that replaced another
+  int32_t initial;  // speed at the start, if the move replaced another
   int8_t slows;     // -1 if the first ramp slows down from that speed, else 1
   int64_t ramp;     // to the cruising speed
   int64_t fall;     // from there to rest
-  int64_t shift;    // how far it is behind one that began at its cruising speed, twice
+  int64_t shift;    // twice its delay behind a move that begins at cruising speed
   int64_t total;
 };
 
@@ -39,7 +39,7 @@ inline uint64_t square_root(uint64_t n) {
   return root;
 }
 
-// The speed that the motor comes to between its ramps, 1/256 steps/s; a triangle's is its tip.
+// The speed that the motor reaches between its ramps, 1/256 steps/s: at the tip, if a triangle.
 inline int32_t tip_of(const Profile& p) {
   const int32_t tip = static_cast<int32_t>(p.acceleration * p.fall * FINE / SECOND);
   return tip < p.speed ? tip : p.speed;
@@ -47,7 +47,7 @@ inline int32_t tip_of(const Profile& p) {
 
 inline int32_t size_of(int32_t speed) { return speed < 0 ? -speed : speed; }
 
-// The largest speed that it has.
+// The largest speed during the move.
 inline int32_t fastest(const Profile& p) {
   const int32_t tip = tip_of(p);
   const int32_t initial = size_of(p.initial);
@@ -60,12 +60,12 @@ inline int32_t stopping(int32_t speed, int32_t acceleration) {
   return static_cast<int32_t>(square / (2 * FINE * acceleration));
 }
 
-// A speed and an acceleration are at least 1. A motor with an initial speed must be able to stop
-// within the distance: where it cannot, that and the distance are negative, and it comes back.
+// Speed and acceleration are at least 1. A motor with an initial speed must be able to stop within
+// the distance: if it cannot, initial speed and distance are passed as negative, and it comes back.
 inline Profile plan(int32_t distance, int32_t speed, int32_t acceleration, int32_t initial = 0) {
   const int64_t full = speed * SECOND / (acceleration * FINE);
   const int64_t halt = initial * SECOND / (acceleration * FINE);  // from that speed to rest
-  // The last ramp of a triangle is √(d/a + halt²/2); it is one where that is less than the full ramp.
+  // A triangle's last ramp is √(d/a + halt²/2); the profile is one if that is below the full ramp.
   const int64_t square = distance * SECOND * SECOND / acceleration + halt * halt / 2;
   const int64_t tip =
       square > 0 ? static_cast<int64_t>(square_root(static_cast<uint64_t>(square))) : 0;
@@ -88,7 +88,7 @@ inline Profile plan(int32_t distance, int32_t speed, int32_t acceleration, int32
   return p;
 }
 
-// Its speed after `time` µs, 1/256 steps/s.
+// The motor's speed after `time` µs, 1/256 steps/s.
 inline int32_t speed_at(const Profile& p, int64_t time) {
   const int64_t left = p.total - time;
   if (left < 0) {
@@ -100,8 +100,8 @@ inline int32_t speed_at(const Profile& p, int64_t time) {
   return left <= p.fall ? static_cast<int32_t>(p.acceleration * left * FINE / SECOND) : p.speed;
 }
 
-// n / (2 · SECOND) for n below 2^55, digit by digit: the card takes a division of 64 bits for longer
-// than all the rest of a motor's model.
+// n / (2 · SECOND) for n below 2^55, digit by digit: a 64-bit division takes the card longer than
+// all the rest of a motor's model.
 inline int64_t over_two_seconds(uint64_t n) {
   const uint16_t odd = 15625;  // 2 · SECOND is 128 times that
   n >>= 7;
@@ -110,15 +110,15 @@ inline int64_t over_two_seconds(uint64_t n) {
   return (static_cast<int64_t>(high / odd) << 16) + low / odd;
 }
 
-// A speed times a time, in steps of a 1/256: towards zero.
+// A speed times half of `twice` µs, in 1/256 steps, rounded towards zero.
 inline int64_t way_of(int32_t speed, int64_t twice) {
   const int64_t way = speed * twice;
   return way < 0 ? -over_two_seconds(static_cast<uint64_t>(-way))
                  : over_two_seconds(static_cast<uint64_t>(way));
 }
 
-// Travel in 1/256 steps after `time` µs. Before the start a motor is taken to have come with its
-// initial speed.
+// Travel in 1/256 steps after `time` µs. Before the start, the motor is assumed to have moved at
+// its initial speed.
 inline int64_t travel(const Profile& p, int64_t time) {
   if (time < 0) {
     return way_of(p.initial, 2 * time);

@@ -33,7 +33,7 @@ class Instruction {
   }
 
   Instruction& put(uint32_t value, uint8_t width) {
-    // Shifts by a byte are quick; by a number of bits that is not known, an AVR takes them one by one.
+    // Shifts by a byte are quick; a shift by a variable number of bits is a loop on an AVR.
     for (uint8_t i = 0; i < width && count_ < ROOM - 3; i++, value >>= 8) {
       const uint8_t byte = static_cast<uint8_t>(value);
       bytes_[count_++] = byte;

@@ -1,4 +1,4 @@
-// What the servos say: where the joints are, as far as that can be believed, and who is missing.
+// What the servos say: where the joints are, as far as believable, and which servos are missing.
 //
 // Angles are those of the joints, in encoder steps.
 #pragma once
@@ -14,8 +14,8 @@ class Readings {
  public:
   explicit Readings(Servos& servos) : servos_(servos) {}
 
-  // Reads all motors; true when every one answered, and is believed. `limp`: the motors that
-  // anybody may have turned; `held`: the angles at which the others are held; `goals`: those to
+  // Reads all motors; returns true if every one answered and is believed. `limp`: the motors that
+  // somebody may have turned; `held`: the angles at which the others are held; `goals`: those to
   // which they were last sent.
   bool take(const Table& table, int64_t time, uint8_t limp, const int16_t* held,
             const int16_t* goals) {
@@ -49,7 +49,7 @@ class Readings {
     return whole_ == time;
   }
 
-  // Begins anew: the same readings mean other angles now.
+  // Starts over: the same readings mean other angles now.
   void forget(int64_t time) {
     known_ = 0;
     whole_ = time;
@@ -59,14 +59,14 @@ class Readings {
     }
   }
 
-  void pass(int64_t time) { time_ = time; }  // nobody could be asked
+  void pass(int64_t time) { time_ = time; }  // no servo could be asked
 
-  // What a motor's readings tell against it; Reason::none where nothing does.
+  // The fault that a motor's readings show, or Reason::none.
   Reason fault(uint8_t motor) const {
     if (time_ - last_heard_[motor] > SILENCE) {
       return missing(motor);
     }
-    // Who is missing now and then keeps the rule from looking, which needs all.
+    // A motor that is missing now and then blinds the rule, which needs all of them.
     if (time_ - whole_ > SILENCE && !(heard_ & (1u << motor))) {
       return fault_now(motor);
     }
@@ -93,7 +93,7 @@ class Readings {
  private:
   static const int32_t SILENCE = 60000;  // µs without an answer: the servo is lost
 
-  // Why a motor that does not answer does not.
+  // Why a motor does not answer.
   Reason missing(uint8_t motor) const {
     return servos_.misnamed() & (1u << motor) ? Reason::misnamed : Reason::silent;
   }
@@ -106,7 +106,7 @@ class Readings {
   int64_t time_ = 0;      // of the latest reading
   int64_t whole_ = 0;     // of the latest in which all were believed
   uint8_t answered_ = 0;  // motors that answered it
-  uint8_t heard_ = 0;     // motors of those that are believed
+  uint8_t heard_ = 0;     // those of them that are believed
   uint8_t known_ = 0;     // motors that have been believed, and have not been silent since
 };
 

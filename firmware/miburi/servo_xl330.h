@@ -1,11 +1,11 @@
-// The servo layer: eight DYNAMIXEL XL330 on one half-duplex bus, protocol 2.0.
+// The servo layer: eight DYNAMIXEL XL330s on one half-duplex bus, protocol 2.0.
 //
-// Another servo family is another header with the same public functions. Positions here are the
+// Another servo family gets its own header with the same public functions. Positions here are the
 // servo's own, in steps; registers and units are those of the XL330-M288-T's control table.
 //
-// `Io` gives the bus: bus_write(bytes, count) returns when the last bit is out; bus_read() gives a
-// byte or -1; bus_speed(baud); micros(); rest() sleeps until something may have happened, and may
-// look after the host meanwhile; alive() tells the watchdog that a long wait is meant.
+// `Io` provides the bus: bus_write(bytes, count) returns when the last bit is out; bus_read() gives
+// a byte or -1; bus_speed(baud); micros(); rest() sleeps until something may have happened, and may
+// look after the host meanwhile; alive() tells the watchdog that a long wait is intended.
 #pragma once
 
 #include "protocol2.h"
@@ -34,7 +34,7 @@ struct Order {
   int32_t goal;
 };
 
-// What the position control makes of an error, and of its change; integral and feed-forward are 0.
+// The position control's gains on an error and on its change; integral and feed-forward are 0.
 struct Gains {
   uint16_t d;
   uint16_t p;
@@ -47,9 +47,9 @@ class Xl330 {
   static const uint32_t FACTORY_SPEED = 57600;
   static const uint8_t MOST_PEEKED = 12;  // registers at a time
 
-  // The servo counts speed in 0.229 turns/min and acceleration in 214.577 turns/min²: what it
-  // really does when asked for these steps/s (at least 1 unit; 0 would mean no limit). Its speed
-  // is in 1/256 steps/s: whole ones would drift away from it in a slow move.
+  // What the servo really does when asked for so many steps/s or steps/s²: it counts in units of
+  // 0.229 turns/min and 214.577 turns/min² (at least 1 unit; 0 would mean no limit). The speed is
+  // returned in 1/256 steps/s: whole steps would drift away from the servo's in a slow move.
   static uint32_t real_speed(uint16_t speed) {
     return (speed_units(speed) * 400207UL + 50) / 100;
   }
@@ -59,13 +59,13 @@ class Xl330 {
 
   explicit Xl330(Io& io) : io_(io) {}
 
-  // Each returns a bit per motor that answered. Motions are those of `late` µs after the call.
+  // This and read_health return a bit per motor that answered. Motions: `late` µs after the call.
   uint8_t read_motion(const Joint* joints, Motion* motion, uint32_t& late) {
     const uint32_t began = io_.micros();
     uint8_t heard = 0;
-    // A byte is lost now and then. All are asked again: a motor that is asked alone has gone on
-    // meanwhile, and would seem to be ahead of the others. A servo that was missing before takes the
-    // time of the others.
+    // A byte is lost now and then. Then all are asked again: one motor asked alone has gone on
+    // meanwhile, and would seem to be ahead of the others. Not if a servo was missing last time:
+    // waiting for it costs the others time.
     const uint8_t asks = missing_ ? 1 : ASKS;
     for (uint8_t asked = 0; asked < asks && heard != ALL; asked++) {
       late = io_.micros() - began;
@@ -93,7 +93,7 @@ class Xl330 {
     return heard;
   }
 
-  // The motors that, asked alone in the latest reading, answered with another's id.
+  // The motors that answered with another's id when asked alone in the latest reading.
   uint8_t misnamed() const { return misnamed_; }
 
   uint8_t read_health(const Joint* joints, Health* health) {
@@ -108,7 +108,7 @@ class Xl330 {
     return heard;
   }
 
-  // One packet for all of `motors`, so that they leave together.
+  // Sends `motors` their orders in one packet, so that they set off together.
   void command(const Joint* joints, const Order* orders, uint8_t motors = ALL) {
     protocol2::Instruction packet(protocol2::BROADCAST, protocol2::SYNC_WRITE);
     packet.put(GOAL_PWM, 2).put(20, 2);
@@ -124,13 +124,13 @@ class Xl330 {
     send(packet);
   }
 
-  // Tells `motors` where to stay, without a ramp, and then all of them the limit of their duty. The
+  // Tells `motors` where to stay, without a ramp, and then tells all motors their duty limits. The
   // places go first, in a short packet, because the robot may be pressing on somebody.
   void hold(const Joint* joints, const Order* orders, uint8_t motors) {
     protocol2::Instruction packet(protocol2::BROADCAST, protocol2::SYNC_WRITE);
     packet.put(PROFILE_AND_GOAL, 2).put(12, 2);
     uint16_t speed = 0;
-    uint16_t units = speed_units(speed);  // most have the same, and a division takes long
+    uint16_t units = speed_units(speed);  // most are the same, and a division is slow
     for (uint8_t i = 0; i < MOTORS; i++) {
       if (!(motors & (1u << i))) {
         continue;
@@ -146,7 +146,7 @@ class Xl330 {
     set_pwm(joints, orders);
   }
 
-  // Whether all say that they have these limits of the duty.
+  // Whether all servos report these duty limits.
   bool limited(const Joint* joints, const Order* orders) {
     bool all = ask(joints, GOAL_PWM, 2) == ALL;
     for (uint8_t i = 0; i < MOTORS; i++) {
@@ -155,7 +155,7 @@ class Xl330 {
     return all;
   }
 
-  // Changes the limits of the duty alone.
+  // Changes only the duty limits.
   void set_pwm(const Joint* joints, const Order* orders) {
     protocol2::Instruction packet(protocol2::BROADCAST, protocol2::SYNC_WRITE);
     packet.put(GOAL_PWM, 2).put(2, 2);
@@ -165,7 +165,7 @@ class Xl330 {
     send(packet);
   }
 
-  // The motors that say that they have taken these orders, and those that say that they have not.
+  // The motors that report these orders, and those that answer but report other ones.
   struct Taken {
     uint8_t by;
     uint8_t not_by;
@@ -187,12 +187,12 @@ class Xl330 {
     return taken;
   }
 
-  // Without a packet for 0.2 s the servos stop by themselves; 0 also ends such a stop.
+  // While on, servos stop by themselves after 0.2 s without a packet; off also ends such a stop.
   void set_bus_watchdog(const Joint* joints, bool on) {
     write_all(joints, BUS_WATCHDOG, on ? PATIENCE_OF_SERVOS : 0, 1);
   }
 
-  // Whether all say that their watchdogs are on.
+  // Whether all servos report that their watchdogs are on.
   bool watched(const Joint* joints) {
     bool all = ask(joints, BUS_WATCHDOG, 1) == ALL;
     for (uint8_t i = 0; i < MOTORS; i++) {
@@ -203,7 +203,7 @@ class Xl330 {
 
   void set_torque(const Joint* joints, bool on) { write_all(joints, TORQUE_ENABLE, on, 1); }
 
-  // The motors that do not say that their torque is on.
+  // The motors that do not confirm that their torque is on.
   uint8_t limp(const Joint* joints) {
     uint8_t limp = static_cast<uint8_t>(~ask(joints, TORQUE_ENABLE, 1));
     for (uint8_t i = 0; i < MOTORS; i++) {
@@ -214,7 +214,7 @@ class Xl330 {
     return limp;
   }
 
-  // Gains are lost with the power: the factory's make a soft spring of the servo.
+  // Gains are lost with the power, and the factory's gains turn the servo into a soft spring.
   void set_gains(const Joint* joints, const Gains& gains) {
     protocol2::Instruction packet(protocol2::BROADCAST, protocol2::SYNC_WRITE);
     packet.put(POSITION_GAINS, 2).put(GAINS_SIZE, 2);
@@ -225,7 +225,7 @@ class Xl330 {
     write_all(joints, FEED_FORWARD, 0, FEED_SIZE);
   }
 
-  // The motors that do not say that they have these gains.
+  // The motors that do not confirm that they have these gains.
   uint8_t detuned(const Joint* joints, const Gains& gains) {
     uint8_t detuned = static_cast<uint8_t>(~ask(joints, POSITION_GAINS, GAINS_SIZE));
     for (uint8_t i = 0; i < MOTORS; i++) {
@@ -242,8 +242,8 @@ class Xl330 {
     return detuned;
   }
 
-  // Whether a servo answers that its torque is off, or that it has other gains; p 0: they may be any.
-  // The feed-forward, which only comes back with the gains, is asked for where there is `time`.
+  // Whether a servo answers that its torque is off or, if the body `rests`, that it has other gains
+  // or a feed-forward, which only comes back with the factory's gains. p 0: any gains will do.
   bool restarted(uint8_t id, const Gains& gains, bool rests) {
     if (!read(id, TORQUE_ENABLE, 1)) {
       return false;
@@ -257,7 +257,7 @@ class Xl330 {
     return read(id, FEED_FORWARD, FEED_SIZE) && !are_nothing(answer_.parameters);
   }
 
-  // Whether a servo answers that the limit of its duty is another one.
+  // Whether a servo answers that its duty limit is not `pwm`.
   bool has_other_pwm(uint8_t id, uint16_t pwm) {
     return read(id, GOAL_PWM, 2) && u16_at(answer_.parameters) != pwm;
   }
@@ -275,7 +275,7 @@ class Xl330 {
   }
 
   // Makes sure that a servo works in the mode that this layer needs, and starts limp after a loss of
-  // power; torque goes off where not.
+  // power; to change either, it switches torque off.
   bool set_mode(uint8_t id) {
     // A byte is lost now and then: a silent servo is asked, or told, once more.
     if (!read(id, RETURN_DELAY, 3) && !read(id, RETURN_DELAY, 3)) {
@@ -294,7 +294,7 @@ class Xl330 {
            (write(id, TORQUE_ENABLE, 0) && write(id, STARTUP, START_LIMP));
   }
 
-  // A servo that switched itself off after an error starts anew only so.
+  // Reboots a servo: once it has switched itself off after an error, nothing else restarts it.
   void reboot(uint8_t id) {
     protocol2::Instruction packet(id, protocol2::REBOOT);
     send(packet);
@@ -307,10 +307,10 @@ class Xl330 {
   }
 
   // Gives the only servo on the bus, new or not, an id and our bus speed. It may have one of them
-  // already: what was broken off is taken up again.
+  // already: an attempt that was interrupted is completed.
   bool identify(uint8_t old_id, uint8_t new_id) {
-    // Other projects use the last two, or 2 Mbit/s. At that speed the card may miss the answers, so
-    // it switches such a servo to its own speed without waiting for one.
+    // Other projects use 2 Mbit/s, or the last two of `speeds`. At 2 Mbit/s the card may miss
+    // answers, so it switches such a servo to its own speed without waiting for one.
     patience_ = LONG_PATIENCE;
     io_.bus_speed(2000000);
     tell_all(TORQUE_ENABLE, 0);
@@ -321,7 +321,7 @@ class Xl330 {
       const uint8_t id = ids[i % 2];
       io_.bus_speed(speeds[i / 2]);
       if (read(id, ID, 1) || (i < 4 && read(id, ID, 1))) {
-        // Written to its EEPROM, it may answer late or not at all: what it then is counts.
+        // A servo may answer an EEPROM write late or never: what counts is how it is afterwards.
         write(id, TORQUE_ENABLE, 0);
         if (id != new_id && !write(id, ID, new_id)) {
           write(id, ID, new_id);
@@ -347,11 +347,11 @@ class Xl330 {
   static const uint8_t STARTUP = 60;  // may bring back torque, and a goal from a backup, by itself
   static const uint8_t TORQUE_ENABLE = 64;
   static const uint8_t BUS_WATCHDOG = 98;
-  static const uint8_t POSITION_GAINS = 80;  // D, I, P, 2 bytes each; behind them nothing is defined
+  static const uint8_t POSITION_GAINS = 80;  // D, I, P, 2 bytes each; nothing is defined after them
   static const uint8_t GAINS_SIZE = 6;
   static const uint8_t FEED_FORWARD = 88;  // of acceleration and speed, 2 bytes each
   static const uint8_t FEED_SIZE = 4;
-  static const uint8_t GOAL_PWM = 100;  // goals of current, speed; profile acceleration, speed, goal
+  static const uint8_t GOAL_PWM = 100;  // then goal current and goal speed, then PROFILE_AND_GOAL
   static const uint8_t PROFILE_AND_GOAL = 108;
   static const uint8_t SPEED_AND_POSITION = 128;
   static const uint8_t POSITION_TRAJECTORY = 140;
@@ -359,9 +359,9 @@ class Xl330 {
 
   static const int32_t FASTEST = 2000;  // units of speed: more does not fit a Motion
   static const uint8_t ASKS = 3;  // how often all are asked, at most, where a byte was lost
-  static const uint8_t PATIENCE_OF_SERVOS = 10;  // in 20 ms
+  static const uint8_t PATIENCE_OF_SERVOS = 10;  // in units of 20 ms
   static const uint8_t ONE_MBPS = 3;
-  static const uint8_t DELAY = 25;  // in 2 µs: time for us to turn from sending to listening
+  static const uint8_t DELAY = 25;  // in units of 2 µs: for us to turn from sending to listening
   static const uint8_t SPEED_PROFILES = 0;
   static const uint8_t POSITION = 3;
   static const uint8_t START_LIMP = 0;
@@ -403,7 +403,7 @@ class Xl330 {
     since_ = heard_at_ = io_.micros();
   }
 
-  // Collects what the servos say; false when they have fallen silent before `enough` bytes.
+  // Collects what the servos say; returns false if they fall silent before `enough` bytes.
   bool receive(uint8_t enough) {
     while (received_ < enough) {
       // A byte comes every 160 cycles, and Serial1 keeps 63 of up to 184: there is no time to look
@@ -428,7 +428,7 @@ class Xl330 {
     return true;
   }
 
-  // Asks all; answers_ has what those said whose bit is in the result.
+  // Asks all motors; answers_ then holds the answers of those whose bits are in the result.
   uint8_t sync_read(const Joint* joints, uint8_t address, uint8_t width) {
     protocol2::Instruction packet(protocol2::BROADCAST, protocol2::SYNC_READ);
     packet.put(address, 2).put(width, 2);
@@ -444,7 +444,7 @@ class Xl330 {
       uint8_t turn = 0;
       for (uint8_t at = 0; protocol2::next_status(buffer_, received_, at, status); turn++) {
         for (uint8_t i = 0; i < MOTORS; i++) {
-          // They answer in turn: of two with one id, the one out of turn has another's.
+          // They answer in turn: of two with the same id, the one out of turn has another's.
           const bool once = !(heard & (1u << i)) || turn == i;
           if (status.id == joints[i].id && status.count == width && once) {
             answers_[i] = Answer(status);
@@ -452,7 +452,7 @@ class Xl330 {
           }
         }
       }
-      // Stuffing or noise makes it longer than it should be.
+      // Stuffing or noise makes the answers longer than they should be.
       if (heard == ALL || !more) {
         return heard;
       }
@@ -550,7 +550,7 @@ class Xl330 {
   uint16_t patience_ = PATIENCE;
   bool stranger_ = false;  // the servo asked last answered with another id
   bool refused_ = false;   // it answered with an error
-  bool missing_ = false;  // somebody did not answer the latest reading
+  bool missing_ = false;  // a servo did not answer the latest reading
   uint8_t misnamed_ = 0;
 };
 

@@ -17,7 +17,7 @@ struct Joint {
   int16_t neutral;
   Guards guards;
   FreeServo servo;
-  uint16_t sag;  // 1/256: as Rule has it
+  uint16_t sag;  // 1/256: as in Rule
 };
 
 struct Settings {
@@ -29,7 +29,7 @@ struct Settings {
   uint16_t hold_pwm;      // of FULL_PWM: the most duty of a stopped body
   uint16_t p_gain;        // of the servos' position control
   uint16_t d_gain;
-  uint16_t error_per_pwm;  // 1/65536 steps of error that bring one unit of duty
+  uint16_t error_per_pwm;  // 1/65536 steps of error for each unit of duty
   uint8_t hottest;         // °C
   uint8_t lowest;          // 0.1 V
 };
@@ -40,7 +40,7 @@ const uint8_t FREE_SERVO_SIZE = 7;
 const uint8_t JOINT_SIZE = 10 + GUARDS_SIZE + FREE_SERVO_SIZE + 2;
 const uint16_t FULL_PWM = 885;
 const uint16_t STEPS_PER_TURN = 4096;
-const int32_t SEAM = 100;  // steps that a joint's range keeps from it
+const int32_t SEAM = 100;  // steps that a joint's range keeps from the servo's wrap at 0
 const uint8_t IN_RANGE = 0xff;
 
 inline bool within(int32_t value, int32_t least, int32_t most) {
@@ -104,12 +104,12 @@ inline int16_t to_joint(const Joint& joint, int32_t position) {
   return static_cast<int16_t>(angle > 32000 ? 32000 : angle < -32000 ? -32000 : angle);
 }
 
-// The angle of a joint's range that is nearest.
+// The angle within a joint's range that is nearest to `angle`.
 inline int16_t inside(const Joint& joint, int16_t angle) {
   return angle > joint.max ? joint.max : angle < joint.min ? joint.min : angle;
 }
 
-// The last door: no goal leaves the card that is outside its joint's limits.
+// The last check: no goal outside its joint's limits leaves the card.
 inline int32_t to_servo(const Joint& joint, int16_t angle) {
   return static_cast<int32_t>(joint.zero) +
          static_cast<int32_t>(inside(joint, angle)) * joint.direction;
@@ -186,7 +186,7 @@ inline void write_joint(const Joint& j, Writer& out) {
   out.put(j.sag, 2);
 }
 
-// Settings and joints as they stand in EEPROM, and on the link piece by piece.
+// Settings and joints as they are stored in EEPROM, and sent over the link piece by piece.
 const uint16_t TABLE_SIZE = SETTINGS_SIZE + MOTORS * JOINT_SIZE;
 const uint8_t TABLE_WHOLE = 9;  // pieces: eight joints, then the settings
 

@@ -1,11 +1,11 @@
 """Miburi (身振り, "gesture"): feelings that show in a small robot's whole body.
 
-The rooms, in the order in which a feeling travels through them::
+The subpackages, in the order in which a feeling travels through them::
 
     feelings → gestures → ik (bma) → bodies → contact → feelings
 
 This package offers the names that most programs begin with. Each is loaded when it is first
-used, so ``import miburi`` alone is quick; all else is imported from its room, such as
+used, so ``import miburi`` alone is quick; import everything else from its subpackage, such as
 ``miburi.ik``.
 
 >>> import miburi
@@ -16,7 +16,7 @@ used, so ``import miburi`` alone is quick; all else is imported from its room, s
 
 from miburi.version import __version__
 
-TYPE_CHECKING = False  # type checkers take it for true; typing's own costs most of the import
+TYPE_CHECKING = False  # type checkers assume True; importing typing would be most of the cost
 
 if TYPE_CHECKING:
     from miburi.bodies.simulated import Simulated
@@ -85,7 +85,7 @@ _ORIGINS = {
     "solve": "miburi.ik:solve",
 }
 
-if not TYPE_CHECKING:  # with it in sight, a type checker would let any name pass
+if not TYPE_CHECKING:  # a type checker that saw __getattr__ would accept any name
 
     def __getattr__(name: str) -> object:
         if name not in _ORIGINS:

@@ -1,4 +1,4 @@
-"""``python -m miburi`` is the command ``miburi``."""
+"""Run the command ``miburi`` as ``python -m miburi``."""
 
 from miburi.cli import main
 

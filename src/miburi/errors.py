@@ -1,6 +1,6 @@
-"""All errors that Miburi raises for mistakes that a person can mend.
+"""All errors that Miburi raises for mistakes that a person can fix.
 
-Each message says what was got, what is allowed, and how to mend it. Catch :class:`MiburiError` to
+Each message says what Miburi got, what is allowed, and how to fix it. Catch :class:`MiburiError` to
 catch them all.
 """
 
@@ -34,11 +34,11 @@ class BodyError(MiburiError):
 
 
 class OutputError(MiburiError):
-    """A result cannot be written to its place."""
+    """A result cannot be written where it belongs."""
 
 
 def needs_extra(extra: str, error: ModuleNotFoundError) -> MiburiError:
-    """Return the error for a missing library, with the extra of the package that installs it."""
+    """Return the error for a missing library; it names the extra that installs the library."""
     library = str(error.name).partition(".")[0]
     return MiburiError(
         f"this needs {library}, which is not installed: pip install 'FILE[{extra}]', where FILE is "
@@ -47,6 +47,6 @@ def needs_extra(extra: str, error: ModuleNotFoundError) -> MiburiError:
 
 
 def need(library: str, extra: str) -> None:
-    """Raise what :func:`needs_extra` returns unless a library is installed; this loads nothing."""
+    """Raise what :func:`needs_extra` returns unless a library is installed, without loading it."""
     if find_spec(library) is None:
         raise needs_extra(extra, ModuleNotFoundError(name=library))

@@ -31,7 +31,7 @@ LINES = {
     "trials --out /proc/trials.parquet": "/proc/trials.parquet cannot be written",
     "calibrate --out .": "--out: . is a folder, and a file is needed",
     "tune --out tuned.toml --bound 5": "got '5'",
-    "to-ros notes.txt out.mcap": "no recording of Miburi's, or it is cut off",
+    "to-ros notes.txt out.mcap": "not a recording by Miburi, or it is cut off",
     "to-ros notes.txt notes.txt": "notes.txt would be written over itself",
     "card load calibration.toml /dev/ttyACM0": "the port comes first, then the file; got",
     "card monitor /dev/ttyACM0 --seconds -5": "-5",

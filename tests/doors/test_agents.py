@@ -129,7 +129,7 @@ def test_every_tool_does_what_it_says(door: Server, transport: Callable[[str], C
         assert await agent.call("gesture", feeling="surprise", intensity=0.4) == (
             "It has shown surprise."
         )
-        assert await agent.call("say", words="Hello, you.") == "It says so."
+        assert await agent.call("say", words="Hello, you.") == "It is saying that."
         assert (await agent.state())["said"] == "Hello, you."
         assert "does not say that" in await agent.call("say", words="You are worthless.")
         assert (await agent.state())["said"] == "Hello, you."

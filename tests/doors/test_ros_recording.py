@@ -110,7 +110,9 @@ def test_what_is_no_recording_of_ours_is_refused(robot: Robot, tmp_path: Path) -
     with Recorder(file) as recorder:
         recorder.write([RecordedMessage(0.5, "/joint_states", {"position": [0.0] * 7})])
     path.write_bytes(file.getvalue())
-    with pytest.raises(InputError, match=r"no recording of Miburi: /joint_states at 0.50 s: pos"):
+    with pytest.raises(
+        InputError, match=r"not a recording by Miburi: /joint_states at 0.50 s: pos"
+    ):
         convert_recording(path, robot, tmp_path / "out.mcap")
     assert [one.name for one in tmp_path.iterdir()] == ["other.mcap"]
 

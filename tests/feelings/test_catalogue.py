@@ -40,7 +40,7 @@ def test_a_ninth_feeling_is_one_more_table(tmp_path: Path, text: str) -> None:
     [
         ('name = "anger"', 'name = "Anger"', ["feeling.6.name = 'Anger'", "pattern"]),
         ('name = "anger"', 'name = "wrath"', ["anger is missing", "the paper's eight"]),
-        ('name = "anger"', 'name = "fear"', ["fear is there twice"]),
+        ('name = "anger"', 'name = "fear"', ["fear appears twice"]),
         ('"#c3202f"', '"red"', ["feeling.6.colour.paper = 'red'", "pattern"]),
         ("smile = 22", "smile = 99", ["feeling.0.face.mouth.smile = 99", "equal to 30"]),
         ("smile = 22", "smile = nan", ["feeling.0.face.mouth.smile = nan"]),

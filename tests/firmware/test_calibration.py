@@ -147,7 +147,7 @@ def test_a_servo_with_more_friction_is_named_in_words(
 @pytest.mark.parametrize(
     ("share", "words"),
     [
-        (0.45, r"right fingertip turns back with 1\.\d N.* horn's screw"),
+        (0.45, r"right fingertip springs back with 1\.\d N.* horn's screw"),
         # It sags as it rests. The card stopped after it was looked at, and refused the next move.
         (0.35, r"^Stopped: touched \(right_fingertip\)\..* horn and screws"),
     ],
@@ -202,7 +202,7 @@ def test_a_servo_that_seems_far_too_stiff_is_refused_in_words(
         return replace(found, stiffness=found.stiffness * np.where(np.arange(8) == 6, 5, 1))
 
     monkeypatch.setattr(calibration, "identify", stiff)
-    with pytest.raises(BodyError, match=r"left fingertip turns back with .* calibrate again"):
+    with pytest.raises(BodyError, match=r"left fingertip springs back with .* calibrate again"):
         measure(Card(lambda: emulation, real))
 
 

@@ -71,7 +71,7 @@ def test_nothing_at_all_is_refused(robot: Robot) -> None:
 
 
 def test_what_takes_longer_than_a_gesture_may_is_refused(robot: Robot) -> None:
-    with pytest.raises(InputError, match=r"20 s at most, and this took 2\d s"):
+    with pytest.raises(InputError, match=r"at most 20 s, but this one took 2\d s"):
         taught(robot, "wave", "happiness", *shown(robot, (1.0, 0.0, 14.0), (-0.5, 0.0, 9.0)))
 
 

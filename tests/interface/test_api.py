@@ -79,7 +79,7 @@ def test_wrong_values_are_refused_in_words(
         ("/bodies", {"name": "marble"}, 400, "one of simulated"),
         ("/bodies", {"name": "two-words"}, 400, "one of simulated"),
         ("/temperament", {"name": "wild"}, 400, "default, calm"),
-        ("/express", {"feeling": "fear", "blend": {"fear": 0.5}}, 400, "leads already"),
+        ("/express", {"feeling": "fear", "blend": {"fear": 0.5}}, 400, "already leads"),
         ("/hand", {"position": [0.1, 0.2, 0.1], "along": [0, 0, 0]}, 400, "length"),
     ],
 )

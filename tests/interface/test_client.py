@@ -199,7 +199,7 @@ def test_a_file_that_is_no_authority_is_said(tmp_path: Path, content: str | None
     path = tmp_path / "ca.pem"
     if content:
         path.write_text(content)
-    with pytest.raises(InputError, match="ca.pem: this is no certificate of an authority"):
+    with pytest.raises(InputError, match="ca.pem: this is not an authority's certificate"):
         miburi.connect("https://127.0.0.1:8081", authority=path)
 
 

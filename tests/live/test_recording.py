@@ -197,7 +197,7 @@ def test_a_recording_is_whole_when_the_run_breaks_off() -> None:
 def test_a_file_that_is_no_recording(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "r.mcap"
     path.write_bytes(content)
-    with pytest.raises(InputError, match="no recording of Miburi"):
+    with pytest.raises(InputError, match="not a recording by Miburi"):
         list(read(path))
     with pytest.raises(InputError, match="No such file"):
         list(read(tmp_path / "none.mcap"))
@@ -228,5 +228,5 @@ def test_a_recording_that_breaks_off_is_read_up_to_its_last_second(tmp_path: Pat
                 plain.append(record)  # noqa: PERF402  # what came before the break stays
         assert sum(isinstance(record, McapMessage) for record in plain) == len(times)
     path.write_bytes(whole[: marks[0][0] // 2])
-    with pytest.raises(InputError, match="no recording of Miburi"):
+    with pytest.raises(InputError, match="not a recording by Miburi"):
         list(read(path))

@@ -74,8 +74,8 @@ def test_a_file_and_a_pipe_give_the_same_frames() -> None:
         (wav(rate=44_100), "got 44100 Hz"),
         (wav(width=1), "8 bit"),
         (wav(channels=2), "2; `ffmpeg"),
-        (b"RIFF", "no WAV file"),
-        (b"RIFF\0\0\0\0AVI LIST", "no WAV file"),
+        (b"RIFF", "not a readable WAV"),
+        (b"RIFF\0\0\0\0AVI LIST", "not a readable WAV"),
     ],
 )
 def test_other_sound_is_refused_in_words(content: bytes, words: str) -> None:

@@ -436,7 +436,7 @@ def test_what_a_page_elsewhere_asks_for_without_an_origin_is_refused(kind: str, 
 def test_methods_that_nothing_here_has_are_refused_in_json(method: str) -> None:
     for path in ("/", "/api/v1/state", "/api/v1/nothing"):
         status, words = ask(Gate(behind), path, method=method)
-        assert (status, words) == (405, f"{method} is not for this address.")
+        assert (status, words) == (405, f"{method} is not allowed at this address.")
 
 
 def test_who_is_refused_takes_nothing_from_who_may_come_in() -> None:

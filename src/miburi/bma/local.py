@@ -1,6 +1,6 @@
 """The local searches: from one bacterium downhill, by Eq. 12 as printed or by damped Newton steps.
 
-Each is a generator: it yields points, (k, n), is sent what the function said there, (k, m)
+Each is a generator: it yields points, (k, n), is sent the function's results there, (k, m)
 residuals or (k, 1) values, and changes its bacterium in place.
 """
 
@@ -17,16 +17,16 @@ from miburi.ground.arguments import real_numbers
 
 __all__ = ["Jacobian", "LocalSearch", "Problem", "inside", "search_locally"]
 
-#: From a point, (n,), to the derivatives of what the function returns: (m, n), or (n,).
+#: Maps a point, (n,), to the derivatives of what the function returns: (m, n), or (n,).
 Jacobian = Callable[[Array], ArrayLike]
-#: Yields points, is sent what the function said there, and returns the value that it came to, and
-#: whether the function proved to be linear residuals.
+#: Yields points, is sent the function's results there, and returns the value that it reached, and
+#: whether the function proved to return linear residuals.
 LocalSearch = Generator[Array, Array, tuple[float, bool]]
 
-_ROUNDING = 1e-16  # a gain by a smaller share is none
+_ROUNDING = 1e-16  # a gain by a smaller share does not count
 _FIRST = 0.05  # the first step of a local search by gradients, in ranges of the variables
-_WIDE = 0.01  # a step by this share of a range tells a linear function from a bent one
-_SWEEPS = 3  # a local search sets out from the ends at most this many times
+_WIDE = 0.01  # a step this long, in ranges, tells a linear function from a curved one
+_SWEEPS = 3  # a local search starts again from the ends at most this many times
 
 
 class Problem(NamedTuple):
@@ -46,9 +46,9 @@ class Problem(NamedTuple):
 def search_locally(
     problem: Problem, x: Array, told: Array | None, best: float, iterations: int
 ) -> LocalSearch:
-    """Improve a bacterium in place. The function said ``told`` there; the best known is ``best``.
+    """Improve a bacterium in place; ``best`` is the best value known.
 
-    ``told`` is a value, (1,), or residuals, (m,); None asks for them.
+    ``told`` is the function's result at ``x``: a value, (1,), or residuals, (m,); None asks for it.
     """
     if told is None:
         told = (yield x[None])[0].copy()
@@ -100,10 +100,10 @@ def _search_from_ends(
 
 
 def _descend(problem: Problem, x: Array, told: Array, best: float, iterations: int) -> LocalSearch:
-    """Take damped Newton steps from ``x``, where the function said ``told``, (m,) or (1,).
+    """Take damped Newton steps from ``x``, where the function returned ``told``, (m,) or (1,).
 
-    Half the Hessian is JᵀJ of residuals; of other functions, what the gradients on the way tell
-    (BFGS). Steps and derivatives count each variable in ``scale``.
+    Half the Hessian is JᵀJ for residuals; for other functions it is learned from the gradients on
+    the way (BFGS). Steps and derivatives measure each variable in units of ``scale``.
     """
     settings, by_residual = problem.settings, problem.by_residual
     width = problem.upper - problem.lower
@@ -149,8 +149,8 @@ def _descend(problem: Problem, x: Array, told: Array, best: float, iterations: i
 
 
 def _learn(known: int, normal: Array, step: Array, gradient: Array, old: Array) -> Array:
-    """Return half the Hessian after a ``gradient``: before it, this many were ``known``."""
-    if known == 0:  # as much as makes the first step as long as it should be
+    """Return half the Hessian after a new ``gradient``; ``known`` counts those before it."""
+    if known == 0:  # scaled so that the first step has about the length _FIRST
         return np.eye(gradient.size) * float(np.linalg.norm(gradient)) / (2.0 * _FIRST)
     change = gradient - old
     along = float(step @ change)
@@ -160,7 +160,7 @@ def _learn(known: int, normal: Array, step: Array, gradient: Array, old: Array) 
 
 
 def _slopes(problem: Problem, x: Array, told: Array) -> Generator[Array, Array, Array]:
-    """Return the derivatives at ``x`` of what was ``told`` there, (m, n)."""
+    """Return the function's derivatives, (m, n), at ``x``, where it returned ``told``."""
     if problem.jacobian is not None:
         wanted = f"finite derivatives of the shape {(told.size, x.size)}"
         given = np.atleast_2d(real_numbers(problem.jacobian(x), "jacobian(x)", wanted))
@@ -173,7 +173,7 @@ def _slopes(problem: Problem, x: Array, told: Array) -> Generator[Array, Array, 
 
 
 def inside(problem: Problem, x: Array, step: Array) -> Array:
-    """Return x + s put back into the box, which the paper leaves open; ``x`` for NaN."""
+    """Return x + s clipped to the box (the paper does not say how); ``x`` where that is NaN."""
     new = x + step
     new[np.isnan(new)] = x[np.isnan(new)]
     return np.minimum(np.maximum(new, problem.lower), problem.upper)

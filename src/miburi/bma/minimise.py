@@ -57,9 +57,9 @@ def minimize(
     Raises
     ------
     InputError
-        An argument is not as said above, or the function returned NaN or no number.
+        An argument is not as described above, or the function returned NaN or a non-number.
     RuntimeError
-        The function raised StopIteration; whatever else it raises goes through.
+        The function raised StopIteration; any other exception passes through.
     """
     limit = clock_limit(deadline)
     search = Optimizer(bounds, start=start, settings=settings, seed=seed, jacobian=jacobian)
@@ -104,8 +104,8 @@ def scipy_method(
     """Serve as ``method`` of ``scipy.optimize.minimize``.
 
     ``scipy.optimize.minimize(f, x0, method=bma.scipy_method, bounds=…, options={"seed": 1})``;
-    settings, seed and deadline are options, as in :func:`minimize`. So are SciPy's own maxiter,
-    the generations, and tol, the length of the gradient at which a local search ends. ``jac`` is
+    settings, seed and deadline are options, as in :func:`minimize`. So are SciPy's own maxiter
+    (generations) and tol (the length of the gradient at which a local search ends). ``jac`` is
     used, the Hessian is not.
 
     Returns
@@ -130,7 +130,7 @@ def scipy_method(
             f"got {', '.join(sorted(unknown))}."
         )
     if constraints:
-        raise InputError("The memetic algorithm knows no constraints but bounds; leave them out.")
+        raise InputError("The memetic algorithm takes no constraints but bounds; leave others out.")
     if not isinstance(bounds, list | tuple | np.ndarray):  # scipy.optimize.Bounds
         bounds = np.column_stack(np.broadcast_arrays(bounds.lb, bounds.ub, np.asarray(x0))[:2])
     settings = checked_settings(settings)

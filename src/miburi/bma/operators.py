@@ -1,7 +1,7 @@
 """The operators of the Bacterial Memetic Algorithm (Section 3).
 
-In: bacteria, random numbers, values that somebody else has computed. Out: new points. None of them
-evaluates anything; :mod:`miburi.bma.search` puts them in order.
+They take bacteria, random numbers and values computed elsewhere, and give new points. None of them
+evaluates anything; :mod:`miburi.bma.search` calls them in order.
 """
 
 import numpy as np
@@ -34,7 +34,7 @@ Ints = NDArray[np.int64]
 SLIGHT = 1e-6
 
 _STENCIL = 1e-6  # half width of a central difference, as a share of a variable's range
-_FINEST = 1e-14  # and no less than this share of the variable itself, to differ from it
+_FINEST = 1e-14  # but at least this share of the variable, so that the points differ
 _SMALLEST_DAMPING, _LARGEST_DAMPING = 1e-15, 1e15
 # SplitMix64 (Steele, Lea and Flood 2014)
 _STEP, _MIX, _MIX_AGAIN = np.array(
@@ -54,7 +54,7 @@ def draw(state: NDArray[np.uint64], count: int) -> Array:
 
 
 def shuffle(genes: list[int], shares: Array) -> None:
-    """Put the numbers of n variables in an order given by n - 1 random numbers (Fisher, Yates)."""
+    """Shuffle the numbers of n variables in place by n - 1 random numbers (Fisher, Yates)."""
     for i, u in zip(range(len(genes) - 1, 0, -1), shares.tolist(), strict=True):
         j = int(u * (i + 1))
         genes[i], genes[j] = genes[j], genes[i]
@@ -82,8 +82,8 @@ def rank(population: Array, costs: Array) -> None:
 def transfer(population: Array, genes: list[int], shares: Array) -> int:
     """Gene transfer within a ranked population; return the number of the changed bacterium.
 
-    Of the random ``shares`` the first two choose one of the better half, which gives, and one of
-    the worse half, which takes; each of the others chooses a gene.
+    The first two random ``shares`` choose the giver from the better half and the taker from the
+    worse half; each of the others chooses a gene.
     """
     individuals, half = len(population), len(population) // 2
     one, other, *picks = shares.tolist()
@@ -125,7 +125,7 @@ def differences(x: Array, centre: Array, points: Array, values: Array) -> Array:
 
 
 def free(x: Array, gradient: Array, lower: Array, upper: Array) -> NDArray[np.bool_]:
-    """Say which variables the gradient does not press on a bound, (n,)."""
+    """Return which variables the gradient does not press against a bound, (n,)."""
     pressed = ((x <= lower) & (gradient >= 0.0)) | ((x >= upper) & (gradient <= 0.0))
     return ~pressed
 
@@ -177,8 +177,8 @@ def ends(x: Array, lower: Array, upper: Array) -> Array:
     """Return 2n clones of ``x``: each variable once at its least and once at its greatest value.
 
     This is ours, not the paper's. Where a local search is trapped, the way out often begins at
-    an end: of a joint on its limit at the other limit, since a turn by half a circle leads to
-    nearly the same place; of a nearly straight arm at the limit that bends it the other way.
+    an end: for a joint at its limit, at the other limit, since half a turn leads to nearly the
+    same place; for a nearly straight arm, at the limit that bends it the other way.
     """
     clones, j = np.repeat(x[None], 2 * x.size, axis=0), np.arange(x.size)
     clones[2 * j, j], clones[2 * j + 1, j] = lower, upper
@@ -188,8 +188,8 @@ def ends(x: Array, lower: Array, upper: Array) -> Array:
 def promising(x: Array, lower: Array, upper: Array, values: Array) -> Ints:
     """Return the numbers of the clones of :func:`ends`, the most promising first.
 
-    First those of variables that are at an end, then the others, each by its value. Left out are
-    ``x`` itself and points that are not allowed.
+    First come those of variables that are at an end, then the others, both sorted by value.
+    ``x`` itself and points that are not allowed are left out.
     """
     at_least, at_most = x <= lower, x >= upper
     here = np.column_stack([at_least, at_most]).ravel()

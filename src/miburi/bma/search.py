@@ -23,9 +23,9 @@ from miburi.ground.arguments import Seed, real_numbers, seed_of
 __all__ = ["Optimizer"]
 
 _EXACT = 1e-20  # share of the first sum of squares at which a search for residuals has converged
-_IDLE = 1e-12  # a gain by a smaller share of the spread of the first bacteria does not count
+_IDLE = 1e-12  # a gain by a smaller share of the first bacteria's spread does not count
 
-#: Yields points, is sent what the function said there.
+#: Yields points, is sent the function's results there.
 Requests = Generator[Array, Array, None]
 
 
@@ -51,7 +51,7 @@ class Optimizer:
     Raises
     ------
     InputError
-        Bounds, start or seed are not as said above.
+        Bounds, start or seed are not as described above.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class Optimizer:
         self._evaluations = self._generations = self._idle = 0
         self._status: str | None = None
         self._told_shape: tuple[int, ...] = ()
-        self._totals = np.empty(0)  # the values told last: of residuals, the sums of squares
+        self._totals = np.empty(0)  # the values told last; for residuals, their sums of squares
         self._asked = False
         self._requests = self._search()
         self._points: Array | None = next(self._requests)
@@ -104,10 +104,10 @@ class Optimizer:
         Raises
         ------
         InputError
-            The shape is another, a value is NaN, nothing was asked, or the search has ended.
+            The shape is wrong, a value is NaN, no points were asked for, or the search has ended.
         """
         if not (self.finished or self._asked):
-            raise InputError("Values are told once, for points asked for: call ask() first.")
+            raise InputError("Tell values once, and only for points asked for: call ask() first.")
         points = self.ask()
         self._take(points, self._checked_values(values, points))
 
@@ -151,7 +151,7 @@ class Optimizer:
         return _EXACT * float(np.median(known)) if known.size else 0.0
 
     def _checked_values(self, values: ArrayLike, points: Array) -> Array:
-        """Return the values as the search takes them, or say what is wrong with them."""
+        """Return the values in the form the search takes; InputError says what is wrong."""
         by_residual = self._problem.by_residual
         wanted = "real numbers, or residuals, (m,), always of one length"
         told = real_numbers(values, "the function's values", wanted)
@@ -187,7 +187,7 @@ class Optimizer:
         self._requests.close()
 
     def _search(self) -> Generator[Array, Array, str]:
-        """Yield points; take what the function says there. Return the status."""
+        """Yield points, receive the function's results there, and return the status."""
         settings, lower, upper = self.settings, self.lower, self.upper
         if self._begins_at_start:
             told = yield self.start[None]
@@ -281,7 +281,7 @@ def _checked_bounds(bounds: ArrayLike) -> tuple[Array, Array]:
     with np.errstate(over="ignore", invalid="ignore"):
         wide = np.isfinite(box[:, 1] - box[:, 0])
     if not np.all(wide) or not np.all(box[:, 0] <= box[:, 1]):
-        wanted = "finite and their distance too, no least value above its greatest"
+        wanted = "finite and a finite distance apart, no least value above its greatest"
         raise InputError(f"bounds must be {wanted}, got {bounds!r}.")
     return box[:, 0].copy(), box[:, 1].copy()
 

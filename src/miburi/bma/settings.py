@@ -45,7 +45,7 @@ class Settings:
     ----------
     generations, individuals, clones
         N_gen, from 0; N_ind and N_clones, from 2: at most a million clones in all. One of the
-        clones stays as the original is.
+        clones stays the same as the original.
     segment, transfers, transferred
         l_bm, variables in a segment of bacterial mutation, from 1; N_inf, gene transfers in a
         generation, from 0; l_gt, variables in a gene transfer, from 1.
@@ -53,27 +53,27 @@ class Settings:
         LM_prob, 0 to 1; LM_iter, from 0.
     damping, gradient_tolerance
         γ_init, above 0: a share of the greatest curvature if ``relative``. τ, from 0: a local
-        search ends where the gradient is not longer.
+        search ends where the gradient is at most this long.
     local_search
         "printed" is Eq. 12; "gradient" learns the curvature from the gradients it meets (BFGS);
         "residual" is Levenberg-Marquardt on the residuals, (JᵀJ + γI)s = -Jᵀe, as in the paper's
         reference [9], for functions that return residuals.
     relative
-        Whether steps count each variable in shares of its range, and γ as a share of the
-        curvature, so that no result depends on a unit. "printed" knows only absolute numbers.
+        Whether steps measure each variable in shares of its range, and γ as a share of the
+        curvature, so that no result depends on a unit. "printed" uses only absolute numbers.
     ends
-        How many clones with one variable at an end of its range are searched from where a
-        residual search ends; 0, as in the paper, leaves them out.
+        How many clones of the point where a residual search ended, each with one variable at an
+        end of its range, to search from; 0, as in the paper, leaves them out.
     local_first
         Whether a generation begins with local searches or, as in the paper, with mutation.
     first_iterations
         Iterations of the local searches from the start and from the middle of the box, before
         there is a population; 0, as in the paper, leaves them out.
     target
-        The search has converged at a value not above this; ``-inf`` never stops it. None is
-        ``-inf``, and for residuals 1e-20 of the sum of squares at the start.
+        The search has converged at a value not above this; ``-inf`` never stops it. None means
+        ``-inf``, or for residuals 1e-20 of the sum of squares at the start.
     patience
-        The search has settled after this many local searches in a row, of the population, that
+        The search has settled once this many local searches of the population in a row have
         found nothing better; 0, as in the paper, never stops it.
 
     Raises
@@ -182,7 +182,7 @@ class SearchResult:
 
 
 def checked_settings(settings: Any) -> Settings:
-    """Return what is given, or the default for None; InputError for anything else."""
+    """Return the settings given, or the default for None; InputError for anything else."""
     if settings is not None and not isinstance(settings, Settings):
         raise InputError(f"settings must be bma.Settings or None, got {settings!r}.")
     return settings or Settings()

@@ -1,15 +1,15 @@
-"""Robot, servos and a human hand in MuJoCo: what moves, and knows no rule.
+"""Robot, servos and a human hand in MuJoCo: the physics alone, without the contact rule.
 
-A servo follows its setpoint with limited torque and tells its angle in encoder steps. All else
-that happens, such as forces, only a simulation can know; it is told apart, in
+A servo follows its setpoint with limited torque and reports its angle in encoder steps. Only a
+simulation can know the rest, such as forces; that is reported separately, in
 :class:`~miburi.bodies.Touch`.
 
-MuJoCo has the position control, its limit and the back EMF (see :mod:`miburi.servos.model`). Dry
-friction follows the torques at every physics step, and the supply's voltage the currents at every
-reading. Where gears play, the encoder sits behind them, at the horn; back EMF and most of the
-friction act at the motor, which carries the horn's load even while the teeth are apart. What is
-left out is in :class:`miburi.servos.Axis`: the control's rate and whole encoder steps, the PWM's
-slope.
+MuJoCo models the position control, its limit and the back EMF (see :mod:`miburi.servos.model`). Dry
+friction is updated from the torques at every physics step, and the supply's voltage from the
+currents at every reading. Where gears have play, the encoder sits behind them, at the horn; back
+EMF and most of the friction act at the motor, which carries the horn's load even while the teeth
+are apart. The control's rate and whole encoder steps and the PWM's slope are left out here; they
+are in :class:`miburi.servos.Axis`.
 """
 
 import numpy as np
@@ -26,7 +26,7 @@ from miburi.safety.profile import Steps, to_steps
 
 __all__ = ["Plant"]
 
-#: m by which parts may overlap at neutral: their shapes are only nearly the robot's (ours).
+#: How far parts may overlap at neutral, m: their shapes only approximate the robot's (ours).
 _DEEP = 0.001
 #: Clearance between a placed hand and the trunk, m (ours). Both are rigid: if they touched, the
 #: force between them would be decided by rounding errors alone.
@@ -34,14 +34,14 @@ _CLEAR = 0.0002
 
 
 class Plant:
-    """The physical robot, at rest in neutral; :meth:`rest` begins anew.
+    """The physical robot, at rest in neutral; :meth:`rest` starts over.
 
     Parameters
     ----------
     robot
         The description to build from.
     sprung_hand
-        Whether the human hand hangs on springs, as in trials, or is where it is placed.
+        Whether the human hand hangs on springs, as in trials, or stays where it is placed.
 
     Raises
     ------
@@ -61,26 +61,26 @@ class Plant:
             self._plays = np.array([self.model.joint(PLAY + name).dofadr[0] for name in JOINTS])
         #: Where MuJoCo keeps each motor's dry friction: no other joint has any.
         self._rows = self._dofs.argsort().argsort()
-        # MuJoCo's own memory, at the same place for life.
+        # Views of MuJoCo's own memory, which never moves.
         self._positions: Array = self.data.qpos
         self._control: Array = self.data.ctrl
         self._gain: Array = self.model.actuator_gainprm[:, 0]
-        #: Whose motor :meth:`push` drives by its duty; None before the first.
+        #: Which motors :meth:`push` drives by their duty; None before the first push.
         self._driven: NDArray[np.bool_] | None = None
         self._hand = self.model.geom("hand").id
-        #: What a placed hand stays out of; a sprung one gives way by itself.
+        #: The parts that a placed hand is kept out of; a sprung one gives way by itself.
         trunk = [] if sprung_hand else [self.model.body(name).id for name in (BASE, "torso")]
         self._trunk = np.flatnonzero(np.isin(self.model.geom_bodyid, trunk))
         self._start = 0.0
         self._servo = robot.servo.model
-        #: V of the supply when nothing draws current.
+        #: The supply's voltage when nothing draws current, V.
         self.voltage = self._servo.supply.voltage
         #: Constants of the dry friction of each servo and its horn, (8, 6).
         self.friction = np.array([self._servo.friction.row] * len(JOINTS))
         motor = self._servo.motor
         self._braking = np.full(len(JOINTS), self._servo.damping - self._servo.friction.viscous)
         self._stiffness, self._damping = self._servo.stiffness, self._servo.control_damping
-        #: V that the supply loses for each N²·m² of torque under voltage.
+        #: V² for each N²·m² of torque; over the voltage, this is what the supply loses under load.
         self._drop = self._servo.supply.resistance * motor.resistance / motor.torque_constant**2
         from miburi.servos.friction import set_friction  # it loads Numba
 
@@ -105,7 +105,7 @@ class Plant:
         )
 
     def rest(self, pose: Array, settle: float = 0.5) -> None:
-        """Begin anew, at rest in ``pose`` (8,) rad, after gravity has pulled for ``settle`` s."""
+        """Start over, at rest in ``pose`` (8,) rad, after gravity has pulled for ``settle`` s."""
         mujoco.mj_resetData(self.model, self.data)
         self._driven = None
         self.power(self._servo.motor_torque)
@@ -126,7 +126,7 @@ class Plant:
 
     @property
     def time(self) -> float:
-        """Time since the story began, in s."""
+        """Time since :meth:`rest` last ended, in s."""
         return float(self.data.time - self._start)
 
     @property
@@ -153,7 +153,7 @@ class Plant:
     def place_hand(self, position: Array, along: Array) -> None:
         """Put the human hand's middle at ``position`` (3,) m, its fingers ``along`` (3,).
 
-        A place inside the trunk becomes the nearest one outside it: neither gives way.
+        A place inside the trunk becomes the nearest one outside it, since both are rigid.
 
         Raises
         ------
@@ -172,7 +172,7 @@ class Plant:
     def _leave_trunk(self) -> None:
         """Move a hand that is inside a part of the trunk out of it, by the shortest way."""
         ends = np.empty(6)
-        for _ in range(3):  # out of one part may be into the next
+        for _ in range(3):  # leaving one part may lead into the next
             for part in self._trunk:
                 mujoco.mj_kinematics(self.model, self.data)
                 inside = mujoco.mj_geomDistance(self.model, self.data, self._hand, part, 1.0, ends)
@@ -185,9 +185,9 @@ class Plant:
         self.data.mocap_pos[0] = HAND_AWAY
 
     def power(self, torque: Array | float) -> None:
-        """Feed the servos from the supply as it is now, each with a limit of its duty.
+        """Power the servos from the supply's present voltage, each with its duty limited.
 
-        ``torque`` is what a motor at rest would give with that duty at nominal voltage, N·m:
+        ``torque`` is what a motor at rest would give at that limit and nominal voltage, N·m:
         (8,), or the same for all.
         """
         model = self.model
@@ -201,17 +201,17 @@ class Plant:
 
     @property
     def loaded_voltage(self) -> float:
-        """V of the supply under the current that the motors draw."""
+        """The supply's voltage under the current that the motors draw, V."""
         force = self.data.actuator_force
-        # Of the current through a motor, the supply feeds the share that the duty is.
+        # The supply feeds a share of each motor's current that equals the motor's duty.
         fed = float(force @ (force - self._braking * self.data.qvel.take(self._dofs)))
         return self.voltage - self._drop * max(fed, 0.0) / self.voltage
 
     def push(self, duties: Array, driven: NDArray[np.bool_]) -> Touch:
         """Let one physics step pass with the motors at ``duties`` (8,), −1 to 1.
 
-        Whose motor is not ``driven`` (8,) turns freely: no current flows, so nothing brakes it but
-        its gears. A plant that was pushed once does not :meth:`advance`.
+        A motor that is not ``driven`` (8,) turns freely: no current flows, so only its gears brake
+        it. Once it has been pushed, a plant must not :meth:`advance`.
         """
         if self._driven is None or not np.array_equal(driven, self._driven):
             self._drive(driven)
@@ -231,7 +231,7 @@ class Plant:
         model.actuator_forcerange[:, 0], model.actuator_forcerange[:, 1] = -np.inf, np.inf
 
     def step(self) -> None:
-        """Let one physics step pass, and dry friction follow the torques."""
+        """Let one physics step pass, then update dry friction from the torques."""
         model, data = self.model, self.data
         mujoco.mj_step(model, data)
         self._set_friction(
@@ -255,7 +255,7 @@ class Plant:
         return touch
 
     def ordered(self, setpoint: Array) -> Array:
-        """Return the setpoint at the motors that brings the horns to this one."""
+        """Return the setpoint for the motors that brings the horns to ``setpoint``."""
         return setpoint - self._positions.take(self._plays) if self._plays.size else setpoint
 
     def _touch(self) -> Touch:
@@ -263,7 +263,7 @@ class Plant:
         return Touch(force, None if part is None else self.time, part, itself)
 
     def _touched(self) -> tuple[float, str | None, tuple[str, str] | None]:
-        """Force on the hand (N) and the part it met; and a pair of the robot's own parts."""
+        """Return force on the hand (N), the part it met, and two of the robot's parts that met."""
         total, part, itself = np.zeros(3), None, None
         wrench = np.zeros(6)
         for index, contact in enumerate(self.data.contact):

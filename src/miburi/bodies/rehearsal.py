@@ -15,7 +15,7 @@ from miburi.safety.stop import Phase, Stop
 
 __all__ = ["PERIOD", "Rehearsal", "rehearse"]
 
-#: s between two records: 50 Hz.
+#: Time between two records, s: 50 Hz.
 PERIOD = 0.02
 
 
@@ -26,7 +26,7 @@ class Rehearsal:
     Attributes
     ----------
     angles
-        (n, 8) rad, true joint angles, one each ``PERIOD``; the first is before the first move.
+        (n, 8) rad, true joint angles, one row per ``PERIOD``; the first is before the first move.
     positions
         (n, 9) m, right hand, left hand and head.
     ik_error
@@ -36,7 +36,7 @@ class Rehearsal:
     met
         The first pair of parts that met, or None.
     stop
-        The contact stop that broke the performance off, or None.
+        The contact stop that cut the performance short, or None.
     """
 
     angles: Array
@@ -57,7 +57,7 @@ def rehearse(
     """Perform key poses from neutral on a new simulated body.
 
     ``settings`` are those of the inverse kinematics; see :func:`miburi.ik.solve`. With ``flows``
-    key poses are passed without a stop where they may be, as a lively partner does.
+    key poses that allow it are passed without a stop, as a lively partner does.
     """
     body = Simulated(robot)
     present = np.array(robot.neutral)
@@ -83,7 +83,7 @@ def rehearse(
         present = solution.angles
         passes = flows and pose.passes
         least = move.slows_at if passes else pose.duration
-        # A move of no distance takes its time, too.
+        # Even a move of no distance takes its full duration.
         while (len(poses) - began) * PERIOD < least or (
             not passes and body.state.phase is Phase.MOVING
         ):

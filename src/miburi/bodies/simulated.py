@@ -106,7 +106,7 @@ class Simulated:
         return self
 
     def motors(self) -> Motors:
-        """Return the rule; simulated motors have no temperature, no voltage and no id."""
+        """Return the motors, which have no temperature, voltage or id here, and the rule."""
         return Motors(tuple(Motor() for _ in JOINTS), self._controller.rule)
 
     @property
@@ -129,7 +129,7 @@ class Simulated:
         self._controller.stop(self.encoders, self._clock)
 
     def halt(self) -> None:
-        """Do nothing: its time stands while nobody steps it."""
+        """Do nothing: time stands still here while nobody steps the body."""
 
     def release(self) -> None:
         """End a stop; see :meth:`miburi.bodies.Body.release`."""

@@ -72,14 +72,14 @@ _Shares = Annotated[list[Annotated[float, Field(gt=0, le=20)]], _Eight]
 
 
 class IdentifiedTable(Table):
-    """Identified servos: the kind, its P gain and what that counts in, shares of its constants.
+    """Identified servos: their kind, its P gain and divisor, and shares of its constants.
 
     Attributes
     ----------
     servo
-        The name of the servo that the shares are of.
+        The name of the servo whose constants the shares refer to.
     gain, divisor
-        The P gain that was set, and what a unit of it is a part of.
+        The P gain that was set, and the number that it is divided by.
     wear, stiffness, damping, friction, gravity
         As in :class:`miburi.calibration.identify.Shares`.
     """
@@ -110,11 +110,11 @@ class Calibration:
     Attributes
     ----------
     robot
-        The robot with the servos that it has.
+        The robot, with its own servos where they were identified.
     rule
         The rule with the guards of this robot.
     servos
-        How the servos are mounted; None in a calibration that is not of a card.
+        How the servos are mounted; None in a calibration that is not a card's.
     identified
         The rule that expects the servos as they were identified; None where they were not.
     """
@@ -193,7 +193,7 @@ def _with_identified(robot: Robot, table: IdentifiedTable, path: Path) -> Robot:
     servo = robot.servo.model.varied(friction=table.wear)
     if table.servo != servo.name:
         raise DescriptionError(
-            f"{path} is of the servo {table.servo}, but the robot has {servo.name}; choose that "
+            f"{path} is for the servo {table.servo}, but the robot has {servo.name}; choose that "
             "servo with --servo, or calibrate this one."
         )
     drive = servo.drive.model_copy(update={"gain": table.gain})

@@ -1,7 +1,7 @@
 """Derive guards from free motion: how much the contact rule must allow these servos (ours).
 
-In go :class:`Trace` objects, each the encoder readings of one free move beside its commanded
-profile; out come the :class:`~miburi.robot.guards.Guards` that would have let all of them pass,
+It takes :class:`Trace` objects, each the encoder readings of one free move with its commanded
+profile, and gives the :class:`~miburi.robot.guards.Guards` that would have let all of them pass,
 with a margin. A trace holds only what a card sees, so the same code calibrates simulated servos
 and those of a real robot.
 """

@@ -1,10 +1,11 @@
 """Derive the guards of identified servos: what their free moves need, now and in another state.
 
-In go the rule that expects the servos (:mod:`miburi.calibration.identify`) and
-:class:`~miburi.calibration.free_motion.Trace` objects of free moves; out comes that rule with
-guards. A calibration sees one supply and gears of one warmth. What others would change, the model
-of these very servos tells: each move is shifted by it, and must pass too. Where gears take half of
-a motor's torque, a quarter more friction makes a servo a quarter softer, and new ones a tenth.
+It takes the rule that expects the servos (:mod:`miburi.calibration.identify`) and
+:class:`~miburi.calibration.free_motion.Trace` objects of free moves, and gives that rule with
+guards. A calibration sees one supply and gears at one temperature. The model of these very servos
+predicts what others would change: each move is shifted by that, and must pass too. Where gears
+take half of a motor's torque, a quarter more friction makes a servo a quarter softer; with new
+gears, a tenth.
 
 Import it where it is first needed: it loads Numba.
 """
@@ -33,11 +34,11 @@ __all__ = [
     "shaken",
 ]
 
-#: Guards are this many times what the model missed of the free moves, and no less than the floors;
-#: the second is for moves in another state, of which the model tells a part (both ours).
+#: Guards are this many times the model's error in the free moves, and no less than the floors; the
+#: second is for moves in another state, which the model predicts in part (both ours).
 MARGIN, STATE_MARGIN = 1.5, 1.25
-#: Times the friction and the supply's voltage of the calibration, in other states (ours): gears are
-#: stiff when cold, and a supply may have 4.75 to 5.25 V.
+#: Friction and supply voltage in other states, as multiples of the calibration's (ours): gears are
+#: stiff when cold, and a supply may give 4.75 to 5.25 V.
 STATES = ((1.25, 0.95), (0.75, 1.05))
 #: The guards that play widens, and how many joints must show play first: most of the five that
 #: carry little (ours).
@@ -62,7 +63,7 @@ def free_rule(robot: Robot, found: Identified, traces: Sequence[Trace]) -> FreeR
 
 
 def granted(rule: FreeRule, traces: Sequence[Trace]) -> FreeRule:
-    """Return a rule with guards for these free moves, in every state, and not narrower.
+    """Return the rule with guards widened, never narrowed, for these moves in every state.
 
     They are ``MARGIN`` times what the model misses, and ``STATE_MARGIN`` times what it would miss
     in each of ``STATES``.
@@ -76,7 +77,7 @@ def granted(rule: FreeRule, traces: Sequence[Trace]) -> FreeRule:
 
 
 def _loosened(least: Guards[Steps], guards: Guards[Steps], steps: float) -> Guards[Steps]:
-    """Return guards for gears with so many steps of play.
+    """Return guards for gears with this many ``steps`` of play.
 
     Each motor is granted the median of what the motors need beyond ``least``. The play comes on top
     of that: with the median alone, robots with a play of 0.25° had 17 false stops in 4,000 trials.
@@ -92,9 +93,9 @@ def _loosened(least: Guards[Steps], guards: Guards[Steps], steps: float) -> Guar
 
 
 def shaken(rule: FreeRule, traces: Sequence[Trace]) -> FreeRule:
-    """Return a rule that lets motors be where others shake them, as in these free moves.
+    """Return a rule that lets motors be shaken by others as they are in these free moves.
 
-    These moves shake harder than gestures do. What a motor may be behind or ahead grows with the
+    These moves shake harder than gestures do. How far a motor may be behind or ahead grows with the
     usual margins, its slack only to what was needed: with more, contacts at the waist are noticed
     too late.
     """
@@ -118,7 +119,7 @@ def _widened(
 
 
 def _in_state(rule: FreeRule, friction: float, voltage: float) -> FreeRule:
-    """Return the rule that expects the same servos with so many times friction and voltage."""
+    """Return the rule for the same servos with friction and voltage scaled by these factors."""
 
     def times(values: Steps, factor: float) -> Steps:
         steps: Steps = np.rint(values * factor).astype(np.int64)
@@ -136,8 +137,8 @@ def _in_state(rule: FreeRule, friction: float, voltage: float) -> FreeRule:
 def _shifted(traces: Sequence["FreeTrace"], other: FreeRule) -> Iterator["FreeTrace"]:
     """Yield free moves as they would have been with the servos that another rule expects.
 
-    A calibration's own moves know no worn gears, and give their motors little to spare. Later ones
-    have a ceiling that such a state does not reach, so the difference is that of unlimited motors.
+    A calibration's own moves do not allow for worn gears, and leave motors little to spare. Later
+    ones have a ceiling that such a state does not reach, so the shift assumes unlimited motors.
     """
     for trace in traces:
         free = replace(trace, loading=replace(trace.loading, most=UNLOADED.most))
@@ -148,7 +149,7 @@ def _shifted(traces: Sequence["FreeTrace"], other: FreeRule) -> Iterator["FreeTr
 
 @dataclass(frozen=True)
 class FreeTrace(Trace):
-    """A trace beside the free servo that a rule expects, instead of its delayed profile.
+    """A trace judged by the free servo that a rule expects, not by its delayed profile.
 
     Attributes
     ----------

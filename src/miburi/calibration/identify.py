@@ -1,7 +1,7 @@
 """Identify each servo from free moves: how it differs from the one that the description names.
 
-In go the robot and :class:`~miburi.calibration.free_motion.Trace` objects of some fifty free moves;
-out comes :class:`Identified`, with which :func:`expecting` makes the rule of *these* servos;
+It takes the robot and :class:`~miburi.calibration.free_motion.Trace` objects of some fifty moves,
+and gives :class:`Identified`, from which :func:`expecting` makes the rule of *these* servos;
 :mod:`miburi.calibration.guards` grants what they need. :func:`in_words` says what a maker may
 want to look at, and
 :func:`check` refuses what cannot be driven safely. A trace holds only what a card sees.
@@ -42,9 +42,9 @@ __all__ = [
 ]
 
 #: Stiffness at the horn that a servo may have, and that it should have, N·m/rad (ours: with less it
-#: cannot carry the body to a pose, with more it hunts where gears play). It is found a tenth too
-#: low on average, a fifth at most: while all joints move, wires take some of the supply's voltage,
-#: and gears take more of a torque than the model knows. The true value should be 4 to 6.
+#: cannot carry the body to a pose, with more it hunts where gears play). It is measured a tenth
+#: too low on average, a fifth at most: while all joints move, wires take some of the supply's
+#: voltage, and gears more of a torque than the model assumes. The true value should be 4 to 6.
 STIFFNESS, _WELL = (2.0, 8.0), (4.0, 5.5)
 #: The search's steps, as factors, coarse to fine; and those of the delay, µs.
 _FACTORS = (1.6, 1.25, 1.12, 1.06, 1.03)
@@ -56,30 +56,30 @@ _LITTLE = 0.001
 #: Shares of the description's constant within which the search stays.
 _BOX = (0.2, 5.0)
 #: A servo that differs from its mirror image, or from all others, by more than these factors, and
-#: from its description too, is worth words (ours).
+#: from its description too, is worth a message (ours).
 _MIRRORED, _SINGLE, _EXPECTED = 1.5, 2.0, 1.25
 #: The same for a servo that is softer than its mirror image: one whose motor gives a third of its
 #: torque is found at 0.67 of it, and one with twice the friction at 0.7 (ours).
 _SOFTER = 1.45
-#: Joints without play that tell the wear of all; fewer do not (ours).
+#: The wear of all is measured at joints without play if there are at least this many (ours).
 _FIRM_ONES = 3
 #: Wear beyond this is not believed; gears would take all of a motor's torque (ours).
 _MOST_WEAR = 2.5
 #: How often wear is tried, and the share of the dry friction that free moves show: it is more at
 #: rest than in motion (found on simulated servos of known wear).
 _WEARS, _SEEN = 3, 0.92
-#: RMS error of the model, rad: usual without play; taken for play above. The same two in steps, for
-#: coarser encoders. Play for each rad of error beyond the first. Simulated servos had 0.4 to 1.02
-#: steps of 0.088° without play; joints that carry little 1.0 to 1.6 with 0.25°, 1.6 to 3.7 with
-#: 0.5°.
+#: RMS error of the model, rad: the usual without play, and the least that counts as play. The same
+#: two in steps, for coarser encoders. Play for each rad of error beyond the first. Simulated servos
+#: had 0.4 to 1.02 steps of 0.088° without play; joints that carry little 1.0 to 1.6 with 0.25°, 1.6
+#: to 3.7 with 0.5°.
 _FIRM, _LOOSE, _IN_STEPS, _PLAYS = radians(0.057), radians(0.092), (0.65, 1.05), 3.3
-#: How many times the others' friction is held to explain what the model misses, instead of play
-#: (ours): with more, half a degree of play at a joint that rubs would not be named.
+#: A joint's friction, up to this many times the others', may explain the model's error, instead of
+#: play (ours): with more, half a degree of play at a joint that rubs would go unreported.
 _RUBS = 2.0
 _MIRROR = {"left": "right", "right": "left"}
 _NAMES = ("stiffness", "damping", "friction", "gravity")
-#: Constants that the search changes together: each alone, then those whose joint change hardly
-#: alters the motion, without friction and with it.
+#: Constants that the search changes together: each alone, then those whose common change
+#: hardly alters the motion, without friction and with it.
 _TOGETHER = (*((name,) for name in _NAMES), ("stiffness", "damping", "gravity"), _NAMES)
 
 
@@ -94,8 +94,8 @@ class Shares:
     gravity
         Of the load's weight; 1 where the joint carries none.
     wear
-        How many times the description's friction all of them have, 1 or more; ``friction`` is a
-        share of that, and what a move needs of the motors is reckoned with it.
+        The friction of all of them as a multiple of the description's, 1 or more; ``friction`` is
+        a share of that, and what a move needs of the motors is computed with this wear.
     """
 
     stiffness: Array
@@ -112,7 +112,7 @@ class Identified(Shares):
     Attributes
     ----------
     delay
-        µs behind the profile, the model's own included; one for all.
+        How far all are behind the profile, µs, the model's own delay included.
     missed
         Root mean square, in steps, of what the model misses with these constants.
     """
@@ -175,7 +175,7 @@ def _missed_by_all(errors: Array) -> float:
     """Return by how much the model misses all servos: the mean logarithm of their errors.
 
     With the sum of the errors one bad servo alone would decide the delay of all. 1 step² is added,
-    so that a servo that is hardly missed does not decide it either.
+    so that a servo with hardly any error does not decide it either.
     """
     return float(np.log1p(errors).mean())
 
@@ -206,7 +206,7 @@ def _moves(traces: Sequence[Trace], delay: int) -> list[_Move]:
 
 
 def _errors(rule: FreeRule, moves: Sequence[_Move], shares: dict[str, Array]) -> Array:
-    """Return the sum of squares that the model misses, (8,) steps²."""
+    """Return the sum of the model's squared errors, (8,) steps²."""
     servo = rule.servo.scaled(shares["stiffness"], shares["damping"], shares["friction"])
     weight = shares["gravity"] / shares["stiffness"]
     errors = np.zeros(len(JOINTS))
@@ -221,7 +221,7 @@ def _errors(rule: FreeRule, moves: Sequence[_Move], shares: dict[str, Array]) ->
 
 @compiled
 def _missed(way: Steps, before: Steps, part: Array, seen: Steps) -> Array:
-    """Return the sum of squares between a way of the model and what was seen, (8,) steps²."""
+    """Return the sum of squared differences of modelled and seen travel, (8,) steps²."""
     missed = np.zeros(way.shape[1])
     for k in range(len(before)):
         for j in range(way.shape[1]):
@@ -259,12 +259,12 @@ def check(robot: Robot, found: Identified) -> None:
     middle = float(np.median(found_stiffness))
     if abs(np.log(value / middle)) > np.log(_MIRRORED):
         raise BodyError(
-            f"{name} turns back with {value:.1f} N·m/rad, the others do with "
-            f"{middle:.1f}; {allowed}. Look at its horn's screw, its plug and its "
+            f"{name} springs back with {value:.1f} N·m/rad, the others with "
+            f"{middle:.1f}; {allowed}. Check its horn's screw, its plug and its "
             "P gain (address 84), or change the servo; then calibrate again."
         )
     raise BodyError(
-        f"{name} turns back with {value:.1f} N·m/rad; {allowed}. Set the P gain to "
+        f"{name} springs back with {value:.1f} N·m/rad; {allowed}. Set the P gain to "
         f"{proposed_gain(robot, found)} (it is {robot.servo.model.drive.gain:g}; gain in the "
         "servo's [drive] table), then calibrate again."
     )
@@ -291,7 +291,7 @@ def worn(
 ) -> tuple[Robot, Identified, list[Trace]]:
     """Return the description, what was found, and the traces, for servos that rub as these do.
 
-    Worn gears take more of the motors' torque, so a move needs more of it, and what is a spring at
+    Worn gears take more of the motors' torque, so a move needs more of it, and a spring at
     the horn is a stiffer one at the motor. ``robot`` has the wear that ``found`` names. Where the
     servos rub no more than ``_EXPECTED`` times as much as described, nothing changes.
     """
@@ -299,7 +299,7 @@ def worn(
     wear = known * _rubs(robot, found)
     if max(wear, known) <= _EXPECTED:
         return robot, found, list(traces)
-    # Gears that take more seem to rub more, too: half of what is left is believed each time.
+    # Gears that take more torque also seem to rub more: half of the rest is believed each time.
     for _ in range(_WEARS):
         wear = min(max(wear, 1.0), _MOST_WEAR)
         rubbing = robot.with_servo(robot.servo.model.varied(friction=wear / known))
@@ -312,7 +312,7 @@ def worn(
 
 
 def _rubs(robot: Robot, found: Identified) -> float:
-    """Return how the servos rub, as a share: the median of those whose gears show no play.
+    """Return the servos' friction as a share: the median where gears show no play.
 
     Within its play a joint moves without its gears, and so they seem to rub less. Where fewer than
     ``_FIRM_ONES`` show none, it is the median of all.
@@ -322,7 +322,7 @@ def _rubs(robot: Robot, found: Identified) -> float:
 
 
 def _softer(loading: Loading, times: float) -> Loading:
-    """Return what bears on motors that are so many times stiffer."""
+    """Return the loading of motors that are this many ``times`` stiffer."""
     errors = (loading.begin, loading.end, loading.most)
     return Loading(loading.offset, *((error / times).astype(np.int64) for error in errors))
 
@@ -338,7 +338,7 @@ def _stiffened(robot: Robot, times: float) -> Robot:
 def proposed_gain(robot: Robot, found: Identified) -> int:
     """Return the P gain with which these servos are as stiff as they should be.
 
-    It stays as it is where the servos' median is well, 4 to 5.5 N·m/rad as found.
+    It stays as it is where the servos' median is good, 4 to 5.5 N·m/rad as measured.
     """
     gain, middle = robot.servo.model.drive.gain, float(np.median(stiffness(robot, found)))
     if _WELL[0] <= middle <= _WELL[1]:
@@ -348,10 +348,10 @@ def proposed_gain(robot: Robot, found: Identified) -> int:
 
 
 def play(robot: Robot, found: Identified) -> Array:
-    """Return about how far the gears of each servo play, (8,) rad; 0 where nothing shows any.
+    """Return roughly how much play each servo's gears have, (8,) rad; 0 where none shows.
 
-    It shows where a joint carries little. Where a load presses the teeth together, as at the
-    shoulders, nothing does.
+    It shows where a joint carries little, but not where a load presses the teeth together, as at
+    the shoulders.
     """
     step = robot.servo.step
     firm, loose = (max(a, n * step) for a, n in zip((_FIRM, _LOOSE), _IN_STEPS, strict=True))
@@ -363,7 +363,7 @@ def play(robot: Robot, found: Identified) -> Array:
 
 
 def and_play(robot: Robot, found: Identified) -> str:
-    """Return a sentence on gears that play, to append to another message; empty if none do."""
+    """Return a sentence about gears with play, to append to another message; empty if none."""
     loose = [
         f"{np.degrees(angle):.1f}° at the {name.replace('_', ' ')}"
         for name, angle in zip(JOINTS, play(robot, found), strict=True)
@@ -372,7 +372,7 @@ def and_play(robot: Robot, found: Identified) -> str:
     if not loose:
         return ""
     return (
-        f" Gears seem to play, by about {', '.join(loose)}: tighten the horn screws there. If "
+        f" Gears seem to have play, of about {', '.join(loose)}: tighten the horn screws there. If "
         "they are tight, the gears are worn, or something touched the robot."
     )
 
@@ -399,7 +399,7 @@ def in_words(robot: Robot, found: Identified) -> list[str]:
 
 
 def _often(times: float) -> str:
-    # Free moves tell friction roughly: twice as much was found to be 1.4 to 2.7 times the mirror
-    # image's, at five joints of the emulated robot. 1.4 times is not named.
+    # Free moves show friction roughly: twice the mirror image's was measured as 1.4 to 2.7 times,
+    # at five joints of the emulated robot. 1.4 times is not reported.
     words = {"about half": (0.42, 0.58), "about twice": (1.75, 2.75)}
     return next((word for word, (a, b) in words.items() if a <= times < b), f"{times:.1f} times")

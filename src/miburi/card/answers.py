@@ -1,4 +1,4 @@
-"""What a card answers to a request: the bytes that were asked for, or an error in words."""
+"""A card's answer to a request: the bytes that were asked for, or an error in words."""
 
 from miburi.card.link import VERSION, Frame, FrameKind, Result
 from miburi.card.report import PHASES, unready
@@ -85,7 +85,7 @@ def read_answer(kind: FrameKind, answer: Frame, settings: CardSettings) -> bytes
         case Result.RANGE:
             raise OutOfRangeError(kind, detail[0])
         case Result.LOADS:
-            raise BodyError("The card was not told the loads of this move; send it again.")
+            raise BodyError("The card does not know the loads of this move; send the move again.")
         case Result.SETTINGS:
             raise BodyError("The card does not have all its settings; connect to it again.")
         case Result.VERSION:

@@ -1,9 +1,9 @@
 """Measure what nobody has measured yet: the servos of the first robot that somebody builds.
 
-In goes a :class:`Bench`, a card with a person beside it; out comes a report in TOML that can be
+It takes a :class:`Bench`, a card with a person beside it, and makes a report in TOML that can be
 sent in. :data:`STEPS` are the seven measurements. Each can be left out, and each is written down
-when it is done: what was broken off is taken up again. ``constants`` of a report are in the form of
-a servo's TOML file.
+when it is done, so that an interrupted session can be resumed. A report's ``constants`` have the
+form of a servo's TOML file.
 """
 
 from collections.abc import Callable, Iterator
@@ -53,26 +53,26 @@ __all__ = [
 WEIGHT, LEVER = 0.1, 0.1
 #: P gains at which the stiffness and the hunting are measured.
 _STIFF, _HUNTING = (800, 3200), (1600, 3200, 6400)
-#: The waist's way, rad, at most duties, of 885; and its speed, rad/s.
+#: How far the waist turns, rad, with which duty limits, of 885, and how fast, rad/s.
 _PUSH, _DUTIES, _FAST = 0.8, (FULL_PWM, 110), 4.0
-#: A way of the waist, rad, that takes long, at this speed, rad/s: it shows the servo's clock.
+#: A long turn of the waist, rad, and its slow speed, rad/s: it shows the servo's clock.
 _LONG, _SLOW = 1.2, 0.1
 #: Registers: present PWM and current, 2 bytes each, input voltage.
 _PWM, _CURRENT, _VOLTAGE = 124, 126, 144
-#: Speed of the moves that lead to a pose, rad/s; s until a pose is at rest, and of looking at it.
+#: Speed of the moves to a pose, rad/s; time for it to come to rest, and to look at it, s.
 _GENTLY, _REST, _LOOK = 0.8, 1.5, 0.5
-#: The joint at which weights pull; how far it stays from its limits, rad; poses to choose from.
+#: The joint at which weights pull; how far it stays from its limits, rad; poses per joint to try.
 _ELBOW, _CLEAR, _GRID = JOINTS.index("right_elbow"), 0.35, 40
-#: From how far to both sides a weighed joint comes, rad, and how fast, rad/s.
+#: From how far away on either side the weighed joint comes, rad, and how fast, rad/s.
 _ASIDE, _SIDEWAYS = 0.15, 0.3
-#: A weight takes more error than a card may be told: it is told of a third, and counts three times.
+#: A weight causes more error than can be sent to a card: a third is sent, and counts three times.
 _DEEPER = 3
 
 Value = float | str | list[float] | list[str]
 
 
 class BenchFindings(NamedTuple):
-    """What a step has found: figures for people, and constants by the servo's tables."""
+    """What a step has found: figures for people, and constants for the servo's tables."""
 
     measured: dict[str, Value]
     constants: dict[str, dict[str, float]]
@@ -101,7 +101,7 @@ def read_report(robot: Robot, path: Path) -> BenchReport:
     Raises
     ------
     DescriptionError
-        The file is no report.
+        The file is not a report.
     BodyError
         It is another robot's report.
     """
@@ -140,12 +140,12 @@ def _toml(value: Value) -> str:
 
 @dataclass(frozen=True)
 class Bench:
-    """Where it is measured.
+    """What the measurements are made with.
 
     Attributes
     ----------
     card
-        With a calibrated robot.
+        The card of a calibrated robot.
     ask
         Asks the person at the robot for something, and returns when it is done.
     gestures
@@ -204,9 +204,9 @@ def peek(card: Card, motor: int, address: int, count: int) -> int:
 
 
 def _with_gain(card: Card, gain: float, deeper: int = 1) -> Robot:
-    """Set another P gain, with wide guards; the body is then awake at neutral.
+    """Set another P gain, with wide guards; return the robot with it, the body awake at neutral.
 
-    What the card is told of the elbow's load counts ``deeper`` times.
+    The load that is sent for the elbow counts ``deeper`` times.
     """
     servo = card.robot.servo.model
     drive = servo.drive.model_copy(update={"gain": gain})
@@ -229,8 +229,8 @@ def _go(
 ) -> list[Report]:
     """Make one move; return the reports from its start on, however it ends.
 
-    ``duty`` is another ceiling than the move's own, of ``FULL_PWM``; ``hung`` the quarters of a
-    step by which a weight takes the elbow down, whose load counts ``_DEEPER`` times.
+    ``duty``, of ``FULL_PWM``, replaces the move's own ceiling; ``hung`` is by how many quarters of
+    a step a weight pulls the elbow down, whose load then counts ``_DEEPER`` times.
     """
     move = Move(angles, np.full(len(JOINTS), speed))
     here, origin = np.array(card.report.positions), np.array(card.goals)
@@ -263,7 +263,7 @@ def _positions(reports: list[Report]) -> Array:
 
 
 def _rest(card: Card) -> Array:
-    """Return the angles of the resting joints, (8,) rad, over half a second."""
+    """Return the angles of the resting joints, (8,) rad, averaged over half a second."""
     card.step(_REST)
     with _reports(card) as reports:
         card.step(_LOOK)
@@ -272,7 +272,7 @@ def _rest(card: Card) -> Array:
 
 
 def _level_arm(robot: Robot) -> Array:
-    """Return neutral with the right arm as its weight pulls most at the elbow: forearm level."""
+    """Return neutral with the right arm where its weight pulls most at the elbow: forearm level."""
     angles = np.repeat(np.array(robot.neutral)[None], _GRID**2, axis=0)
     lower, upper = robot.lower + _CLEAR, robot.upper - _CLEAR
     shoulder, elbow = (np.linspace(lower[i], upper[i], _GRID) for i in (_ELBOW - 1, _ELBOW))
@@ -284,10 +284,10 @@ def _level_arm(robot: Robot) -> Array:
 
 
 def _measure_stiffness(bench: Bench) -> BenchFindings:
-    """Let a weight pull at the elbow: by how much does it sink.
+    """Let a weight pull at the elbow, and measure how far it sinks.
 
-    It is read coming from above and from below: dry friction, which holds it up or keeps it down,
-    is then out of the mean. Of what the gears take of the motor's torque, a part stays.
+    It is read after coming from above and from below: dry friction, which holds it up or down, then
+    drops out of the mean. Part of what the gears take of the motor's torque remains.
     """
     card, found = bench.card, list[float]()
     for gain in _STIFF:
@@ -321,7 +321,7 @@ def _measure_stiffness(bench: Bench) -> BenchFindings:
 
 
 def _measure_hunting(bench: Bench) -> BenchFindings:
-    """Look by how many steps resting joints go to and fro, for each gain."""
+    """Measure by how many steps resting joints go to and fro, for each gain."""
     card = bench.card
     worst = []
     for gain in _HUNTING:
@@ -338,7 +338,7 @@ def _measure_hunting(bench: Bench) -> BenchFindings:
 
 
 def _measure_ceiling(bench: Bench) -> BenchFindings:
-    """See how fast the waist gets with all its duty, and with an eighth: a servo may not obey."""
+    """Measure the waist's top speed with full duty, and an eighth: servos may ignore the limit."""
     card = bench.card
     robot, speeds = _with_gain(card, card.settings.general.p_gain), []
     for duty in _DUTIES:
@@ -346,7 +346,7 @@ def _measure_ceiling(bench: Bench) -> BenchFindings:
         times = np.array([report.time for report in reports]) / SECOND
         ways = np.diff(_positions(reports)[::3, 0]) / np.diff(times[::3])
         speeds.append(float(ways.max() * robot.servo.step))
-        if card.state.phase is Phase.STOPPED:  # the rule, too, may have found it slow
+        if card.state.phase is Phase.STOPPED:  # the contact rule may have found it too slow
             card.step(_REST)
             card.wake()
         _go(card, robot.neutral)
@@ -356,7 +356,7 @@ def _measure_ceiling(bench: Bench) -> BenchFindings:
 
 
 def _measure_clock(bench: Bench) -> BenchFindings:
-    """Time how late servos begin, and how fast their clock is: a slow way, beside the card's."""
+    """Measure how late servos begin, and, in a slow turn, their clock against the card's."""
     card = bench.card
     found = _identify(card)
     robot = card.robot
@@ -376,12 +376,12 @@ def _measure_clock(bench: Bench) -> BenchFindings:
 
 
 def _measure_stall(bench: Bench) -> BenchFindings:
-    """Read which PWM and current a servo tells that is held away from its goal."""
+    """Read the PWM and current that a servo reports while it is held away from its goal."""
     card = bench.card
     robot = _with_gain(card, card.settings.general.p_gain)
     _go(card, _level_arm(robot), duty=FULL_PWM // 2)
     before = _rest(card)[_ELBOW]
-    bench.ask("Press the right hand down by a few degrees, and keep it so until the next question")
+    bench.ask("Press the right hand down by a few degrees, and hold it until the next question")
     card.step(_LOOK)
     off = float(card.state.angles[_ELBOW] - before)
     pwm, current = peek(card, _ELBOW, _PWM, 2), peek(card, _ELBOW, _CURRENT, 2)
@@ -428,7 +428,7 @@ def _measure_false_stops(bench: Bench) -> BenchFindings:
 
 
 def _identify(card: Card) -> Identified:
-    """Identify the servos from the free moves of all joints, as the description has them."""
+    """Identify the servos, with the description's gain, from the free moves of all joints."""
     _with_gain(card, card.robot.servo.model.drive.gain)
     moves = [move for name, move in free_moves(card.robot) if name not in JOINTS]
     traces = record(card, moves, uneased(card.robot))
@@ -456,7 +456,7 @@ def _perform(card: Card, count: int) -> tuple[int, list[str]]:
 
 
 def _stops_of(card: Card, move: Move) -> list[str]:
-    """Make a move; wake the body again where it is stopped, and return by which joint."""
+    """Make a move; if it is stopped, wake the body again, and return at which joint."""
     card.move(move)
     while card.step(0.02).phase is Phase.MOVING:
         pass
@@ -470,7 +470,7 @@ def _stops_of(card: Card, move: Move) -> list[str]:
     return [f"{stop.motor}, {stop.sign}"]
 
 
-#: The measurements, in the order in which they teach most.
+#: The measurements, the most informative first.
 STEPS = (
     BenchStep(
         "stiffness",
@@ -484,7 +484,7 @@ STEPS = (
     ),
     BenchStep(
         "stall",
-        "Which PWM and current does a servo tell that you hold? You press the right hand down.",
+        "What PWM and current does a servo report while held? You press the right hand down.",
         _measure_stall,
     ),
     BenchStep("friction", "How much do the servos rub, cold and warm?", _measure_friction),

@@ -1,7 +1,7 @@
 """Calibrate a card: identify its servos from free moves, and derive the rule that fits them.
 
-In goes a connected :class:`~miburi.card.card.Card` whose robot nobody touches; out come settings
-with the servos that it has and with guards. :func:`measure` makes the moves;
+It takes a connected :class:`~miburi.card.card.Card` whose robot nobody touches, and gives settings
+with its own servos and with guards. :func:`measure` makes the moves;
 :mod:`miburi.calibration.identify` finds the servos, as it does for simulated ones.
 """
 
@@ -42,7 +42,7 @@ __all__ = [
     "measure",
 ]
 
-#: How often the gain is looked at; moves of all joints between these speeds, rad/s, are enough
+#: How many times the gain is checked; moves of all joints between these speeds, rad/s, are enough
 #: for that, and no servo is too slow for them (ours).
 _ROUNDS, _SLOWEST, _FASTEST = 3, 0.15, 2.0
 _DEGREES = 360 / STEPS_PER_TURN
@@ -57,11 +57,11 @@ class Measurement:
     robot, found
         The description with the servos' gain, stiffness and wear, and each servo as a share of it.
     settings
-        What the card has now.
+        The settings that the card has now.
     words
         What a maker may want to look at, a sentence each.
     moves, seconds
-        The number of free moves, and the robot's time that all took.
+        The number of free moves, and how long everything took in the robot's time.
     """
 
     robot: Robot
@@ -75,7 +75,7 @@ class Measurement:
 def measure(card: Card, tell: Callable[[str], None] = lambda _: None) -> Measurement:
     """Identify the servos of a card in free moves, and configure the card with what they need.
 
-    The contact rule stays on, with generous guards; at last gestures test the new ones. The card
+    The contact rule stays on, with generous guards; finally, gestures test the new ones. The card
     may be idle or stopped before, and is stopped afterwards. ``tell`` is called with a line about
     each stage.
 
@@ -115,7 +115,7 @@ def _measure(card: Card, tell: Callable[[str], None]) -> Measurement:
         robot = fitted(robot, found)
         settings = settings.with_servos(robot, replace(rule, servo=FreeRule.of(robot).servo))
         tell(f"the P gain is {settings.general.p_gain} now")
-    # A ceiling for new gears would hold worn ones back, and then they seem softer than they are.
+    # A ceiling for new gears would hold worn ones back, and make them seem softer than they are.
     robot, found, _ = worn(robot, found, traces)
     check(robot, found)
     # From here on joints go as fast as they can: the rule must know the servos.
@@ -137,7 +137,7 @@ def _measure(card: Card, tell: Callable[[str], None]) -> Measurement:
         traces = _test(card, tell)
     except BodyError as error:
         if card.state.stop is None or card.state.stop.sign is None:
-            raise  # no joint that was held: play explains nothing
+            raise  # no joint was held, so play explains nothing
         raise BodyError(f"{error}{and_play(robot, found)}") from error
     settings = settings.with_rule(granted(settings.rule, traces))
     _check(settings)
@@ -152,7 +152,7 @@ def _trace(
     moves: list[tuple[str, Move]],
     tell: Callable[[str], None],
 ) -> list[Trace]:
-    """Make free moves under generous guards, tell of each joint, and stop."""
+    """Make free moves under generous guards, tell of each joint, and stop; return the traces."""
     card.configure(settings.generous)
     card.wake()
     traces, told = list[Trace](), ""
@@ -209,7 +209,7 @@ def apply_calibration(settings: CardSettings, calibration: Calibration) -> CardS
 
 
 def changes(before: CardSettings, after: CardSettings) -> list[str]:
-    """Return a line of text for all joints, and one for each joint, whose settings differ."""
+    """Return a line of text for all joints, and one for each joint, where the settings differ."""
     names = ("all joints", *JOINTS)
     olds, news = (
         [vars(settings.general), *(joint.values for joint in settings.joints)]

@@ -1,6 +1,6 @@
 """The real robot as a body: it talks to an Arduino with the firmware, over a serial line.
 
-In go the calls of :class:`~miburi.bodies.Body`: move, stop, release, step. Out come its states,
+It takes the calls of :class:`~miburi.bodies.Body`: move, stop, release, step. It gives its states,
 stops and motor readings, and errors in words. A conversation::
 
     the host sends                         the card answers
@@ -72,7 +72,7 @@ _REPORT_PERIOD = 10
 _LOOK = 0.1
 #: Number of reports over which velocities are measured: 60 ms.
 _VELOCITY_REPORTS = 4
-#: How a card says that its settings are stored, or others, which it cannot read (``memory.h``).
+#: A card's codes for settings that are stored, and for stored ones it cannot read (``memory.h``).
 _STORED, _OTHER_LAYOUT = 1, 2
 
 
@@ -84,7 +84,7 @@ class Card:
     port
         The serial port's name, or a function that opens a :class:`Line`.
     robot
-        The description. Its limits and speeds are the card's.
+        The description. The card uses its limits and speeds.
     settings
         The settings for the card. By default those of the robot, with the calibration that is
         stored on the card, if there is one.
@@ -115,7 +115,7 @@ class Card:
         self._own_stop: Stop | None = None
         self._offset = 0.0
         self._share = np.full(len(JOINTS), FINE)
-        #: The latest move as the card was told of it.
+        #: The latest move as it was sent to the card.
         self.order: Order | None = None
         self._motion: Motion | None = None
         #: Goals of the latest move or return, steps, and its start, µs on the card's clock.
@@ -186,7 +186,7 @@ class Card:
         )
 
     def move(self, move: Move, driven: Robot | None = None) -> None:
-        """Start a move (:meth:`miburi.bodies.Body.move`), motors driven as another robot's are."""
+        """Start a move (:meth:`miburi.bodies.Body.move`), driving motors as those of ``driven``."""
         check_move(self._robot, self.state.phase, move)
         here, (origin, velocity) = np.array(self.report.positions), self._motion_now()
         asked = driven or self._robot
@@ -225,9 +225,9 @@ class Card:
             self._await_phase()
 
     def halt(self) -> None:
-        """Send a stop, and wait for no answer; see :meth:`miburi.bodies.Body.halt`."""
+        """Send a stop without waiting for an answer; see :meth:`miburi.bodies.Body.halt`."""
         with suppress(OSError):
-            self._line.write(encode(Frame(FrameKind.STOP, 0)))  # no request of ours has that number
+            self._line.write(encode(Frame(FrameKind.STOP, 0)))  # no other request has this number
 
     def release(self) -> None:
         """End a stop; see :meth:`miburi.bodies.Body.release`. Torque comes on if it was off.
@@ -417,7 +417,7 @@ class Card:
         self.ask(FrameKind.STATUS, struct.pack("<H", _REPORT_PERIOD))
         self._fresh = self._connected = True
         self._heard = self._line.now()
-        self._await_phase(2)  # the card believes a servo from the second reading on
+        self._await_phase(2)  # the card trusts a servo from the second reading on
 
     def _default_settings(self, complete: bool) -> CardSettings:
         of_robot = CardSettings.of(self._robot)

@@ -17,8 +17,8 @@ from miburi.safety.stop import Phase, StopReason
 
 __all__ = ["free_moves", "gestures", "record", "swings"]
 
-#: How far a joint moves to both sides of the middle, as a share of half its range; at top speed
-#: so much farther that it gets there and stays for a while, but no farther than that (ours).
+#: How far a joint moves to either side of the middle, as a share of half its range; at top speed,
+#: far enough to reach that speed and hold it for a while, but within the last share (ours).
 _REACH, _RUN, _FARTHEST = 0.35, 1.1, 0.97
 #: Speeds of single joints, rad/s; the last is above that of every servo (ours).
 _SPEEDS = (0.8, 2.5, np.inf)
@@ -44,7 +44,7 @@ def free_moves(robot: Robot) -> Iterator[tuple[str, Move]]:
 
     First each joint moves to and fro, then all move at once, slow to fast. The moves begin and end
     at neutral. A resting joint is in the middle of its range, where the arms touch neither the
-    body nor each other. To be as fast as its servo may be, a joint needs a way of v²/a; elbows and
+    body nor each other. To reach its servo's top speed, a joint needs to travel v²/a; elbows and
     fingertips have little more between their limits.
     """
     middle, half = (robot.lower + robot.upper) / 2, (robot.upper - robot.lower) / 2
@@ -79,7 +79,7 @@ def free_moves(robot: Robot) -> Iterator[tuple[str, Move]]:
 def swings(robot: Robot) -> Iterator[Move]:
     """Yield moves in which the arms swing against each other, from neutral to neutral.
 
-    They shake a waist that hardly turns itself, with them or against them.
+    They shake the waist, which itself turns little, with them or against them.
     """
     middle, half = (robot.lower + robot.upper) / 2, (robot.upper - robot.lower) / 2
     # The left elbow and fingertip are mirrored already, so only the shoulder changes its sign.
@@ -114,7 +114,7 @@ def _move(robot: Robot, angles: Array, speed: float) -> Move:
 def record(card: Card, moves: Iterable[Move], driven: Robot | None = None) -> list[Trace]:
     """Let an idle card make free moves, and return a trace of each.
 
-    ``driven`` is another robot, as whose motors these are driven.
+    ``driven`` is another robot; the motors are driven as that robot's would be.
 
     Raises
     ------
@@ -128,7 +128,7 @@ def _begin(card: Card, move: Move, driven: Robot | None) -> None:
     try:
         card.move(move, driven)
     except BodyError as refused:
-        # The card may have stopped since it was looked at: a weak motor sags at rest.
+        # The card may have stopped since its last report: a weak motor sags at rest.
         try:
             card.step(_AFTER)
         except BodyError:

@@ -1,7 +1,7 @@
-"""Find servos that were put in wrongly, from what a person's hand shows while all are limp.
+"""Find servos that were mounted wrongly, by having a person turn the joints while all are limp.
 
-In goes how the servos of a built robot should sit, and their positions while each joint is turned
-by hand; out come faults in words: swapped, turned the other way, or with a horn that is a quarter
+It takes how the servos of a built robot should sit, and their positions while each joint is turned
+by hand, and gives faults in words: swapped, turned the other way, or with a horn that is a quarter
 turn off. Nothing here switches torque on.
 """
 
@@ -42,12 +42,12 @@ class Turned:
 
 
 def mounting_faults(built: Mounting, turns: list[Turned]) -> list[str]:
-    """Return one line for each servo that is not where the parts want it; none if all are."""
+    """Return one line for each servo that is not mounted as the parts require; none if all are."""
     lines = []
     for turned in turns:
         name = JOINTS[turned.motor].replace("_", " ")
         ways = _wrapped(turned.after - turned.before)
-        # Limp joints sag meanwhile: the asked one counts first.
+        # Limp joints sag meanwhile, so the joint that was asked for counts first.
         asked, most = turned.motor, int(np.argmax(np.abs(ways)))
         if abs(ways[most]) < _TURN:
             lines.append(f"{name}: no servo turned by 6° or more; look at its horn's screws.")
@@ -56,13 +56,13 @@ def mounting_faults(built: Mounting, turns: list[Turned]) -> list[str]:
             other = JOINTS[most].replace("_", " ")
             lines.append(
                 f"{name}: servo {built.id[most]} turned, which belongs to the {other}. If the "
-                f"{other} turned this one's, the two are swapped: exchange them (--ids)."
+                f"{other} turned this joint's servo, the two are swapped: exchange them (--ids)."
             )
             continue
         if np.sign(ways[asked]) != built.direction[asked]:
             lines.append(
-                f"{name}: servo {built.id[asked]} turned the other way: its horn looks to the "
-                "wrong side, or the joint was turned the wrong way."
+                f"{name}: servo {built.id[asked]} turned the other way: its horn faces the "
+                "wrong way, or the joint was turned the wrong way."
             )
             continue
         off = int(_wrapped(turned.before[asked] - built.zero[asked]))

@@ -1,7 +1,7 @@
-"""What a card is told beside a move: the loads that its motors will bear.
+"""What a card is sent besides a move: the loads that its motors will bear.
 
-In go the robot's description and the move; out come, for each motor, the error of position that
-the load takes at both ends of its way, and how much duty the motor may use. The card refuses a
+It takes the robot's description and the move, and gives, for each motor, the position error that
+the load causes at both ends of its way, and how much duty the motor may use. The card refuses a
 duty that cannot hold the load. ``controller.h`` of the firmware is the other side.
 """
 
@@ -20,22 +20,22 @@ from miburi.safety.profile import FINE, Profile, Steps, plan_towards, to_steps
 
 __all__ = ["Order"]
 
-#: The unit in which errors go to the card, 1/256 steps; and how many of it.
+#: The unit in which errors are sent to the card, in 1/256 steps; and the most of them.
 _QUARTER, _MOST = FINE // 4, 127
 _LOAD = struct.Struct("<bbHH")
 
 
 class Order(NamedTuple):
-    """A move as the card is told of it; all (8,).
+    """A move as it is sent to the card; all (8,).
 
     Attributes
     ----------
     goals, speeds
         Steps, steps/s.
     begin, end
-        The errors that the loads take, in quarters of a step of the joint's angle.
+        The errors that the loads cause, in quarters of a step of the joint's angle.
     pwm, cruise
-        The most duty, of ``FULL_PWM``, and after the motors have sped up.
+        The most duty, of ``FULL_PWM``, and the most once the motors have sped up.
     """
 
     goals: Steps
@@ -62,7 +62,7 @@ class Order(NamedTuple):
         robot = settings.identified(robot)
         lower, upper = to_steps(robot, robot.lower), to_steps(robot, robot.upper)
         goals = np.clip(to_steps(robot, aim(robot, move.angles)), lower, upper)
-        # A slow motor whose speed were rounded down would arrive long after the others.
+        # A slow motor whose speed was rounded down would arrive long after the others.
         asked = to_steps(robot, move.speeds).tolist()
         speeds = np.minimum([next_speed(speed) for speed in asked], settings.general.max_speed)
         return cls._loaded(robot, settings, positions, origin, goals, speeds, velocity)
@@ -121,7 +121,7 @@ class Order(NamedTuple):
         velocity: Steps | None = None,
         before: Steps | int = 1,
     ) -> tuple[Profile, Steps]:
-        """Return the motion that the servos make of it, and each motor's direction."""
+        """Return the motion that the servos make of this order, and each motor's direction."""
         return _profile(settings, origin, self.goals, self.speeds, velocity, before)
 
     def loading(
@@ -140,7 +140,7 @@ class Order(NamedTuple):
         return struct.pack("<8h8H", *self.goals, *self.speeds)
 
     def pack_loads(self) -> bytes:
-        """Return the payload of the loads, which go before it, or before a release."""
+        """Return the payload of the loads, which are sent before a move or a release."""
         return b"".join(map(_LOAD.pack, self.begin, self.end, self.pwm, self.cruise))
 
     @classmethod

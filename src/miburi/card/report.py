@@ -16,14 +16,14 @@ __all__ = ["PHASES", "motors_of", "stop_of", "unready", "window_of"]
 
 #: The card's phases, by their numbers.
 PHASES = (Phase.IDLE, Phase.MOVING, Phase.STOPPED, Phase.RETURNING)
-#: Messages for what keeps a card from a release, with what to do about it.
+#: Why a card cannot be released, and what to do about it.
 _UNREADY = {
     Reason.SILENT: "servo does not answer; check its plug, its id and the supply",
     Reason.DEAF: "servo does not take orders; switch the servos off and on",
     Reason.FAULTY: "servo reported a hardware error and was restarted; let it cool",
     Reason.HOT: "servo is too hot; let it cool",
     Reason.LOW_VOLTAGE: "supply voltage is too low; use a stronger supply or thicker wires",
-    Reason.ASTRAY: "servo reports a place where it cannot be; see its cable, switch it off and on",
+    Reason.ASTRAY: "servo reports an impossible position; check its cable, switch it off and on",
     Reason.MISNAMED: "servo answers with another's id; give it its own (calibrate --ids)",
 }
 _REASONS = {
@@ -62,7 +62,7 @@ def stop_of(report: Report, time: float) -> Stop | None:
 def window_of(report: Report, settings: CardSettings, share: Steps) -> Window | None:
     """Return what the rule compared at the contact that holds the card, for its motor only.
 
-    ``share`` is what the motors were granted of their guards in that move, (8,) in 1/256.
+    ``share`` is how much of their guards the motors were granted in that move, (8,) in 1/256.
     """
     contact = _contact_of(report)
     if contact is None:

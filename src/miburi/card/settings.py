@@ -1,8 +1,8 @@
 """The settings that a card needs: the rule's figures, and limits and servo of each joint.
 
-In goes a robot's description, with a calibration if there is one; out come the bytes that the card
-takes. A card holds its motors against free servos (:mod:`miburi.safety.free`), so each joint has
-the constants of its own. ``firmware/miburi/settings.h`` is the other side. It refuses values
+A robot's description, with a calibration if there is one, becomes the bytes that the card
+takes. A card compares its motors with free servos (:mod:`miburi.safety.free`), so each joint has
+constants of its own. ``firmware/miburi/settings.h`` is the other side. It refuses values
 outside the ranges in ``ALLOWED``.
 """
 
@@ -47,7 +47,7 @@ __all__ = [
 
 _GENERAL = struct.Struct("<i8H2B")
 _JOINT = struct.Struct("<BbHhhh" + "".join(guard.unit.code for guard in GUARDS.values()) + "3HBH")
-#: The whole duty of an XL330, as its registers 36 and 100 count; as in ``settings.h``.
+#: Full duty of an XL330, in units of its registers 36 and 100; as in ``settings.h``.
 FULL_PWM = 885
 #: A servo hotter than this, °C, or a lower supply voltage, 0.1 V, stops the body (ours).
 HOTTEST, LOWEST = 65, 42
@@ -55,7 +55,7 @@ HOTTEST, LOWEST = 65, 42
 STEPS_PER_TURN = 4096
 #: Steps that a joint's range keeps from the seam between two turns; as in ``settings.h``.
 SEAM = 100
-#: What of the settings for all joints belongs to a calibration.
+#: Those settings for all joints that belong to a calibration.
 _CALIBRATED = ("period", "ratio", "p_gain", "d_gain", "error_per_pwm")
 #: The servo's middle position.
 _MIDDLE = STEPS_PER_TURN // 2
@@ -103,7 +103,7 @@ def check_encoder(robot: Robot) -> None:
 
 
 def real_speed(speed: int) -> int:
-    """Round a speed, steps/s, to what an XL330 can do; in 1/256 steps/s.
+    """Return a speed given in steps/s, rounded to what an XL330 can do, in 1/256 steps/s.
 
     The servo counts in units of 0.229 turns/min.
     """
@@ -135,7 +135,7 @@ class General:
     p_gain, d_gain
         The position gains that the card writes to its servos.
     error_per_pwm
-        How far a servo must be behind for a unit of duty, which tells its load.
+        How far a servo must be behind for a unit of duty; this shows its load.
     hottest, lowest
         A hotter servo, or a lower supply, stops the body.
     """
@@ -163,7 +163,7 @@ class General:
 
 
 class FreeMotor(NamedTuple):
-    """One motor of :class:`miburi.servos.free.FreeServo`, which has the units."""
+    """One motor of :class:`miburi.servos.free.FreeServo`, which explains the units."""
 
     pull: int
     brake: int
@@ -184,7 +184,7 @@ class JointSettings:
     zero
         The servo's position, 0–4095, at joint angle 0.
     sag
-        1/256: what of the error that the description's weight takes, it takes of this servo.
+        In 1/256: the error that weight causes in this servo, as a share of the described servo's.
     """
 
     servo: int
@@ -292,8 +292,8 @@ class CardSettings:
     def identified(self, robot: Robot) -> Robot:
         """Return the description with servos as these settings expect them.
 
-        They have the gain that the card sets, the stiffness that follows from the error that brings
-        a duty, and as much friction as their gears take of the motors' torque.
+        They have the gain that the card sets, the stiffness that follows from the error per
+        duty, and the friction that follows from their gears' share of the motors' torque.
         """
         servo, own = robot.servo.model, self.general
         if (own.p_gain, own.error_per_pwm) != (round(servo.drive.gain), _error_per_pwm(servo)):
@@ -328,7 +328,7 @@ class CardSettings:
     def with_calibration(self, other: "CardSettings") -> "CardSettings":
         """Return these settings with the other's mounting, rule, servos and gains.
 
-        What a calibration that was broken off has left on a card is no rule to keep.
+        The rule that an interrupted calibration has left on a card is not kept.
         """
         mounted = self.with_mounting(other.mounting)
         if other.generous == other:
@@ -379,8 +379,8 @@ class CardSettings:
 
 
 def _error_per_pwm(servo: Servo) -> int:
-    """Return the error that brings one unit of duty, in 1/65536 steps."""
-    # What a D gain takes off again, more error may bring: no limit of the error is known.
+    """Return the error that causes one unit of duty, in 1/65536 steps."""
+    # A D gain takes off some of the duty, so the error may be larger: no limit is known.
     most = ALLOWED["error_per_pwm"][1]
     return most if servo.gains.d else round(servo.divisor.p_divisor / servo.drive.gain * 65_536)
 

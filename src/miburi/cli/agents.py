@@ -13,9 +13,9 @@ def mcp(
 ) -> None:
     """Give an assistant the partner's tools (MCP) on standard input and output.
 
-    Away from the partner's computer it needs MIBURI_TOKEN, and by https MIBURI_AUTHORITY, a file
-    with the certificate of the partner's home authority. Whether a partner runs is asked at
-    every call, so it may be started later.
+    On another computer than the partner's it needs MIBURI_TOKEN, and over https MIBURI_AUTHORITY, a
+    file with the certificate of the partner's home authority. Every call checks whether a partner
+    is running, so the partner may be started later.
     """
     from miburi.doors.agents import make_agents
     from miburi.interface.asker import Asker

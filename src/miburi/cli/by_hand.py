@@ -1,4 +1,4 @@
-"""What a person does by hand before a card is calibrated: connect servos, and turn limp joints."""
+"""Steps done by hand before a card is calibrated: connect servos, and turn limp joints."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -38,7 +38,7 @@ _BY_HAND = {
 _BUILT = {
     "waist": ("the torso", "FRONT over FRONT", "to the robot's own left"),
     "shoulder": (
-        "the SIDE yoke", "its flat top looks up", "its top goes backwards, its underside forwards"
+        "the SIDE yoke", "its flat top faces up", "its top goes backwards, its underside forwards"
     ),
     "elbow": ("the SIDE upper arm, at the yoke,", "straight out to the side", "OUT"),
     "fingertip": ("the SIDE forearm", "in line with the upper arm", "OUT"),
@@ -64,7 +64,7 @@ def give_ids(card: "Card", wait: Callable[[str], None]) -> None:
                 break
             except BodyError:
                 print("No new servo answers.")
-                wait("Look at its cable and at the supply")
+                wait("Check its cable and the supply")
         print(f"This servo is number {joint.servo} now.")
     wait("Connect all servos")
 
@@ -85,7 +85,7 @@ def find_zeros(card: "Card", wait: Callable[[str], None]) -> None:
                 wait(f"Turn the {_in_words(name)} {what}")
                 card.look()
                 if not card.report.heard >> motor & 1:
-                    raise BodyError(f"{name}: its servo does not answer. Look at cable and supply.")
+                    raise BodyError(f"{name}: its servo does not answer. Check cable and supply.")
                 places.append(joint.zero + joint.direction * card.report.positions[motor])
             try:
                 settings = find_zero(settings, motor, places[0], places[1], _TURN)
@@ -96,15 +96,15 @@ def find_zeros(card: "Card", wait: Callable[[str], None]) -> None:
 
 
 def find_faults(card: "Card", built: "Mounting", wait: Callable[[str], None]) -> None:
-    """Look for servos that sit wrongly in a built robot, while a person turns the limp joints.
+    """Look for wrongly mounted servos in a built robot, while a person turns the limp joints.
 
-    Each joint is asked for a second time where something seems wrong.
+    Where something seems wrong with a joint, the person is asked to turn it once more.
 
     Raises
     ------
     BodyError
-        Some sit wrongly; the message has a line for each. Nothing has moved, and the card has the
-        settings that it had.
+        Some are mounted wrongly; the message has a line for each. Nothing has moved, and the card
+        has the settings that it had before.
     """
     from miburi.card.mounting import Turned, mounting_faults
     from miburi.robot import JOINTS
@@ -131,12 +131,12 @@ def find_faults(card: "Card", built: "Mounting", wait: Callable[[str], None]) ->
         lines += faults
     if lines:
         card.configure(before)
-        raise BodyError("this robot is not put together as its parts say:\n  " + "\n  ".join(lines))
+        raise BodyError("this robot is not assembled as designed:\n  " + "\n  ".join(lines))
     print("Every servo is where it belongs.")
 
 
 def _positions(card: "Card") -> "NDArray[np.int64]":
-    """Return what each servo counts, (8,) encoder steps."""
+    """Return the position of each servo, (8,) encoder steps."""
     import numpy as np
 
     from miburi.robot import JOINTS
@@ -145,7 +145,7 @@ def _positions(card: "Card") -> "NDArray[np.int64]":
     silent = [name for motor, name in enumerate(JOINTS) if not card.report.heard >> motor & 1]
     if silent:
         named = ", ".join(map(_in_words, silent))
-        raise BodyError(f"no answer from the servo of: {named}. Look at cables and supply.")
+        raise BodyError(f"no answer from the servo of: {named}. Check cables and supply.")
     counts = [
         joint.zero + joint.direction * place
         for joint, place in zip(card.settings.joints, card.report.positions, strict=True)

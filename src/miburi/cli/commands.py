@@ -79,11 +79,11 @@ _NEGATIVE_NUMBERS = {"ignore_unknown_options": True}
 _LIVE, _MAKE, _MEASURE = "Live with it", "Make it yours", "Measure"
 _BUILD, _DOCUMENTS = "Build and calibrate", "For Miburi's own documents"
 
-#: m by which a hand or the head may be away from its place (ours).
+#: How far a hand or the head may be from its place, m (ours).
 _MISSED = 1e-3
 
 Point = tuple[float, float, float]
-#: s until a lost interruption is sent again (ours).
+#: Time until a lost interruption is sent again, s (ours).
 _LATER = 0.02
 
 
@@ -100,7 +100,7 @@ def main() -> None:
     signal.signal(signal.SIGTERM, _interrupt)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            # A pipe on Windows has no arrows, nor a mu; whoever reads one gets each line at once.
+            # A pipe on Windows cannot encode arrows or a mu; its reader gets each line at once.
             stream.reconfigure(errors="replace", line_buffering=True)
     try:
         log_to_stderr()
@@ -110,7 +110,7 @@ def main() -> None:
     except MiburiError as error:
         sys.exit(_report(error, 1))
     except BaseException as error:
-        # What was interrupted half-way, such as a compiler, may fail in a way of its own.
+        # Code interrupted halfway, such as a compiler, may raise an error of its own.
         if _Interrupted.signum is None or isinstance(error, SystemExit):
             raise
         print("miburi: interrupted.", file=sys.stderr)
@@ -188,13 +188,13 @@ def common(
 
 
 def experiment(
-    seed: Annotated[int, typer.Option(help="0 or more; the same seed, the same run.")] = 1,
+    seed: Annotated[int, typer.Option(help="0 or more; the same seed gives the same run.")] = 1,
     seconds: Annotated[float, typer.Option(help="Length in the robot's time.")] = 30.0,
     feeling: Annotated[str, typer.Option(help="The emotion that is held.")] = "happiness",
     mood: Annotated[float, typer.Option(help="Its mood at the start, 0 to 1.")] = 0.9,
     period: Annotated[float, typer.Option(help="Seconds from gesture to gesture.")] = 2.0,
     heal: Annotated[
-        bool, typer.Option("--heal", help="Let the mood heal after it, beside an untouched twin.")
+        bool, typer.Option("--heal", help="Then let the mood heal, beside an untouched twin.")
     ] = False,
     temperament: TemperamentName = "default",
     out: Annotated[Path, typer.Option(help="Folder for the results.", callback=a_folder)] = Path(
@@ -239,7 +239,7 @@ def experiment(
         hand=hand,
         heal=heal,
     )
-    # After what is quickly refused: this looks whether the robot reaches every pose.
+    # After the quick checks, since this checks whether the robot reaches every pose.
     setup = replace(setup, repertoire=repertoire_of(description, gestures))
     simulation: Body
     if body == "emulated-card":
@@ -305,12 +305,12 @@ def _warn_of_limits(robot: "Robot", angles: list[float]) -> None:
 def paper(
     out: Annotated[Path, typer.Option(help="Folder for paper.md and images.")] = Path("out/paper"),
     claim: Annotated[
-        str | None, typer.Option(help="Carry out this claim alone, and write nothing.")
+        str | None, typer.Option(help="Test this claim alone, and write nothing.")
     ] = None,
     robot: RobotFile = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the claim as JSON.")] = False,
 ) -> None:
-    """Carry out the paper's claims; write a page with verdicts, numbers and figures."""
+    """Test the paper's claims; write a page with verdicts, numbers and figures."""
     need("scipy", "studies")
     if claim is not None:
         _carry_out_claim(claim, robot_of(robot), as_json=as_json)
@@ -345,7 +345,7 @@ def ik(
     solver: IkWay = "default",
     as_json: AsJson = False,
 ) -> None:
-    """Print the angles that bring hands and head to a place, or to JSON lines on standard input.
+    """Print the angles that bring hands and head to places given as options or JSON lines on stdin.
 
     The exit code is 1 if one of them ends more than 1 mm away from its place.
     """
@@ -415,7 +415,7 @@ def export(
     meshes: Annotated[
         Path | None,
         typer.Option(
-            help="Write the printed parts there, and draw them.",
+            help="Folder to write the printed parts to; the model then shows them.",
             show_default=False,
             callback=a_folder,
         ),
@@ -486,7 +486,7 @@ def _lines() -> Iterator[Any]:
 
 
 def _row(values: Any, width: int, what: str, keys: Sequence[str]) -> list[float]:
-    """Return a row of numbers; of an object, as the other command prints it, what ``keys`` name."""
+    """Return a row of numbers; from an object that the other command printed, those of ``keys``."""
     if isinstance(values, dict):
         parts = [values.get(key) for key in keys]
         values = [x for part in parts for x in (part if isinstance(part, list) else [part])]

@@ -61,7 +61,7 @@ def forget(
 ) -> None:
     """Lock out a lost device, or all, and make a new token; it takes effect within a second."""
     if (name is None) != every:
-        raise InputError("name one device, or say --all; `miburi devices` lists them.")
+        raise InputError("name one device, or give --all; `miburi devices` lists them.")
     keys = _keys(folder or context.obj)
     count = keys.forget(name)
     print(f"Forgotten: {f'{count} in all' if every else name}.")

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = ["fleet"]
 
-#: s between two looks.
+#: Time between two updates of the table, s.
 _PERIOD = 1.0
 
 
@@ -39,13 +39,13 @@ def fleet(
 
     found = find_broker(broker, broker_ca)
     if stop is not None:
-        print("Stopping, and looking whether it has stopped …", file=sys.stderr)
+        print("Stopping, and checking whether it has stopped …", file=sys.stderr)
         stopped, not_stopped = asyncio.run(stop_and_look(found, stop))
         for name in stopped:
             print(f"{name} is stopped.")
         if not_stopped:
             raise BodyError(
-                f"{', '.join(not_stopped)} did not say so; look there, and use the power switch."
+                f"{', '.join(not_stopped)} did not confirm it; go there, and use the power switch."
             )
         return
     _watch(Fleet(found), found, port)

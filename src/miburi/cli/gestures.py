@@ -88,7 +88,7 @@ def check(
     solver: IkWay = "default",
     as_json: AsJson = False,
 ) -> None:
-    """Check a gesture: reach, limits, self-collision, contact rule; more mood, more movement."""
+    """Check a gesture: reach, limits, self-collision, contact rule; movement grows with mood."""
     from miburi.gestures import load
     from miburi.studies.gestures.check import check as problems_of
 
@@ -133,7 +133,7 @@ def preview(
 
 
 _LEAD = "Take a hand of the resting robot and lead it slowly. To end, keep still for 2 s."
-#: s without a state after which something may be missing (ours).
+#: Time without a state after which something may be missing, s (ours).
 _GAP = 0.5
 
 
@@ -164,9 +164,9 @@ def record(
             raise InputError(
                 f"the partner's robot is {its}, not {body.name}; give its file: --robot."
             )
-        goes_on = not partner.state.paused  # else somebody else ends the pause
+        goes_on = not partner.state.paused  # if already paused, leave that to others
         if goes_on:
-            partner.pause()  # it would look around, and meet the hand
+            partner.pause()  # otherwise it would look around, and meet the hand
         try:
             print(_LEAD, flush=True)
             times, angles = _shown(partner.watch(50))

@@ -33,13 +33,13 @@ hardware_app = typer.Typer(help="Print and build the robot's body.", no_args_is_
 RobotToBuild = Annotated[
     Path | None,
     typer.Option(
-        "--robot", help="A robot description; default: the buildable.", show_default=False
+        "--robot", help="A robot description; default: the buildable one.", show_default=False
     ),
 ]
 Fit = Annotated[float, typer.Option(help="Gap on each side of a pocket, mm; the gauge finds it.")]
 Output = Annotated[Path, typer.Option(help="Folder to write to.", callback=a_folder)]
 
-#: The moods at which gestures are checked, and of how many poses one is looked at.
+#: The moods at which gestures are checked, and out of how many poses one is checked.
 _MOODS, _EACH = (0.3, 0.6, 0.9, 1.0), 3
 
 
@@ -90,8 +90,8 @@ def gauge(out: Output = Path("gauge")) -> None:
 
     _write(out, make(), ("3mf", "stl"))
     print(
-        f"Print it as the parts will be. Pass the number on the pocket that a servo slides into as "
-        f"--fit: {', '.join(f'{fit:g}' for fit in FITS[:-1])} or {FITS[-1]:g}."
+        f"Print it as you will print the parts. Pass the number on the pocket that a servo slides "
+        f"into as --fit: {', '.join(f'{fit:g}' for fit in FITS[:-1])} or {FITS[-1]:g}."
     )
 
 
@@ -103,7 +103,7 @@ def bill(
         Path | None, typer.Option(help="Write a CSV file, too.", callback=a_file)
     ] = None,
     slicing: Annotated[
-        bool, typer.Option("--slice", help="Grams and hours by PrusaSlicer.")
+        bool, typer.Option("--slice", help="Let PrusaSlicer compute grams and hours.")
     ] = False,
     as_json: AsJson = False,
 ) -> None:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 __all__ = ["HERE", "PartnerAddress", "feel", "partner_at", "status", "stop"]
 
 PartnerAddress = Annotated[str, typer.Option("--url", help="Where the partner lives.")]
-#: Where a partner lives if nobody says otherwise.
+#: Where a partner lives by default.
 HERE = "http://127.0.0.1:8080"
 
 
@@ -38,7 +38,7 @@ def feel(
     strength: Annotated[float, typer.Option(help="0 to 1.")] = 0.8,
     url: PartnerAddress = HERE,
 ) -> None:
-    """Let a live partner feel something; what it shows, it decides."""
+    """Let a live partner feel something; it decides what to show."""
     from miburi.feelings import Stimulus
 
     with partner_at(url) as partner:

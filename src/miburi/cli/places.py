@@ -1,4 +1,4 @@
-"""Look at a place to write to before the work begins; the first two are callbacks of options."""
+"""Check a place to write to before the work begins; the first two are option callbacks."""
 
 import os
 import tempfile
@@ -17,16 +17,16 @@ def a_file(param: typer.CallbackParam, place: Path | None) -> Path | None:
     Raises
     ------
     InputError
-        It is a folder, or something else that is no file.
+        It is a folder, or something else that is not a file.
     OutputError
         Nothing can be written there.
     """
     if place is None:
         return None
-    if os.path.isdir(place):  # noqa: PTH112  (pathlib raises where one may not look)
+    if os.path.isdir(place):  # noqa: PTH112  (pathlib raises without permission to look)
         raise InputError(f"{_name(param)}: {place} is a folder, and a file is needed.")
     if os.path.exists(place) and not os.path.isfile(place):  # noqa: PTH110, PTH113
-        raise InputError(f"{_name(param)}: {place} is no file that can be replaced.")
+        raise InputError(f"{_name(param)}: {place} is not a file that can be replaced.")
     _try(_name(param), place, place.parent)
     return place
 

@@ -41,7 +41,7 @@ def run(
     ] = None,
     https: Annotated[
         bool,
-        typer.Option("--https", help="Let phones in, with camera, microphone and motion; a token."),
+        typer.Option("--https", help="Let phones in by token, with camera, microphone and motion."),
     ] = False,
     host: Annotated[
         str | None,
@@ -68,8 +68,8 @@ def run(
     name: Annotated[
         str | None,
         typer.Option(
-            help="The partner's name there: at a broker by default this computer's; in ROS its "
-            "namespace, by default none.",
+            help="The partner's name at a broker (default: this computer's), its namespace in ROS "
+            "(default: none).",
             show_default=False,
         ),
     ] = None,
@@ -77,26 +77,26 @@ def run(
         str | None,
         typer.Option(
             help="A language model's server, such as http://localhost:11434/v1, that answers what "
-            "is said to it; by default nothing leaves this computer.",
+            "is said to the partner; by default nothing leaves this computer.",
             show_default=False,
         ),
     ] = None,
     model: Annotated[
-        str | None, typer.Option(help="The model's name there.", show_default=False)
+        str | None, typer.Option(help="The model's name on that server.", show_default=False)
     ] = None,
     voice: Annotated[
         str | None,
         typer.Option(
-            help="flite: this computer gives English words their sound, for every page with its "
-            "voice on; by default each device uses a voice of its own.",
+            help="flite: this computer makes the sound of English words, for every page with its "
+            "voice turned on; by default each device uses a voice of its own.",
             show_default=False,
         ),
     ] = None,
     region: Annotated[
         str | None,
         typer.Option(
-            help="Where you live, such as GB or JP: whose emergency numbers it names to somebody "
-            "in distress. It calls nobody itself.",
+            help="Where you live, such as GB or JP: the partner names that region's emergency "
+            "numbers to somebody in distress. It calls nobody itself.",
             show_default=False,
         ),
     ] = None,
@@ -119,7 +119,7 @@ def run(
     rest: Annotated[
         Literal["still", "quiet", "lively"] | None,
         typer.Option(
-            help="How much it moves while it shows nothing; default: as its temperament.",
+            help="How much it moves while it shows nothing; default: as its temperament says.",
             show_default=False,
         ),
     ] = None,
@@ -131,8 +131,8 @@ def run(
     allow_origin: Annotated[
         list[str] | None,
         typer.Option(
-            help="Let web pages from there use the interface, such as https://example.org; give "
-            "it once for each.",
+            help="Let web pages from this origin use the interface, such as https://example.org; "
+            "give it once for each.",
             show_default=False,
         ),
     ] = None,
@@ -196,7 +196,7 @@ def run(
             seed=seed,
             programs_may_release=programs_may_release,
         ),
-        # It loads the solver, which takes as long as the server's libraries.
+        # This loads the solver, which takes as long as loading the server's libraries.
         meanwhile=lambda: warn_of_misfits(description, repertoire.functions),
     )
 
@@ -225,6 +225,6 @@ def _doors(
     network = find_ros(name) if ros else None
     if broker is None:
         return Doors(agents, ros=network)
-    if name is None:  # letters that a topic takes, of this computer's name
+    if name is None:  # this computer's name, in letters that a topic allows
         name = re.sub(r"[^a-z0-9]+", "-", socket.gethostname().lower()).strip("-")[:40] or "miburi"
     return Doors(agents, find_broker(broker, ca), check_name(name), ros=network)

@@ -19,7 +19,7 @@ def to_ros(
     ],
     robot: RobotFile = None,
 ) -> None:
-    """Write a recording with ROS 2's messages, for its tools."""
+    """Write a recording as ROS 2 messages, for ROS 2's tools."""
     if recording.resolve() == out.resolve():
         raise InputError(f"{out} would be written over itself; choose another file to write.")
     need("cyclonedds", "ros")

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from miburi.studies.trials.trial import Outcome
     from miburi.studies.trials.workshop import Calibrated
 
-#: Trials of one kind in a run (ours): a week on a computer with eight cores.
+#: Most trials of one kind in a run (ours): a week on a computer with eight cores.
 _MOST = 10_000_000
 
 __all__ = ["Seed", "Workers", "calibrate", "safety_page", "show_progress", "trials", "tune"]
@@ -59,13 +59,13 @@ def trials(
     servos: Annotated[
         int,
         typer.Option(
-            help="0: the robot as described; N: N as from a workshop, each calibrated.", min=0
+            help="0: the robot as described; N: N as built in a workshop, each calibrated.", min=0
         ),
     ] = 0,
     play: Annotated[
         float | None,
         typer.Option(
-            help="With --servos: how far all their gears play, in degrees; default: each its own, "
+            help="With --servos: the play of all their gears, in degrees; default: each its own, "
             "up to 0.5.",
             min=0.0,
             max=2.0,
@@ -75,17 +75,17 @@ def trials(
         str,
         typer.Option(
             help="miburi; weightless: without the table of gravity; profile: against the delayed "
-            "profile; printed: the paper's rule as printed; off: no rule, to see what the limit of "
-            "the motors' push brings alone."
+            "profile; printed: the paper's rule as printed; off: no rule, to see what limiting "
+            "the motors' push does alone."
         ),
     ] = "miburi",
     without: Annotated[
         str | None,
-        typer.Option(help="Leave out the lift of goals above the sag, or the ceiling of a push."),
+        typer.Option(help="Leave out lift (of goals above the sag) or ceiling (of a push)."),
     ] = None,
     state: Annotated[
         str | None,
-        typer.Option(help="The servos' state: hot, warmed-up, worn, 4.75V or 5.25V; calibrated."),
+        typer.Option(help="The calibrated servos' state: hot, warmed-up, worn, 4.75V or 5.25V."),
     ] = None,
     calibration: CalibrationFile = None,
     ray: Annotated[str | None, typer.Option(help="Address of a Ray cluster to use.")] = None,
@@ -122,7 +122,7 @@ def trials(
             show(done, total)
 
         outcomes = carry_out_plan(plan, out, workers=workers, ray=ray, progress=progress)
-    # Trials that a broken-off run had finished do not count for the speed.
+    # Trials that an interrupted run had finished do not count towards the speed.
     rate = (counts[-1] - counts[0]) / (perf_counter() - began)
     summary = summarise(outcomes)
     if as_json:
@@ -148,7 +148,7 @@ def calibrate(
     robot: RobotFile = None,
     servo: ServoName = None,
 ) -> None:
-    """Identify a robot's simulated servos in free moves, and write what they are and need."""
+    """Identify a robot's simulated servos in free moves; write what was found and the guards."""
     from miburi.calibration.file import write_calibration
     from miburi.ground.files import whole_files
     from miburi.studies.trials.workshop import calibrate_servos
@@ -176,7 +176,7 @@ def tune(
     robot: RobotFile = None,
     servo: ServoName = None,
 ) -> None:
-    """Search the best period, ratio and guards for a robot's servos, with the project's BMA."""
+    """Search for the best period, ratio and guards for a robot's servos, with the project's BMA."""
     from miburi.calibration.file import write_calibration
     from miburi.calibration.free_motion import calibrate as calibrate_traces
     from miburi.ground.files import whole_files
@@ -228,7 +228,7 @@ def safety_page(
         Path, typer.Option(help="Folder for safety.md and pictures.", callback=a_folder)
     ] = Path("docs"),
     recorded: Annotated[
-        int, typer.Option(help="Free runs, and blocked runs, that judge the rules.")
+        int, typer.Option(help="Number of free runs, and of blocked runs, to judge the rules by.")
     ] = 200,
     seed: Seed = 1,
     robot: RobotFile = None,
@@ -305,7 +305,7 @@ def _subjects(
 def _calibrations(
     body: "Robot", seed: int, built: list["Robot"], workers: int
 ) -> list["Calibrated"]:
-    """Calibrate robots; name those that cannot be on standard error, and leave them out."""
+    """Calibrate robots; leave out those that fail, and name them on standard error."""
     from miburi.studies.trials.workshop import calibrate_servos
 
     calibrations, refused = list["Calibrated"](), list[str]()

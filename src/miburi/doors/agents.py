@@ -1,13 +1,13 @@
 """The door for agents: MCP, with a few tools that speak of meanings and never of angles.
 
-An agent lets the partner feel, asks it for a gesture, and looks at what happens. It can stop the
-body and cannot release it: only a person can. Of several wishes the latest counts; none queue up.
-A body that is busy, paused or stopped is an answer in words, not an error.
+An agent can make the partner feel something, ask it for a gesture, and see what happens. It can
+stop the body but not release it: only a person can. Only the latest of several wishes counts; they
+do not queue up. A busy, paused or stopped body is reported in words, not as an error.
 
-The tools ask by an :class:`~miburi.interface.asker.Asker`, so they are the same ones within the
+The tools go through an :class:`~miburi.interface.asker.Asker`, so the same ones work inside the
 server, at ``/mcp``, and on standard input and output, where ``miburi mcp`` asks a server.
 
-This module needs the extra ``mcp``; nothing loads it before somebody wants it.
+This module needs the extra ``mcp``; it is loaded only when needed.
 """
 
 import asyncio
@@ -46,22 +46,22 @@ except ModuleNotFoundError as error:
 
 __all__ = ["BURST", "RATE", "add_agents", "make_agents"]
 
-#: Wishes a second and at once, from all agents together (ours).
+#: Wishes per second, and how many at once, from all agents together (ours).
 RATE, BURST = 2.0, 8.0
-#: s between two looks at a gesture, and s after which the agent waits no longer (ours).
+#: s between two looks at a gesture, and s after which the agent stops waiting (ours).
 _GLANCE, _PATIENCE = 0.1, 25.0
-#: Events that one answer tells.
+#: The most events in one answer.
 _TOLD = 40
 
 _INSTRUCTIONS = """\
-A small robot partner with feelings that show in its body. What you let it feel, its own temperament
-weighs; gesture shows something once, whatever it feels. It stops by itself when it touches
+A small robot partner with feelings that show in its body. Its own temperament weighs what you make
+it feel; gesture shows something once, whatever it feels. It stops by itself when it touches
 somebody. After a stop, only a person can release it: tell people why it stopped and wait. Of
 several wishes the latest counts. If it has heard distress, somebody may need help now; it calls
 nobody, so tell people if you can, and keep calm for ten minutes. Do not hurry it: a gesture takes a
 few seconds."""
 _TOO_FAST = "Nothing was done: too many wishes at once. Wait a second, then ask again."
-_UNSAID = "It does not say that: it could hurt somebody, or sounds as if somebody needed help."
+_UNSAID = "It does not say that: it could hurt somebody, or sound as if somebody needed help."
 _WAITS = f"waits for {LAPSES:g} s; a newer wish replaces it."
 _PAUSED = "A person has paused it; your gesture waits until a person resumes it."
 #: Why a gesture did not begin.
@@ -111,11 +111,11 @@ class _Now(BaseModel):
 
 
 class _StrictTool(Tool):
-    """A tool that refuses arguments it does not know, in words without a link."""
+    """A tool that rejects unknown arguments, with an error message free of links."""
 
     @classmethod
     def of(cls, work: Callable[..., Awaitable[object]]) -> Tool:
-        """Return the tool of a method."""
+        """Return the tool made from a method."""
         title, hints = _HINTS[work.__name__]
         tool = cls.from_function(
             work,
@@ -146,7 +146,7 @@ class _StrictTool(Tool):
 
 
 def _plain(schema: Any) -> Any:
-    """Return a schema without the titles that Pydantic makes of names."""
+    """Return a schema without the titles that Pydantic makes from names."""
     if isinstance(schema, dict):
         return {name: _plain(part) for name, part in schema.items() if name != "title"}
     return [_plain(part) for part in schema] if isinstance(schema, list) else schema
@@ -173,13 +173,13 @@ def make_agents(partner: Asker, clock: Callable[[], float] = time.monotonic) -> 
 
 
 def add_agents(app: FastAPI, clock: Callable[[], float] = time.monotonic) -> None:
-    """Open the door for agents at ``/mcp``, for as long as the server serves; a gate guards it."""
+    """Open the door for agents at ``/mcp`` while the server runs; a gate guards it."""
     server = make_agents(Asker.within(app, "agent"), clock)
     inner = server.streamable_http_app(
         streamable_http_path=AGENTS,
         stateless_http=True,
         json_response=True,
-        # Our gate has looked at Host and Origin already.
+        # Our gate has already checked Host and Origin.
         transport_security=TransportSecuritySettings(enable_dns_rebinding_protection=False),
     )
     app.router.routes.extend(inner.routes)
@@ -195,7 +195,7 @@ def add_agents(app: FastAPI, clock: Callable[[], float] = time.monotonic) -> Non
 def _in_words(
     work: Callable[Parameters, Awaitable[Answer]],
 ) -> Callable[Parameters, Awaitable[Answer]]:
-    """Turn the errors of a partner that cannot be asked, or of a wrong value, into the tool's."""
+    """Turn Miburi's errors (unreachable partner, wrong value) into tool errors."""
 
     @wraps(work)
     async def answer(*args: Parameters.args, **kwargs: Parameters.kwargs) -> Answer:
@@ -212,7 +212,7 @@ def _in_words(
 def _wish(
     work: Callable[Parameters, Awaitable[str]],
 ) -> Callable[Parameters, Awaitable[str]]:
-    """Let what the body cannot do now be an answer, too; it is no error of the agent's."""
+    """Also turn what the body cannot do now into an answer: it is not the agent's error."""
 
     @wraps(work)
     async def answer(*args: Parameters.args, **kwargs: Parameters.kwargs) -> str:
@@ -225,14 +225,14 @@ def _wish(
 
 
 class _Tools:
-    """What agents can call; each docstring is what they read about it."""
+    """What agents can call; they read each docstring as the tool's description."""
 
     def __init__(self, partner: Asker, wishes: Allowance) -> None:
         self._partner, self._wishes = partner, wishes
 
     @_wish
     async def feel(self, feeling: FeelingName, strength: Strength = 0.7) -> str:
-        """Let the partner feel something; its temperament decides how much it shows."""
+        """Make the partner feel something; its temperament decides how much it shows."""
         if not self._wishes.take("all"):
             return _TOO_FAST
         await self._partner.tell("/stimulus", StimulusIn(feeling=feeling, strength=strength))
@@ -241,7 +241,7 @@ class _Tools:
 
     @_wish
     async def gesture(self, feeling: FeelingName, intensity: Strength = 0.7) -> str:
-        """Show a feeling's gesture once and wait for its end; tells why if the body stopped."""
+        """Show a feeling's gesture once and wait until it ends; says why if the body stopped."""
         if not self._wishes.take("all"):
             return _TOO_FAST
         before = await self._partner.state()
@@ -252,22 +252,22 @@ class _Tools:
 
     @_wish
     async def say(self, words: Annotated[str, Field(min_length=1, max_length=300)]) -> str:
-        """Let the partner say something; it is shown, and heard where a page has its voice on."""
+        """Have the partner say something; it is shown, and heard on pages with the voice on."""
         if not self._wishes.take("all"):
             return _TOO_FAST
         if not await asyncio.to_thread(may_be_said, words):
             return _UNSAID
         await self._partner.tell("/speak", SpeakIn(text=words))
-        return "It says so."
+        return "It is saying that."
 
     @_wish
     async def look(self, at: Literal["user", "left", "right", "up", "down"]) -> str:
-        """Let the partner look somewhere for two seconds; `user` is straight ahead."""
+        """Have the partner look somewhere for two seconds; `user` is straight ahead."""
         return await self._look(at, 2.0, f"It looks {'ahead' if at == 'user' else at}.")
 
     @_wish
     async def think(self, on: bool) -> str:
-        """Show people that you are thinking, until your next wish, or for 30 s; or end it."""
+        """Show people that you are thinking, for 30 s or until your next wish; false ends it."""
         if on:
             return await self._look("aside", 30.0, "It looks thoughtful.")
         return await self._look("user", 0.0, "It looks ahead.")
@@ -298,7 +298,7 @@ class _Tools:
     async def events(
         self, since: Annotated[str, Field(pattern=r"^[0-9a-f:]{0,24}$", max_length=24)] = ""
     ) -> str:
-        """Tell what happened after the event `since`, also before it last woke: words, stops."""
+        """Tell what happened after the event `since`, even before it last woke: words, stops."""
         events = await self._partner.log(since or None)
         told = events[:_TOLD] if since else events[-_TOLD:]
         lines = [_line(event) for event in told]
@@ -324,7 +324,7 @@ class _Tools:
         return told
 
     async def _follow(self, wish: str, feeling: str) -> str:
-        """Wait until a wished gesture has ended, and say how it ended."""
+        """Wait until the requested gesture has ended, and say how it ended."""
         begun, since, stop = False, wish, None
         for _ in range(round(_PATIENCE / _GLANCE)):
             for event in await self._partner.log(since):
@@ -348,7 +348,7 @@ class _Tools:
         return f"It has {'begun' if begun else 'not begun'} after {_PATIENCE:g} s; look at state."
 
     async def _ending(self, event: LiveEvent, stop: StopOut | None, begun: bool) -> str:
-        """Say why a gesture came to no end of its own."""
+        """Say why a gesture did not run to its end."""
         state = await self._partner.state()
         stop = stop or state.stop
         if stop is not None and event.name not in ("lapsed", "replaced"):
@@ -359,7 +359,7 @@ class _Tools:
 
 
 def _left(stop: StopOut, begun: bool) -> str:
-    """Say what a stop made of a gesture."""
+    """Say what a stop did to a gesture."""
     if begun:
         return "was broken off"
     dropped = stop.reason is StopReason.ASKED
@@ -400,13 +400,13 @@ def _reason(stop: StopOut) -> str:
         case StopReason.ASKED:
             return "somebody asked for it"
         case StopReason.TOUCHED:
-            return f"somebody moves its {(stop.motor or 'body').replace('_', ' ')} by hand"
+            return f"somebody is moving its {(stop.motor or 'body').replace('_', ' ')} by hand"
         case reason:
             return reason.spoken
 
 
 def _line(event: LiveEvent) -> str:
-    """Tell an event in a line."""
+    """Return an event as one line of text."""
     about = [f"{event.id} ({event.wall:%Y-%m-%d %H:%M:%S} UTC) {event.kind}"]
     if event.stop is not None:
         about.append(_reason(event.stop))

@@ -22,18 +22,18 @@ if TYPE_CHECKING:
 
 __all__ = ["PASSWORD", "Broker", "check_name", "find_broker", "stay_at"]
 
-#: The variable with the password; with _FILE behind it, the one that names a file.
+#: The variable that holds the password; with _FILE appended, the one that names its file.
 PASSWORD = "MIBURI_BROKER_PASSWORD"  # noqa: S105 a name, not a password
 _PORTS = {"mqtt": 1883, "mqtts": 8883}
-#: s after which the broker takes a silent partner for lost, and half as much again.
+#: s; after one and a half times this, the broker takes a silent partner for lost.
 _KEEP_ALIVE = 10
-#: s before the first and the longest wait for a broker that is away (ours).
+#: s of the first and of the longest wait for an unreachable broker (ours).
 _FIRST_PAUSE, _LONGEST_PAUSE = 1.0, 30.0
 
 
 @dataclass(frozen=True)
 class Broker:
-    """A broker, who we are to it, and the group of partners there, if there are groups."""
+    """A broker, how we log in there, and the group of partners, if there is one."""
 
     host: str
     port: int
@@ -44,7 +44,7 @@ class Broker:
     group: str | None = None
 
     def path(self, name: str) -> str:
-        """Return a partner's name with that of its group."""
+        """Return a partner's name, after its group's if there is one."""
         return name if self.group is None else f"{self.group}/{name}"
 
     def client(
@@ -80,7 +80,7 @@ def find_broker(
     Raises
     ------
     InputError
-        The address is none, brings a password, or a file cannot be read.
+        The address is not valid or contains a password, or a file cannot be read.
     """
     text = address if "://" in address else f"mqtt://{address}"
     try:
@@ -119,20 +119,20 @@ async def stay_at(
     will: "aiomqtt.Will | None" = None,
     admit: Callable[[], Awaitable[None]] | None = None,
 ) -> None:
-    """Live at a broker until cancelled; say why a connection has ended, and connect again.
+    """Stay connected to a broker until cancelled; say why a connection ended, and reconnect.
 
     Parameters
     ----------
     broker
         The broker.
     identifier
-        Our name to it; None takes any.
+        Our client identifier; None takes any.
     live
         What to do with each connection.
     will
-        What the broker says when we are gone without a word.
+        What the broker publishes if we vanish without disconnecting.
     admit
-        Called before each connection; raises an error where there must be none.
+        Called before each connection; raises an error if we must not connect.
     """
     pause = _FIRST_PAUSE
     while True:
@@ -142,7 +142,7 @@ async def stay_at(
             async with broker.client(identifier, will) as client:
                 pause = _FIRST_PAUSE
                 await live(client)
-        except* Exception as group:  # whatever fails here, all else lives on
+        except* Exception as group:  # whatever fails here, the rest keeps running
             why = "; ".join(str(one) or type(one).__name__ for one in group.exceptions)
             print(
                 f"miburi: the broker at {broker.host}:{broker.port}: {why}. Trying again.",

@@ -1,6 +1,6 @@
-"""A fleet: all partners at one broker or of a group there, and Stop for one or all.
+"""A fleet: all partners at one broker, or in one group there, and Stop for one or all.
 
-The broker is the engine: it keeps each partner's last report, and says ``offline`` for a partner
+The broker does the work: it keeps each partner's last report, and says ``offline`` for a partner
 that is gone. This module only listens. It needs the extra ``mqtt``.
 """
 
@@ -27,7 +27,7 @@ __all__ = ["LARGEST", "Fleet", "FleetOut", "PartnerOut", "listening_to", "stop_a
 
 #: Partners in a fleet; more are left out (ours).
 LARGEST = 2000
-#: s in which what the broker keeps has come, and s in which a body must have stopped (ours).
+#: s to wait for what the broker keeps, and s to wait for the bodies to stop (ours).
 _GREETING, _PATIENCE = 5.0, 5.0
 _LOOK = 0.05
 _TOPIC = re.compile(r"miburi/(?:([^/]+)/)?([^/]+)/(available|report)")
@@ -44,7 +44,7 @@ class PartnerOut(BaseModel):
 
 
 class FleetOut(BaseModel):
-    """All partners: those that are stopped first, then those that are lost, each by name."""
+    """All partners: first the stopped ones, then the lost ones, then the rest, each by name."""
 
     connected: bool = Field(description="Whether the broker can be reached.")
     partners: list[PartnerOut]
@@ -56,8 +56,8 @@ class Fleet:
     Parameters
     ----------
     broker
-        The broker, and the group; without one, partners of a group have names like
-        ``GROUP/NAME``.
+        The broker, and the group to listen to; without one, a partner that is in a group is
+        named ``GROUP/NAME``.
     """
 
     def __init__(self, broker: Broker) -> None:
@@ -67,12 +67,12 @@ class Fleet:
         self._reports: dict[str, HomeReport] = {}
         #: Whether there are more partners than are known here.
         self.overfull = False
-        #: Whether there is a connection, and whether all that the broker keeps has come.
+        #: Set while connected, and once all that the broker keeps has arrived.
         self.met, self.greeted = asyncio.Event(), asyncio.Event()
         self._echo = Topics(broker.path(f"fleet-{token_hex(4)}")).here
 
     async def listen(self) -> None:
-        """Listen until cancelled; find the broker again when it was away."""
+        """Listen until cancelled; reconnect whenever the broker was away."""
         await stay_at(self._broker, None, self._live)
 
     @property
@@ -94,7 +94,7 @@ class Fleet:
         return FleetOut(connected=connected, partners=partners)
 
     async def stop(self, name: str = ALL) -> None:
-        """Stop one partner, or all; returns when the broker has the word.
+        """Stop one partner, or all; return once the broker has the command.
 
         Raises
         ------
@@ -120,7 +120,7 @@ class Fleet:
         group = self._broker.group
         names = ("+", "+/+") if group is None else (f"{group}/+",)
         for topics in map(Topics, names):
-            # With QoS 1 Mosquitto drops what is retained beyond its queue of 1,000, without a word.
+            # With QoS 1 Mosquitto silently drops retained messages beyond its queue of 1,000.
             await client.subscribe([(topics.available, 0), (topics.report, 0)])
         # The broker sends the retained messages before it echoes this one.
         await client.subscribe(self._echo, 0)
@@ -137,7 +137,7 @@ class Fleet:
             self._client = None
             self.met.clear()
             self.greeted.clear()
-            # Partners that are there report anew; those that have gone must not look alive.
+            # Partners that are still there report again; those that have gone must not look alive.
             self._online = dict.fromkeys(self._online, False)
 
     def _take(self, topic: str, payload: bytes) -> None:
@@ -168,7 +168,7 @@ class Fleet:
 
 @asynccontextmanager
 async def listening_to(fleet: Fleet) -> AsyncIterator[None]:
-    """Let a fleet listen meanwhile."""
+    """Keep a fleet listening while the block runs."""
     task = asyncio.create_task(fleet.listen())
     try:
         yield
@@ -182,21 +182,21 @@ async def stop_and_look(broker: Broker, name: str = ALL) -> tuple[list[str], lis
 
     Returns
     -------
-    The names of those that say so, and of those that do not, or are lost.
+    The names of those that report a stop, and of those that do not or are lost.
 
     Raises
     ------
     InputError
         There is no such partner.
     UnreachableError
-        The broker cannot be reached; or it knows of no partner, or of more than are looked at.
+        The broker cannot be reached, or knows of no partner or more than ``LARGEST``.
     """
     fleet = Fleet(broker)
     async with listening_to(fleet):
-        with suppress(TimeoutError):  # a broker may forbid the echo: then all that has come counts
+        with suppress(TimeoutError):  # a broker may forbid the echo: use what has come
             async with asyncio.timeout(_GREETING):
                 await fleet.met.wait()
-                if name == ALL:  # nobody need be known for that
+                if name == ALL:  # this needs no known partner
                     await fleet.stop(name)
                 await fleet.greeted.wait()
         if name != ALL or not fleet.met.is_set():
@@ -210,11 +210,11 @@ async def stop_and_look(broker: Broker, name: str = ALL) -> tuple[list[str], lis
             await asyncio.sleep(_LOOK)
     where = f"the broker at {broker.host}:{broker.port}"
     if not partners:
-        raise UnreachableError(f"{where} knows of no partner; look whether they are all at it.")
+        raise UnreachableError(f"{where} knows of no partner; check that all are connected to it.")
     if name == ALL and fleet.overfull:
         raise UnreachableError(
-            f"{where} has more than {LARGEST} partners; all were told to stop, but whether the "
-            "others did, nobody has seen. Look there, or use several brokers."
+            f"{where} has more than {LARGEST} partners; all were told to stop, but nobody has "
+            "seen whether the others did. Look at them, or use several brokers."
         )
     return stopped, [one.name for one in partners if one.name not in stopped]
 

@@ -1,12 +1,11 @@
 """The door for homes: the partner tells a broker how it is, and takes small wishes (MQTT).
 
-A home that runs Home Assistant finds it by itself, by MQTT discovery. Each stop and each distress
-is told at least once, also those that happened while the broker or the partner was away. Reports
-are few, because a home keeps each of them. The last will says that the partner is gone. Wishes are
-those of HTTP (feel, say, stop); there is none to release. What cannot be done is answered on a
-topic of its own.
+Home Assistant finds it by itself, through MQTT discovery. Each stop and each distress is reported
+at least once, even if it happened while the broker or the partner was away. Reports are few,
+because a home keeps each of them. The last will says that the partner is gone. Wishes are those of
+HTTP (feel, say, stop); none releases the body. Refusals are published on a topic of their own.
 
-This module needs the extra ``mqtt``; nothing loads it before somebody wants it.
+This module needs the extra ``mqtt``; it is loaded only when needed.
 """
 
 import asyncio
@@ -67,27 +66,27 @@ __all__ = [
 
 #: Where Home Assistant says that it has come back.
 BIRTH = "homeassistant/status"
-#: Wishes a second and at once, Stop not counted (ours).
+#: Wishes per second, and how many at once, not counting Stop (ours).
 RATE, BURST = 5.0, 10.0
 #: The longest wish, bytes.
 _LONGEST = 4_000
 #: s between two looks at the partner (ours).
 _PERIOD = 0.25
 _ONLINE, _OFFLINE = "online", "offline"
-#: Refusals a second and at once that are told: no more than a person can read (ours).
+#: Refusals published per second, and at once: no more than a person can read (ours).
 _TOLD_RATE, _TOLD_BURST = 1.0, 10.0
-#: Reports a second of what changes often, and of what a home must know soon; with their bursts
-#: that makes ten a minute at most, Stops not counted (ours).
+#: Reports per second of what changes often, and of what a home must know soon; with their bursts
+#: that makes ten a minute at most, not counting Stops (ours).
 _REPORT_RATE, _URGENT_RATE, _REPORT_BURST = 3 / 60, 3 / 60, 2.0
-#: The name under which it remembers what the home knows.
+#: The name under which the history remembers what the home knows.
 _WHO = "home"
 _WHY_STOPPED = (
     "{{ {'reason': value_json.stopped, 'motor': value_json.motor, 'held': value_json.held} "
     "| tojson }}"
 )
-#: s in which a partner that lives under a name has said so (ours).
+#: s to wait for an answer when asking whether a name is taken (ours).
 _ANSWER = 1.5
-#: s that a start waits for a broker that is away (ours).
+#: s to wait at startup for a broker that is away (ours).
 _PATIENCE = 4.0
 
 
@@ -98,11 +97,11 @@ class About:
     Attributes
     ----------
     name
-        Its name; with its group, if it is in one, as ``GROUP/NAME``.
+        Its name, or ``GROUP/NAME`` if it is in a group.
     model
         The robot's name.
     studio
-        Its studio's address, if other devices reach it.
+        Its studio's address, if other devices can reach it.
     """
 
     name: str
@@ -111,7 +110,7 @@ class About:
 
     @property
     def key(self) -> str:
-        """The name as it may stand in an identifier."""
+        """The name in a form that identifiers allow."""
         return self.name.replace("/", ".")
 
 
@@ -123,7 +122,7 @@ def add_home(
     studio: str | None = None,
     clock: Callable[[], float] = time.monotonic,
 ) -> None:
-    """Let a partner live at a home's broker, for as long as the server serves.
+    """Connect a partner to a home's broker while the server runs.
 
     ``studio`` is the address at which other devices reach its pages.
     """
@@ -140,14 +139,14 @@ async def live_at_home(
     clock: Callable[[], float] = time.monotonic,
     today: Callable[[], date] = date.today,
 ) -> None:
-    """Tell a broker about a partner until cancelled; find the broker again when it was away.
+    """Tell a broker about a partner until cancelled; reconnect whenever the broker was away.
 
     Parameters
     ----------
     partner
         The partner.
     history
-        Remembers over restarts up to where the home has been told.
+        Remembers across restarts which events the home has been told of.
     broker
         The broker.
     about
@@ -158,7 +157,7 @@ async def live_at_home(
     home, name = _Home(partner, history, about, clock, today), about.name
 
     async def admit() -> None:
-        # Two with one name would throw each other out for ever, and Stop would reach one of them.
+        # Two with the same name would keep disconnecting each other; Stop would reach one of them.
         if await is_taken(broker, name, home.instance):
             raise InputError(
                 f"another partner has taken the name {name!r} there, so this one is not at home, "
@@ -169,7 +168,7 @@ async def live_at_home(
 
 
 async def check_free(broker: Broker, name: str) -> None:
-    """Check that no other partner lives under a name; a broker that is away is no hindrance.
+    """Check that no other partner lives under a name; passes if the broker is away.
 
     Raises
     ------
@@ -193,7 +192,7 @@ async def check_free(broker: Broker, name: str) -> None:
 
 
 async def is_taken(broker: Broker, name: str, instance: str = "") -> bool:
-    """Whether a partner that is awake lives under a name; ``instance`` does not count.
+    """Return whether an awake partner other than ``instance`` lives under a name.
 
     Raises
     ------
@@ -213,7 +212,7 @@ async def is_taken(broker: Broker, name: str, instance: str = "") -> bool:
 
 
 class _Home:
-    """One partner at one broker, however often the connection is made anew."""
+    """One partner at one broker, across all reconnections."""
 
     def __init__(
         self,
@@ -230,11 +229,11 @@ class _Home:
         self._refusals, self._unsaid = Allowance(_TOLD_RATE, _TOLD_BURST, clock), 0
         self._topics = Topics(about.name)
         group, _, _ = about.name.rpartition("/")
-        #: Where all partners are stopped, or those of its group.
+        #: The topics that stop all partners, or all those of its group.
         self._stops_of_all = {Topics(ALL).stop, Topics(f"{group}/{ALL}" if group else ALL).stop}
         #: Tells it from another partner of the same name.
         self.instance = secrets.token_hex(8)
-        self._contradicted = False  # whether somebody else has said whether it is there
+        self._contradicted = False  # whether somebody has said that it is not online
         self._told: Cursor | None = None  # the last event that the broker knows
         self._day, self._stops = today(), 0
         self._stopping: asyncio.Task[None] | None = None
@@ -244,7 +243,7 @@ class _Home:
 
     @property
     def will(self) -> Will:
-        """What the broker says when we are gone without a word."""
+        """What the broker publishes if we vanish without disconnecting."""
         return Will(self._topics.available, _OFFLINE, qos=1, retain=True)
 
     async def live(self, client: Client) -> None:
@@ -269,7 +268,7 @@ class _Home:
         while True:
             try:
                 await self._look(client)
-            except MiburiError:  # it cannot be reached
+            except MiburiError:  # the partner cannot be reached
                 if self._online:
                     self._online = False
                     await self._say_whether(client, _OFFLINE)
@@ -304,7 +303,7 @@ class _Home:
             self._reported = report
 
     def _may_report(self, report: HomeReport) -> bool:
-        """Whether to report now: what a home must know soon at once, all else seldom."""
+        """Return whether to report now: urgent changes at once, all else seldom."""
         before = self._reported
         if report == before:
             return False
@@ -315,7 +314,7 @@ class _Home:
         return self._reports.take("all")
 
     async def _tell(self, client: Client, event: LiveEvent) -> None:
-        """Tell a stop, a distress, or that events are missing; the broker has it at the return."""
+        """Publish a stop, a distress, or a gap in the events; the broker has it on return."""
         about = {"id": event.id, "wall": event.wall}
         match event.kind:
             case "distress":
@@ -350,7 +349,7 @@ class _Home:
             elif topic == self._topics.available:
                 self._contradicted |= message.payload != _ONLINE.encode()
             elif message.retain:
-                pass  # a wish of another day
+                pass  # an old wish that was retained
             elif topic in (self._topics.stop, *self._stops_of_all):
                 if self._stopping is None or self._stopping.done():
                     self._stopping = tasks.create_task(self._do(client, message))
@@ -384,7 +383,7 @@ class _Home:
 
 
 def _bytes(payload: object) -> bytes:
-    """Return a payload, cut so that no wish of any length costs anything."""
+    """Return a payload, cut to the longest wish, so that overlong ones cost nothing."""
     return payload[:_LONGEST] if isinstance(payload, bytes) else b""
 
 

@@ -37,12 +37,12 @@ class Topics:
         self.stops, self.refused = f"{base}/stops", f"{base}/refused"
         self.distress, self.gaps = f"{base}/distress", f"{base}/gaps"
         self.feel, self.say, self.stop = f"{base}/feel", f"{base}/say", f"{base}/stop"
-        #: Here somebody asks who lives under this name, and there the partner says so.
+        #: Somebody asks on ``who`` who has this name; the partner answers on ``here``.
         self.who, self.here = f"{base}/who", f"{base}/here"
 
 
 class HomeReport(BaseModel):
-    """How a partner is; retained, so that who comes later knows it, too."""
+    """How a partner is; retained, so that those who connect later get it, too."""
 
     feeling: str = Field(description="The strongest feeling, or neutral.")
     mood: int = Field(description="Its mood, %.")
@@ -60,17 +60,17 @@ class StopNews(BaseModel):
     """A stop. It may come twice; the id is then the same."""
 
     event_type: StopReason
-    id: str = Field(description="BOOT:NUMBER; no other event has it, also after a restart.")
+    id: str = Field(description="BOOT:NUMBER; no other event has it, even after a restart.")
     wall: Wall = Field(description="When, UTC.")
     motor: str | None
     force: float | None = Field(description="On the hand, N; simulation only.")
 
 
 class DistressNews(BaseModel):
-    """A distress that the partner has heard; it is no alarm, and may be wrong or missing."""
+    """A distress that the partner has heard; not an alarm: it may be wrong, or not come at all."""
 
     event_type: Distress
-    id: str = Field(description="BOOT:NUMBER; no other event has it, also after a restart.")
+    id: str = Field(description="BOOT:NUMBER; no other event has it, even after a restart.")
     wall: Wall = Field(description="When, UTC.")
     words: str | None = Field(description="What was said, if the user lets others hear it.")
 
@@ -84,7 +84,7 @@ class GapNews(BaseModel):
 
 
 def make_report(state: State, motors: MotorsOut, studio: str | None = None) -> HomeReport:
-    """Return the report of a state."""
+    """Return a state's report; ``stops_today`` stays 0."""
     stop, felt = state.stop, state.felt
     return HomeReport(
         feeling=NEUTRAL if felt is None else felt.feeling,

@@ -1,10 +1,10 @@
 """The door for laboratories: the partner as a peer of ROS 2 nodes, over DDS, without ROS.
 
-It tells its joints at each step, its frames, description, expression, and why it stopped. It takes
-wishes (feel, say, a face's expression, stop); there is none to release. Of several wishes on a
-topic the latest counts, and none queue up. A reader that takes nothing holds up nobody.
+It publishes its joints at each step, its frames, description, expression, and why it stopped. It
+takes wishes (feel, say, a face's expression, stop); none releases the body. Only the latest of
+several wishes on a topic counts; they do not queue up. A reader that takes nothing blocks nobody.
 
-This module needs the extra ``ros``; nothing loads it before somebody wants it.
+This module needs the extra ``ros``; it is loaded only when needed.
 """
 
 import asyncio
@@ -63,23 +63,23 @@ except ModuleNotFoundError as error:
 
 __all__ = ["BURST", "RATE", "add_ros", "live_in_ros"]
 
-#: Wishes a second and at once, Stop not counted (ours).
+#: Wishes per second, and how many at once, not counting Stop (ours).
 RATE, BURST = 5.0, 10.0
-#: s between two looks at the partner; all steps between them are told.
+#: s between two looks at the partner; all steps between them are published.
 _PERIOD = 0.01
 _LOG = logging.getLogger(__name__)
 #: s between two diagnoses while nothing changes (as diagnostic_updater's default).
 _DIAGNOSIS = 1.0
-#: s after which a door that has failed is opened anew (ours).
+#: s after which a door that has failed is reopened (ours).
 _PAUSE = 5.0
 #: The longest wish, characters.
 _LONGEST = 4_000
 
 _Message = TypeVar("_Message", bound=IdlStruct)
-#: What a message that is not what it says may raise.
+#: What reading a malformed message may raise.
 _UNREADABLE = (struct.error, ValueError, IndexError, KeyError, DDSException)
 
-# As rmw_cyclonedds asks for ROS's default profile, but that no write ever waits.
+# As rmw_cyclonedds requests ROS's default profile, except that no write ever waits.
 _RELIABLE = (
     Policy.Reliability.Reliable(max_blocking_time=0),
     Policy.DataRepresentation(use_cdrv0_representation=True),
@@ -96,7 +96,7 @@ _WISHED = Qos(
     Policy.Reliability.Reliable(max_blocking_time=0),
     Policy.DataRepresentation(use_cdrv0_representation=True, use_xcdrv2_representation=True),
     Policy.History.KeepLast(1),
-    # Some versions of ROS write the names of members with _ behind them.
+    # Some versions of ROS append _ to the names of members.
     Policy.TypeConsistency.AllowTypeCoercion(),
 )
 
@@ -107,7 +107,7 @@ def add_ros(
     network: RosNetwork,
     clock: Callable[[], float] = time.monotonic,
 ) -> None:
-    """Let a partner live in a ROS network, for as long as the server serves."""
+    """Connect a partner to a ROS network while the server runs."""
     live_beside(app, lambda: live_in_ros(Asker.within(app, "ros"), partner, network, clock))
 
 
@@ -117,14 +117,14 @@ async def live_in_ros(
     network: RosNetwork,
     clock: Callable[[], float] = time.monotonic,
 ) -> None:
-    """Tell a ROS network about a partner until cancelled; what fails is said and begun anew.
+    """Tell a ROS network about a partner until cancelled; log failures and try again.
 
     Parameters
     ----------
     asker
         Passes wishes on.
     partner
-        What is told: it is only looked at.
+        The partner to tell about; it is only read.
     network
         The network.
     clock
@@ -136,15 +136,15 @@ async def live_in_ros(
             try:
                 await _Door(asker, partner, network, Allowance(RATE, BURST, clock)).live()
             finally:
-                del domain  # this closes it, with all that is in it
-        except Exception as error:  # whatever fails here, all else lives on
+                del domain  # this closes it and everything in it
+        except Exception as error:  # whatever fails here, the rest keeps running
             known = isinstance(error, MiburiError)
             _LOG.error("ROS 2: %s. Trying again.", error, exc_info=not known)
         await asyncio.sleep(_PAUSE)
 
 
 class _Inlet(Generic[_Message]):
-    """A topic for wishes; while one is being passed on, the latest waits, and no other."""
+    """A topic for wishes; while one is being passed on, only the latest other one waits."""
 
     def __init__(
         self,
@@ -216,13 +216,13 @@ class _Door:
             Topic(self.participant, DISCOVERY, ParticipantEntitiesInfoMsg),
             qos=_endpoint(_KEPT, ParticipantEntitiesInfoMsg),
         )
-        self._serial, self._time = -1, -1.0  # of the latest step that was told
+        self._serial, self._time = -1, -1.0  # of the latest step published
         self._expressed: object = "nothing yet"
         self._diagnosed: object = None
         self._diagnosis_due = 0.0
 
     def topic(self, name: str, kind: type[_Message]) -> Topic[_Message]:
-        """Return a topic of the partner, or of all."""
+        """Return a topic of the partner, or one of all partners."""
         return Topic(self.participant, self._network.topic(name), kind)
 
     def refuse(self, name: str, why: str) -> None:
@@ -257,7 +257,7 @@ class _Door:
             state = self._partner.snapshot.state
             for step in self._partner.steps_after(self._serial):
                 self._serial = step.serial
-                if step.state.time != self._time:  # else its stamp would be the last one's
+                if step.state.time != self._time:  # else its stamp would repeat the last
                     self._time = step.state.time
                     self._tell_motion(step.state)
             self._tell_expression(state)
@@ -306,7 +306,7 @@ class _Door:
 
 
 def _endpoint(qos: Qos, kind: type[IdlStruct]) -> Qos:
-    """Return what a topic's writer or reader says of itself: since Iron also its type's hash."""
+    """Return a writer's or reader's QoS with its type's hash, announced since ROS Iron."""
     return Qos(Policy.Userdata(f"typehash={type_hash(kind)};".encode()), base=qos)
 
 

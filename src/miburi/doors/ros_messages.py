@@ -1,6 +1,6 @@
-"""What a partner tells ROS 2: its joints, frames, stop, motors and expression, as ROS's messages.
+"""What a partner tells ROS 2: its joints, frames, stop, motors and expression, as ROS messages.
 
-It needs the extra ``ros``.
+This module needs the extra ``ros``.
 """
 
 from collections.abc import Mapping, Sequence
@@ -57,7 +57,7 @@ class Place(NamedTuple):
     arousal: float
 
 
-#: The words are ours to choose among those of hri_msgs/Expression. Valence and arousal are those
+#: We chose the words from those of hri_msgs/Expression. Valence and arousal are those
 #: that people gave to happy, sad, terrified, fearful, excited, disgusted, angry and surprised
 #: (Russell and Mehrabian 1977, "Evidence for a three-factor theory of emotions", Journal of
 #: Research in Personality 11, pleasure and arousal).
@@ -85,7 +85,7 @@ def joint_state(stamp: int, angles: Sequence[float], velocities: Sequence[float]
 def frames(
     links: Sequence[shape.Link], network: RosNetwork, stamp: int, angles: Sequence[float]
 ) -> TFMessageMsg:
-    """Return where each link is on its parent, as robot_state_publisher would."""
+    """Return where each link is relative to its parent, as robot_state_publisher would."""
     return _transforms(network, stamp, shape.frames(links, angles))
 
 
@@ -110,7 +110,7 @@ def _transforms(network: RosNetwork, stamp: int, frames: Sequence[shape.LinkFram
 def diagnose(
     network: RosNetwork, stamp: int, state: State | None, motors: MotorsOut
 ) -> DiagnosticArrayMsg:
-    """Return how the contact stop and the motors are; a state of None cannot be had."""
+    """Return the status of contact stop and motors; a ``state`` of None: unreachable."""
     name = network.name or "miburi"
     hardware = motors.body if motors.port is None else f"{motors.body} at {motors.port}"
     stop = _stop_status(None if state is None else state.stop)
@@ -131,7 +131,7 @@ def stop_report(stamp: int, stop: StopOut) -> DiagnosticArrayMsg:
 
 
 def _stop_status(stop: StopOut | None) -> DiagnosticStatusMsg:
-    """Return why the body is stopped: which motor met something, with which force."""
+    """Return why the body is stopped: which motor met something, and with what force."""
     if stop is None:
         return DiagnosticStatusMsg(_OK, "contact stop", "not stopped", "", [])
     motor = "" if stop.motor is None else f" at {stop.motor}"
@@ -160,7 +160,7 @@ def _motor_status(motor: MotorOut, motors: MotorsOut) -> DiagnosticStatusMsg:
     if motor.answers is False:
         level, message = _ERROR, "does not answer"
     elif _is_hot(motor.temperature, motors.hottest):
-        level, message = _WARNING, f"hot; {motors.hottest:g} °C stop the body"
+        level, message = _WARNING, f"hot; the body stops at {motors.hottest:g} °C"
     values = {"temperature_C": motor.temperature, "voltage_V": motor.voltage, "servo": motor.servo}
     return DiagnosticStatusMsg(level, motor.joint, message, "", _values(values))
 
@@ -174,9 +174,9 @@ def _values(values: Mapping[str, object]) -> list[KeyValueMsg]:
 
 
 def express(stamp: int, shown: Expressed | None) -> ExpressionMsg | None:
-    """Return what is felt or shown, its valence and arousal times its mood.
+    """Return what is felt or shown, with valence and arousal scaled by its mood.
 
-    None for a feeling of one's own: ROS4HRI has no word for it.
+    None for a feeling that a user has added: ROS4HRI has no word for it.
     """
     if shown is None:
         return ExpressionMsg(_header(stamp), NEUTRAL_WORD, 0.0, 0.0, 1.0)
@@ -190,13 +190,13 @@ def express(stamp: int, shown: Expressed | None) -> ExpressionMsg | None:
 def read_expression(wish: ExpressionMsg) -> ExpressIn | None:
     """Return the gesture that an expression means; None for neutral.
 
-    An expression has a word, or valence and arousal, which mean the feeling that lies most in
-    their direction, or both; their length is the intensity. How sure the sender is does not count.
+    An expression has a word, or valence and arousal, or both. Without a word, the feeling nearest
+    in their direction is meant. Their length is the intensity. The sender's confidence is ignored.
 
     Raises
     ------
     InputError
-        It has neither, or another word than those of the feelings.
+        It has neither, has an unknown word, or its values are out of range.
     """
     length = hypot(wish.valence, wish.arousal)
     if not length <= hypot(1, 1):

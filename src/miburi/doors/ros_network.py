@@ -1,8 +1,8 @@
 """Where ROS 2 is: the DDS domain, how far it reaches, and a partner's names in it.
 
-ROS's own variables say so: ROS_DOMAIN_ID, ROS_AUTOMATIC_DISCOVERY_RANGE, ROS_LOCALHOST_ONLY and
-CYCLONEDDS_URI. Unlike ROS, a partner stays on its own computer unless it is told SUBNET: DDS knows
-no token, so whoever is in a network could let it feel, speak and stop.
+ROS's own variables say where: ROS_DOMAIN_ID, ROS_AUTOMATIC_DISCOVERY_RANGE, ROS_LOCALHOST_ONLY and
+CYCLONEDDS_URI. Unlike ROS, a partner stays on its own computer unless SUBNET is set: DDS has no
+token, so anybody on the network could make it feel, speak and stop.
 """
 
 import os
@@ -22,7 +22,7 @@ LARGEST_DOMAIN = 232
 _LARGEST_MESSAGE = 200_000
 #: Participants that are looked for on this computer (as rmw_cyclonedds).
 _PARTICIPANTS = 32
-#: s between two announcements (ours): a node that comes later waits no longer.
+#: s between two announcements (ours): a node that starts later waits no longer than this.
 _ANNOUNCED = 2
 _HERE = (
     '<General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>'
@@ -76,7 +76,7 @@ class RosNetwork:
 
 
 def _peers() -> str:
-    """Return this computer's addresses: a ROS node takes what comes to its own, and no other."""
+    """Return this computer's addresses: a ROS node accepts only what is sent to its own."""
     own = {
         str(address.ip)
         for adapter in ifaddr.get_adapters()
@@ -98,7 +98,7 @@ def find_ros(name: str | None = None, environment: Mapping[str, str] = os.enviro
     Raises
     ------
     InputError
-        A variable has a value that is not allowed, or ROS takes no such name.
+        A variable has a value that is not allowed, or ROS does not allow the name.
     """
     domain = environment.get("ROS_DOMAIN_ID") or "0"
     if not re.fullmatch(r"\d{1,3}", domain) or int(domain) > LARGEST_DOMAIN:

@@ -1,7 +1,7 @@
-"""A recording as ROS 2's tools read it: in goes ours, out comes MCAP with ROS's messages.
+"""Convert a recording of ours to MCAP with ROS messages, for ROS 2's tools.
 
-Times are those of the recording: the computer's clock, or the robot's from 0 in an experiment. It
-needs the extra ``ros``.
+Times are those of the recording: the computer's clock, or the robot's from 0 in an experiment.
+This module needs the extra ``ros``.
 """
 
 from collections.abc import Callable, Iterator
@@ -83,12 +83,12 @@ def convert_recording(recording: Path, robot: Robot, out: Path) -> int:
     """Write a recording for ROS 2's tools; return the number of its messages.
 
     Joint states come with the frames that follow from them; the description and the fixed frames
-    come first. Commands are joint states, too: where the joints shall go, and how fast.
+    come first. Commands are joint states, too: where the joints are to go, and how fast.
 
     Parameters
     ----------
     recording
-        A recording of ours; one that is broken off is taken up to its break.
+        One of our recordings; if it is cut off, it is read up to there.
     robot
         The robot that moved.
     out
@@ -97,7 +97,7 @@ def convert_recording(recording: Path, robot: Robot, out: Path) -> int:
     Raises
     ------
     InputError
-        The recording is none of ours.
+        The recording is not one of ours.
     OutputError
         The file cannot be written.
     """
@@ -138,7 +138,7 @@ class _Bag:
         writer.start(profile=Profile.ROS2, library=f"miburi {__version__}")
 
     def write(self, time: int, topic: str, message: IdlStruct, qos: str = "") -> None:
-        """Write a message at a time, ns."""
+        """Write a message with its time, in ns."""
         kind = type(message)
         if kind not in self._schemas:
             self._schemas[kind] = self._writer.register_schema(
@@ -153,12 +153,12 @@ class _Bag:
         self.written += 1
 
     def end(self) -> None:
-        """Write what belongs at the end."""
+        """Finish the file."""
         self._writer.finish()  # type: ignore[no-untyped-call]  # mcap leaves it untyped
 
 
 def _stamp(message: RecordedMessage) -> int:
-    """Return when a message was, ns."""
+    """Return a message's time, in ns."""
     return round(message.time * 1e9) if message.wall is None else message.wall
 
 
@@ -169,7 +169,7 @@ def _check(recording: Path, kind: type[_Content], message: RecordedMessage) -> _
         item = error.errors(include_url=False, include_input=False)[0]
         where = ".".join(str(part) for part in item["loc"])
         raise InputError(
-            f"{recording}: this is no recording of Miburi: {message.topic} at "
+            f"{recording}: this is not a recording by Miburi: {message.topic} at "
             f"{message.time:.2f} s: {where}: {item['msg']}."
         ) from error
 

@@ -1,10 +1,10 @@
 """ROS 2's messages as DDS carries them, and their definitions as recordings carry them.
 
 Names, fields and order are those of common_interfaces, geometry2 and hri_msgs; constants are left
-out. A class here is the one source of both forms: rmw's type name and CDR, and the text of a
-``.msg`` file with those that it needs.
+out. Each class here is the only source of both forms: rmw's type name and CDR, and the text of a
+``.msg`` file with those that it depends on.
 
-This module needs the extra ``ros``; nothing loads it before somebody wants it.
+This module needs the extra ``ros``; it is loaded only when needed.
 """
 
 from collections.abc import Iterator
@@ -40,7 +40,7 @@ __all__ = [
 ]
 
 _RULE = "=" * 80
-#: REP-2016's hashes of the messages that have a topic; nodes since Iron tell them to each other.
+#: REP-2016's hashes of the messages that have a topic; since Iron, nodes exchange them.
 _HASHES = {
     "diagnostic_msgs/msg/DiagnosticArray": (
         "5a8a36efb05fb25070fa0fb3810290c0e6cd4862b54a8fb975a1ee8dc55a333e"
@@ -84,7 +84,7 @@ class HeaderMsg(IdlStruct, typename="std_msgs.msg.dds_.Header_"):
 @annotations.final
 @annotations.autoid("sequential")
 class EmptyMsg(IdlStruct, typename="std_msgs.msg.dds_.Empty_"):
-    """std_msgs/Empty; no message is without a byte."""
+    """std_msgs/Empty; every message needs at least one byte."""
 
     structure_needs_at_least_one_member: uint8 = 0
 
@@ -222,7 +222,7 @@ def ros_name(kind: type[IdlStruct]) -> str:
 
 
 def definition(kind: type[IdlStruct]) -> str:
-    """Return a message's definition, and those of all that it holds, as MCAP's ``ros2msg``."""
+    """Return a message's definition, and those of all messages within it, as MCAP's ``ros2msg``."""
     own, *held = dict.fromkeys(_kinds(kind))
     return _lines(own) + "".join(f"{_RULE}\nMSG: {_short(one)}\n{_lines(one)}" for one in held)
 

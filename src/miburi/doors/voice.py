@@ -1,7 +1,7 @@
 """The partner's own voice for its pages: the sound of its latest sentence, by a synthesizer.
 
-A page with its voice on plays the sound, so that page's switch mutes it, its ears are closed
-meanwhile, and its mouth moves with what is heard.
+A page with its voice on plays the sound, so that page's switch mutes it; while it plays, the
+page's ears are closed, and its mouth moves with the sound.
 """
 
 import asyncio
@@ -24,7 +24,7 @@ __all__ = ["voice_router"]
 def voice_router(partner: LivePartner, synthesizer: Synthesizer) -> APIRouter:
     """Return the route by which pages get the sound of the latest sentence.
 
-    One sentence is made into sound at a time, and that of the latest is kept for all pages.
+    Sentences are synthesized one at a time; the latest one's sound is kept for all pages.
     """
     router = APIRouter()
     turn = asyncio.Lock()
@@ -34,7 +34,7 @@ def voice_router(partner: LivePartner, synthesizer: Synthesizer) -> APIRouter:
         said = partner.snapshot.state.spoken
         sounds = said is not None and said.language in LANGUAGES and not said.tune
         if said is None or said.number != number or not sounds:
-            raise HTTPException(404, "this is not its latest sentence, or none that it can sound.")
+            raise HTTPException(404, "this is not its latest sentence, or it cannot be voiced.")
         return said
 
     @router.get(

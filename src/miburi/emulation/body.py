@@ -25,7 +25,7 @@ from miburi.safety.profile import to_steps
 __all__ = ["EmulatedBody", "EmulatedRobot"]
 
 
-#: s between two turns of the servos' control, and steps of the physics: it runs as finely as they.
+#: s between two turns of the servos' control, and between two steps of the physics.
 _TURN = 0.001
 
 
@@ -80,7 +80,7 @@ class _World:
 
 
 class EmulatedRobot(EmulatedCard):
-    """A card whose servos move the joints of a physical robot, which they hold at neutral.
+    """A card whose servos move the joints of a robot in the physics, and hold it at neutral.
 
     Attributes
     ----------
@@ -102,7 +102,7 @@ class EmulatedRobot(EmulatedCard):
             Servo.new(of_joint.servo, shaft=joint, model=true.robot.servo.model)
             for of_joint, joint in zip(settings.joints, joints, strict=True)
         ]
-        # The servos hold the body, as a card sets them up: it would sink before ours has started.
+        # Set up as a card would, the servos hold the body: it would sink before our card starts.
         goals = to_steps(robot, self.plant.data.ctrl).tolist()
         for servo, joint, goal in zip(servos, settings.joints, goals, strict=True):
             servo.start_delay, servo.clock = true.start_delay * 1e6, true.clock

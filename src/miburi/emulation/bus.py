@@ -1,8 +1,8 @@
 """The wire between a card and its emulated servos: who hears a packet, and who answers when.
 
-Behaviour that firmware must cope with is taken at its worst: after a missing servo, the others
-never answer a sync read. Two that speak at the same time spoil it: where either pulls the
-wire down, it is down. Times are µs on the card's clock.
+Behaviour that firmware must cope with is modelled at its worst: after a missing servo, the others
+never answer a sync read. Two servos that speak at once garble each other: where either pulls the
+wire low, it is low. Times are µs on the card's clock.
 """
 
 import struct
@@ -33,22 +33,22 @@ from miburi.emulation.servos import INSTRUCTION_ERROR, Servo
 
 __all__ = ["BAUDS", "Bus"]
 
-#: Bits a second by the register's value, and by which part two that understand each other differ.
+#: Bits a second by the register's value, and the share by which two ends may differ.
 BAUDS = (9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000)
 _BAUD_TOLERANCE = 0.03
-#: A packet that pauses for longer, in µs, is not completed.
+#: A packet interrupted for longer than this, in µs, is dropped.
 _PAUSE = 2_000
-#: µs between the answers of two ids to a ping of all, for which the official SDK waits.
+#: µs between the answers of successive ids to a broadcast ping, as the official SDK expects.
 _PING_TURN = 3_000
-#: From which status return level on an instruction is answered; all others at 2 alone.
+#: The lowest status return level at which an instruction is answered; 2 for all others.
 _LEVELS = {PING: 0, READ: 1}
 #: The highest id that may be a secondary one.
 _LAST_ID = 252
 
-#: Bytes that one fast answer may have for certain.
+#: Bytes of data that one fast answer can safely hold; longer reads get no answer.
 _LONGEST = 60_000
 
-#: What a servo says, and when it begins.
+#: When a servo's answer begins, and its bytes.
 Answer = tuple[float, bytes]
 
 
@@ -58,9 +58,9 @@ class Bus:
     Attributes
     ----------
     servos
-        In any order. Two with one id speak at the same time.
+        In any order. Two with the same id speak at the same time.
     spoil
-        Changes bytes on their way, from the card and to it.
+        Changes bytes in transit, from the card and to it.
     instructions
         How many whole instruction packets the servos have heard.
     """
@@ -74,11 +74,11 @@ class Bus:
         self._begun, self._last = b"", 0.0
 
     def answer(self, data: bytes, time: float, baud: int = 1_000_000) -> list[Answer]:
-        """Let the servos of this speed hear a burst of bytes that ended at ``time``.
+        """Let the servos set to ``baud`` hear a burst of bytes that ended at ``time``.
 
         Returns
         -------
-        Bytes that they send, each with the time at which it begins.
+        The bytes that they send, in bursts, each with the time at which it begins.
         """
         answers: list[Answer] = []
         begun = self._begun if time - self._last < _PAUSE else b""
@@ -190,7 +190,7 @@ class Bus:
         self, one: Servo, servo: int, instruction: int, parameters: bytes, time: float
     ) -> list[Answer]:
         data, to_all = b"", servo == BROADCAST
-        # What changes the id is still answered under the old one, and at the old speed.
+        # A change of id or speed is still answered with the old ones.
         own = one.get("id") if one.alias is None else one.alias
         start = time + 2 * one.get("return_delay") + one.delay
         level = one.get("status_return_level")

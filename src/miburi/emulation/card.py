@@ -1,8 +1,8 @@
 """Run the card's real firmware without a card, in virtual time, on a bus of emulated servos.
 
-:class:`EmulatedCard` is processor and bus, and stands at the far end of a serial line: in go the
-bytes of the host, out come those of the card. :class:`miburi.emulation.body.EmulatedBody` is a
-whole body on such a card.
+:class:`EmulatedCard` is processor and bus together, at the far end of a serial line: it takes the
+host's bytes and sends the card's. :class:`miburi.emulation.body.EmulatedBody` is a whole body on
+such a card.
 
 A small C library around libsimavr, ``firmware/emulator``, emulates the processor. ``make
 firmware`` builds it. It is not part of this package, because its licence is the GPL.
@@ -60,7 +60,7 @@ def _firmware() -> Path:
 
 
 def _micros(seconds: float) -> float:
-    """Convert to µs, rounded so that it is never before ``seconds``: a wait for it must end."""
+    """Convert to µs, rounded so that it is never less than ``seconds``: a wait for it must end."""
     micros = seconds * 1e6
     return micros if micros / 1e6 >= seconds else nextafter(micros, inf)
 
@@ -92,7 +92,7 @@ class Mega:
         return float(self._lib.mega_cycle(self._mega)) / _CYCLES
 
     def run(self, until: float) -> bool:
-        """Run until a time in µs, or until a burst of bytes on the bus ends; then return True."""
+        """Run until a time in µs, or until a burst on the bus ends; return whether one did."""
         result = self._lib.mega_run(self._mega, ctypes.c_uint64(ceil(until * _CYCLES)))
         if result == _CRASHED:
             raise BodyError("The emulated processor crashed; please report this.")
@@ -113,7 +113,7 @@ class Mega:
         return int(self._lib.mega_waiting(self._mega, port))
 
     def baud(self, port: int) -> int:
-        """Bits a second at which a serial port speaks."""
+        """Return the bits a second at which a serial port speaks."""
         return int(self._lib.mega_baud(self._mega, port))
 
     def dropped(self, port: int) -> int:
@@ -204,7 +204,7 @@ class EmulatedCard:
             self._output += self.mega.take(_HOST)
 
     def read(self, until: float) -> bytes:
-        """Return bytes from the card as soon as it sends some, or none when it is ``until`` s."""
+        """Return bytes from the card as soon as it sends some, or none once it is ``until`` s."""
         end = _micros(until)
         while not self._output and self.mega.time < end:
             self.run(min(end, self.mega.time + _SLICE))

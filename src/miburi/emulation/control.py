@@ -1,12 +1,12 @@
 """A servo's position control: from its gains, its trajectory and its encoder to a duty.
 
-It is that of ROBOTIS's e-manual, "Position PID Gain", in PWM units (885 are the whole voltage)::
+It follows ROBOTIS's e-manual, "Position PID Gain", in PWM units (885 is the full voltage)::
 
     PWM = P/p_divisor · e + I/65536 · Σ e − D/d_divisor · v + FF1/4 · u + FF2/4 · (change of u)
 
 e is the error in steps, v the speed and u the trajectory's, both in steps for each turn of the
-control. Goal PWM and PWM Limit bound it, and the duty follows with the PWM's slope. In which units
-the manual's feed-forward counts, and how its anti-windup works, it does not say: both are ours.
+control. Goal PWM and PWM Limit bound it, and the duty follows at the PWM's slope. The manual does
+not say what units its feed-forward has, nor how its anti-windup works: both are ours.
 """
 
 from dataclasses import dataclass
@@ -16,10 +16,10 @@ from miburi.servos import Servo
 
 __all__ = ["FULL", "Control", "PidGains"]
 
-#: PWM units of the whole voltage.
+#: PWM units at full voltage.
 FULL = 885
 _I_DIVISOR, _FF_DIVISOR = 65_536, 4
-#: The PWM's slope from the factory, to which the servo's constants refer.
+#: The factory setting of the PWM's slope, to which the servo's constants refer.
 _SLOPE = 140
 
 
@@ -58,13 +58,13 @@ class Control:
         self._slope, self._voltage = model.gains.pwm_slope, model.supply.voltage
 
     def rest(self) -> None:
-        """Forget all, as with torque off."""
+        """Reset everything, as with torque off."""
         self.duty = self._sum = self._before = 0.0
 
     def follow(
         self, gains: PidGains, error: float, speed: float, wanted: float, most: float
     ) -> float:
-        """Return the PWM of the position control, at most ``most`` to both sides.
+        """Return the PWM of the position control, from −``most`` to ``most``.
 
         ``error`` is in steps; ``speed`` and ``wanted``, the trajectory's, are in steps/s. Without
         feed-forward gains ``wanted`` does not matter.
@@ -78,13 +78,13 @@ class Control:
         )
         self._before = wanted
         whole = self._sum + gains.i / _I_DIVISOR * error
-        # Where the PWM has its limit already, the integral does not grow beyond.
+        # Where the PWM is already at its limit, the integral grows no further.
         if abs(pwm + whole) <= most or abs(whole) < abs(self._sum):
             self._sum = whole
         return min(max(pwm + self._sum, -most), most)
 
     def set_pwm(self, pwm: float, slope: int) -> float:
-        """Return the duty of the next turn, that goes to ``pwm`` no faster than the slope allows.
+        """Return the next turn's duty, which goes to ``pwm`` no faster than the slope allows.
 
         ``slope`` is register 62.
         """

@@ -1,7 +1,7 @@
-"""The XL330-M288-T's control table as data: where a register is, who may write it, and what.
+"""The XL330-M288-T's control table as data: where a register is, if it is writable, and its range.
 
 Source: ROBOTIS's e-manual of the XL330-M288-T, tables "Control Table of EEPROM Area" and "of RAM
-Area". Ranges that other registers set are those registers' names.
+Area". A limit that another register sets is given as that register's name.
 """
 
 from dataclasses import dataclass
@@ -14,9 +14,9 @@ EEPROM_END, SIZE = 64, 228
 
 @dataclass(frozen=True)
 class Register:
-    """One entry: first byte, bytes, value from the factory, least and largest value.
+    """One entry: first byte, size in bytes, factory value, least and largest value.
 
-    ``limit`` names the register whose value, to both sides of 0, is the largest one. A register
+    ``limit`` names the register whose value is the largest allowed, on both sides of 0. A register
     without a range (``low`` > ``high``) is read-only.
     """
 

@@ -1,7 +1,7 @@
-"""A servo's shaft with its motor and gears: what hangs on it is a weight, an inertia, a wall.
+"""A servo's shaft with its motor and gears; it turns an inertia, and may meet a load or a wall.
 
-It stands alone, for tests of one servo or of a card with eight; the joints of
-:class:`miburi.emulation.body.EmulatedBody` have a whole body on them.
+It needs no body, and is for tests of one servo or of a card with eight; the joints of
+:class:`miburi.emulation.body.EmulatedBody` carry a whole body.
 """
 
 from miburi.emulation.servos import Servo, Shaft
@@ -23,7 +23,7 @@ class Gearmotor(Shaft):
     position
         Where it is, in steps.
     inertia
-        What hangs on it, kg·m².
+        The inertia of what hangs on it, kg·m².
     """
 
     def __init__(self, model: Model, position: float = 2048.0, inertia: float = 1e-3) -> None:

@@ -1,4 +1,4 @@
-"""Packets of DYNAMIXEL's protocol 2.0: put together, and found among the bytes of a wire."""
+"""Build packets of DYNAMIXEL's protocol 2.0, and find them among the bytes on a wire."""
 
 import struct
 
@@ -50,15 +50,15 @@ def packet(servo: int, instruction: int, parameters: bytes = b"") -> bytes:
 def fast_blocks(answers: list[tuple[int, int, bytes]], counts: list[int]) -> list[bytes]:
     """Return what each servo adds to the one status packet of a fast read.
 
-    A block is the error, the id, the data, and the checksum of all that was said so far; the first
-    is behind the header. Nothing is stuffed.
+    A block is the error, the id, the data, and the checksum of all that was sent so far; the header
+    comes before the first. There is no byte stuffing.
 
     Parameters
     ----------
     answers
         Error, id and data of each servo, in their order.
     counts
-        Bytes of data of all servos asked, for the header: more than those that answer, perhaps.
+        Bytes of data from each servo asked, for the header; some may not answer.
     """
     length = 1 + sum(4 + count for count in counts)
     said, blocks = b"", []
@@ -72,7 +72,7 @@ def fast_blocks(answers: list[tuple[int, int, bytes]], counts: list[int]) -> lis
 
 
 def packets(data: bytes) -> tuple[list[tuple[int, int, bytes]], bytes]:
-    """Find the whole packets in ``data``: id, instruction, parameters; and what follows them."""
+    """Return the whole packets in ``data`` (id, instruction, parameters), and what follows them."""
     found, at, done = [], 0, 0
     while (at := data.find(_HEADER, at)) >= 0:
         if len(data) < at + 7:

@@ -1,10 +1,10 @@
-"""Eight DYNAMIXEL XL330 in Python: what a card's servo bus sees when no servo is there.
+"""DYNAMIXEL XL330 servos in Python: what a card's servo bus sees when no real one is there.
 
 They follow speed profiles as the XL330's manual describes them, and can be blocked, loaded, dead,
 deaf, hot, slow to answer, and unplugged. :class:`miburi.emulation.bus.Bus` is their wire.
 
 Times are µs on the card's clock; positions are the shaft's, in the servo's steps, as floats until
-read. What a host reads and writes counts turns, direction and homing offset as the servo does.
+read. What a host reads and writes allows for turns, direction and homing offset, as on the servo.
 """
 
 from collections.abc import Callable
@@ -52,11 +52,11 @@ class Shaft:
     lag
         µs.
     load
-        Steps by which it stays behind while torque is on.
+        Steps by which it stands off its trajectory while torque is on.
     low, high
         Steps that it cannot pass: set either to block the joint.
     noise
-        Gives a reading's error in steps, at each reading.
+        Returns the error of a reading, in steps; called at each one.
     """
 
     def __init__(self, position: float = 2048.0, lag: float = 30_000.0) -> None:
@@ -110,7 +110,7 @@ class Servo:
     lie
         Turns the position to be read into what is read, both in steps.
     alias
-        The id with which it answers, where that is another's.
+        The id with which it answers, if that is not its own.
     segment, before
         The trajectory, None with torque off; and the one before it.
     """
@@ -142,7 +142,7 @@ class Servo:
         shaft: Shaft | None = None,
         model: Model | None = None,
     ) -> "Servo":
-        """Return a servo that has been given an id, and is otherwise as from the factory.
+        """Return a servo with an id and the bus speed of the card, and otherwise factory settings.
 
         ``model`` is by default the identified XL330.
         """
@@ -156,7 +156,7 @@ class Servo:
         return self.table.get(name)
 
     def set(self, name: str, value: int) -> None:
-        """Set an entry of the control table, past all protection."""
+        """Set an entry of the control table, bypassing all protection."""
         self.table.set(name, value)
 
     # --- power, torque and trajectory -------------------------------------------------------------
@@ -252,7 +252,7 @@ class Servo:
         elif self.segment is None:
             if self.get("operating_mode") == _POSITION:
                 self._count_anew(time)
-            # Torque on pulls towards the goal that stands in the table, at once.
+            # When torque goes on, it pulls at once towards the goal in the table.
             goal = self._to_shaft(self.get("goal_position"))
             self.segment = Segment(time, place, goal, 0.0, 0.0)
             self.before = Segment(time - 1e6, place, place, 0.0, 0.0)
@@ -275,7 +275,7 @@ class Servo:
 
     @property
     def _offset(self) -> int:
-        """What is added to the shaft's own steps, with their sign."""
+        """What is added to the shaft's own steps, after their sign is applied."""
         homing = self.get("homing_offset")
         if self.get("operating_mode") == _POSITION and abs(homing) > _HOMING:
             homing = 0
@@ -288,10 +288,10 @@ class Servo:
         return round(place * self._sign) + self._offset
 
     def _count_anew(self, time: float) -> None:
-        """Count positions within one turn again."""
+        """Drop the whole turns from the count of positions."""
         self._turns = round(self.shaft.position(self, time) * self._sign) // _TURN * _TURN
 
-    # --- what it does when it is told to ----------------------------------------------------------
+    # --- what it does when asked to ---------------------------------------------------------------
 
     def heard(self, time: float) -> None:
         """Note that some packet was on the bus."""
@@ -318,7 +318,7 @@ class Servo:
         return self._error(0), bytes(data[at] if at < len(data) else 0 for at in addresses)
 
     def _measure(self, time: float) -> None:
-        """Write into the table what there is to read."""
+        """Write the present readings into the table."""
         speed, place = self.shaft.speed(self, time), self.shaft.position(self, time)
         segment, span = self._under_way(time), 1e6 / self.table.model.loop.rate
         motor, duty = self.table.model.motor, self.control.duty
@@ -384,7 +384,7 @@ class Servo:
         return error or (RANGE_ERROR if bitten else 0)
 
     def register(self, address: int, data: bytes) -> int:
-        """Keep a write for an action; return the error."""
+        """Keep a write until an action asks for it; return the error."""
         error = self._refusal(address, data)
         if not error and not self.deaf:
             self._registered = address, data
@@ -400,9 +400,9 @@ class Servo:
         return self.write(address, data, time)
 
     def reset(self, option: int, *, to_all: bool) -> int:
-        """Go back to the factory's table, but for what the option keeps; return the error.
+        """Restore the factory's table, except what the option keeps; return the error.
 
-        A reset of everything that is told ``to_all`` is not carried out.
+        A reset of everything is not carried out if it is sent ``to_all``.
         """
         if option not in _RESETS or (to_all and not _RESETS[option]):
             return self._error(RANGE_ERROR)
@@ -412,7 +412,7 @@ class Servo:
         return self._error(0)
 
     def clear(self, what: bytes, time: float) -> int:
-        """Count positions within one turn again, at rest; return the error."""
+        """Drop the whole turns from the count of positions, if at rest; return the error."""
         if what != _CLEAR:
             return self._error(RANGE_ERROR)
         self._measure(time)

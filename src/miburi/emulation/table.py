@@ -1,4 +1,4 @@
-"""One servo's control table: what stands in it, what it takes, and where indirect data leads."""
+"""One servo's control table: its values, the writes it takes, and where indirect data leads."""
 
 from dataclasses import dataclass, field
 from itertools import groupby
@@ -11,7 +11,7 @@ __all__ = ["ACCESS_ERROR", "GAINS", "RANGE_ERROR", "ControlTable"]
 
 #: Errors of a status packet (protocol 2.0).
 RANGE_ERROR, _LENGTH_ERROR, _LIMIT_ERROR, ACCESS_ERROR = 0x04, 0x05, 0x06, 0x07
-#: Operating modes that exist, and those in which goals are places within one turn, or many.
+#: Operating modes that exist, the one with goals within one turn, and the limit in the others.
 _MODES, _POSITION, _TURNS = (0, 1, 3, 4, 5, 16), 3, 1_048_575
 #: Protocols that exist.
 _PROTOCOLS = (2, 20, 21, 22)
@@ -23,7 +23,7 @@ GAINS = (
     "feedforward_2nd_gain",
     "feedforward_1st_gain",
 )
-#: Read-only registers that count to both sides of 0, and the watchdog, which says −1 when it bit.
+#: Read-only registers that are signed, and the watchdog, which reads −1 once it has tripped.
 _SIGNED = (
     "bus_watchdog", "pwm", "current", "speed", "position", "velocity_trajectory",
     "position_trajectory",
@@ -36,7 +36,7 @@ _READERS = {
     for name, at in REGISTERS.items()
     for form in [_FORMATS[at.size]]
 }  # fmt: skip
-#: Indirect data, and the addresses that they lead to.
+#: Where indirect data begins and ends.
 _DATA, _DATA_END = REGISTERS["indirect_data_1"].address, SIZE
 #: The register at each defined address.
 _AT = {
@@ -48,11 +48,11 @@ _AT = {
 
 @dataclass
 class ControlTable:
-    """The bytes of a control table, with the factory's values of one kind of servo."""
+    """The bytes of a control table; it starts with the factory's values for one kind of servo."""
 
     model: Model
     data: bytearray = field(default_factory=lambda: bytearray(SIZE))
-    #: How often a byte has changed. Until it does, an entry need not be looked up again.
+    #: How many changes there have been; until the next, no entry need be looked up again.
     changes: int = 0
     _decoded: dict[str, int] = field(default_factory=dict)  # entries read since they changed
 
@@ -68,7 +68,7 @@ class ControlTable:
         return value
 
     def set(self, name: str, value: int) -> None:
-        """Set an entry, past all protection."""
+        """Set an entry, bypassing all protection."""
         at = REGISTERS[name]
         data = (value % (1 << 8 * at.size)).to_bytes(at.size, "little")
         if self.data[at.address : at.address + at.size] != data:
@@ -77,7 +77,7 @@ class ControlTable:
             self.changes += 1
 
     def set_byte(self, address: int, byte: int) -> None:
-        """Set one byte, past all protection."""
+        """Set one byte, bypassing all protection."""
         self.data[address] = byte
         self.changes += 1
         self._decoded.pop(_AT.get(address, ""), None)
@@ -89,14 +89,14 @@ class ControlTable:
                 self.set(name, self._default(name))
 
     def forget(self) -> None:
-        """Lose all that does not outlast a loss of power."""
+        """Reset all that does not survive a loss of power."""
         for name, register in REGISTERS.items():
             if register.address >= EEPROM_END:
                 self.set(name, self._default(name))
         self._limit_goals()
 
     def change_mode(self) -> None:
-        """Set gains, profile and limits back, as the manual says of another operating mode."""
+        """Reset gains, profile, goal PWM and goal current, as the manual says of a new mode."""
         for name in (*GAINS, "profile_speed", "profile_acceleration"):
             self.set(name, self._default(name))
         self._limit_goals()
@@ -110,18 +110,18 @@ class ControlTable:
         return round(gains.get(name, REGISTERS[name].default))
 
     def behind(self, address: int, count: int) -> list[int]:
-        """Return which addresses ``count`` bytes from ``address`` mean: indirect ones lead on."""
+        """Return the addresses of ``count`` bytes from ``address``, following indirect ones."""
         return [
             self.get(f"indirect_address_{at - _DATA + 1}") if _DATA <= at < _DATA_END else at
             for at in range(address, address + count)
         ]
 
     def unreadable(self, addresses: list[int]) -> bool:
-        """Whether a read begins or ends where nothing is defined; gaps between are 0 (ours)."""
+        """Return whether a read begins or ends where nothing is defined; gaps read as 0 (ours)."""
         return not (addresses and addresses[0] in _AT and addresses[-1] in _AT)
 
     def refusal(self, addresses: list[int], data: bytes) -> int:
-        """Return the error for which the servo does not take a write; 0 if it does."""
+        """Return the error with which the servo refuses a write; 0 if it takes it."""
         pairs = list(enumerate(addresses))
         # Where an indirect address leads elsewhere, another write begins.
         for _, run in groupby(pairs, key=lambda pair: pair[1] - pair[0]):

@@ -19,7 +19,7 @@ __all__ = ["pump", "serve"]
 
 #: Seconds between two updates of the card.
 _TICK = 0.005
-#: Most time, s, that the card catches up at once; on a slower machine its clock falls behind.
+#: The most time, s, that the card makes up in one update; on a slow machine its clock lags.
 _PATIENCE = 0.05
 
 
@@ -29,7 +29,7 @@ def serve(robot: Robot, seconds: float, tell: Callable[[str], None]) -> None:
     Parameters
     ----------
     robot
-        The description of the robot on it.
+        The description of the robot that the card drives.
     seconds
         How long to run; 0 for ever.
 

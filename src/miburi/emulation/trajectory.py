@@ -1,7 +1,7 @@
-"""The way that a servo makes of a goal: speed up, cruise, slow down.
+"""A servo's path to a goal: speed up, cruise, slow down.
 
-A goal that comes while the servo moves keeps its speed (the manual's *velocity override*). A
-profile without ramps has its own speed at once.
+If a new goal comes while the servo moves, the new path begins at its present speed (the manual's
+*velocity override*). A profile without ramps reaches its speed at once.
 """
 
 from dataclasses import dataclass
@@ -45,7 +45,7 @@ class Segment:
 
     @cached_property
     def _shape(self) -> tuple[int, float, float, float, float]:
-        """Its direction, first ramp, s, speed between the ramps, steps/s, last ramp and time, s."""
+        """Direction; first ramp, s; cruising speed, steps/s; last ramp, s; total time, s."""
         way, a = self.goal - self.origin, self.acceleration
         if self.speed == 0 or (way == 0 and self.initial == 0):
             return 1, 0.0, 0.0, 0.0, 0.0
@@ -53,7 +53,7 @@ class Segment:
             return (1 if way > 0 else -1), 0.0, self.speed, 0.0, abs(way) / self.speed
         sign = 1 if way > self.initial * abs(self.initial) / (2 * a) else -1
         way, u = way * sign, self.initial * sign
-        if u == 0:  # from rest, as it always was computed: calibrations follow the last bit
+        if u == 0:  # from rest, computed as ever: calibrations depend on the last bit
             ramp = self.speed / a
             ramp = sqrt(way / a) if self.speed * ramp > way else ramp
             return sign, ramp, a * ramp, ramp, way / (a * ramp) + ramp
@@ -80,5 +80,5 @@ class Segment:
         return self.origin + done * sign
 
     def speed_at(self, time: float, span: float) -> float:
-        """How fast it is, in steps/s, over the latest ``span`` µs."""
+        """Return its mean speed over the latest ``span`` µs, in steps/s."""
         return (self.at(time) - self.at(time - span)) * 1e6 / span

@@ -1,7 +1,7 @@
-"""Emotion, feeling and mood as a linear cascade between stimuli: the model that is used.
+"""Emotion, feeling and mood as a linear cascade between stimuli: the model in use.
 
-The emotion follows the latest events, the feeling those of a longer time, and the mood those of
-the longest. A stimulus changes the emotion at once. The feeling takes up its share while the
+The emotion follows the latest events, the feeling those over a longer time, and the mood those
+over the longest. A stimulus changes the emotion at once. The feeling takes up its share while the
 emotion fades, and the mood while the feeling fades::
 
     emotion  x' = −x/τe
@@ -133,7 +133,7 @@ def _take_up(
     half = np.sqrt((middle + leaving) ** 2 - supply * arriving + (0j if supply.any() else 0.0))
     slow, fast = middle + half, middle - half
     apart = np.where(half == 0, 1e-300, 2 * half)
-    # From the slow one: it is the one that stays finite when both are far apart.
+    # Written with the slow eigenvalue, so that it stays finite when the two are far apart.
     phi = -np.exp(slow * dt) * np.expm1(-apart * dt) / apart
     kept = np.exp(fast * dt)
     p, x = (

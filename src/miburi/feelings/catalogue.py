@@ -116,8 +116,8 @@ class Colours(Table):
 class Voice(Table):
     """How a feeling sounds; the defaults are the voice of no feeling.
 
-    ``rate`` and ``pitch`` are factors of a voice's own, as the Web Speech API has them; ``chirp``
-    holds notes of so many Hz and s.
+    ``rate`` and ``pitch`` multiply those of a voice, as in the Web Speech API; ``chirp`` holds
+    notes, each a frequency in Hz and a length in s.
     """
 
     rate: Annotated[float, Field(ge=0.5, le=2)] = 1.0
@@ -164,7 +164,7 @@ class Catalogue(Table):
             )
         twice = sorted({name for name in self.names if self.names.count(name) > 1})
         if twice:
-            raise ValueError(f"{', '.join(twice)} is there twice; each feeling needs its own name")
+            raise ValueError(f"{', '.join(twice)} appears twice; each feeling needs its own name")
         return self
 
     def faces(self) -> dict[str, object]:
@@ -182,7 +182,7 @@ class Catalogue(Table):
         return next((each.voice for each in self.feeling if each.name == name), Voice())
 
     def voices(self) -> dict[str, object]:
-        """Return how each feeling sounds, ready for JSON, and ``rest``: how it does in none."""
+        """Return each feeling's voice, ready for JSON, and ``rest``, the voice of no feeling."""
         each = {feeling.name: feeling.voice.model_dump() for feeling in self.feeling}
         return {"rest": Voice().model_dump(), "feelings": each}
 
@@ -237,5 +237,5 @@ FeelingName = Annotated[
     AfterValidator(_check_name),
     WithJsonSchema({"enum": list(FEELINGS), "type": "string"}),
 ]
-#: The same in a partner's messages: its feelings may differ from those of the process that reads.
+#: The same in a partner's messages, unchecked: its feelings may differ from the reader's.
 TheirFeeling = Annotated[str, WithJsonSchema({"enum": list(FEELINGS), "type": "string"})]

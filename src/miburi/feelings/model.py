@@ -1,9 +1,9 @@
 """The emotional model of Section 4: emotion, feeling and mood, on three time scales.
 
-In go stimuli, contacts and the passing of time; out comes an :class:`Expression`, the strongest
+Stimuli, contacts and the passing of time go in; an :class:`Expression` comes out, the strongest
 emotion with its mood. Each of the three levels holds a number from 0 to 1 for each of the n
-``FEELINGS``; the paper has eight. How the levels change is a subclass's affair: the one that is
-used is :class:`miburi.feelings.cascade.EmotionalModel`.
+``FEELINGS``; the paper has eight. How the levels change is left to subclasses; the one in use is
+:class:`miburi.feelings.cascade.EmotionalModel`.
 
 The mood that is shown is m + (1 − m) x − d, with x the slowest level, m the resting mood of the
 temperament and of the person who is there, and d what contacts and inhibition took. d fades with
@@ -106,7 +106,7 @@ class FeelingModel(ABC):
         self._time = 0.0
         n = len(FEELINGS)
         self._held = np.zeros((3, n), dtype=bool)
-        self._lowered = np.zeros(n)  # what contact and inhibition took from the mood, not healed
+        self._lowered = np.zeros(n)  # mood lost to contact and inhibition, not healed yet
         self._leaning = np.zeros(n)  # what the person who is there adds to the resting mood
         self._stale = np.zeros((len(SOURCES), n))
 
@@ -122,9 +122,9 @@ class FeelingModel(ABC):
         self._restore(state)
 
     def lean(self, leaning: Array | None) -> None:
-        """Let moods rest elsewhere while a person is there, (n,) from the temperament's; None: no.
+        """Shift the moods' rest while a person is there, (n,) from the temperament's; None: do not.
 
-        The shown mood stays as it is at this moment, and then goes to its new rest.
+        The shown mood does not jump; from now on it moves towards its new rest.
         """
         state = self._state()
         self._leaning = np.zeros(len(FEELINGS)) if leaning is None else np.array(leaning)
@@ -301,17 +301,17 @@ class FeelingModel(ABC):
         return np.where(self._held[2], 0.0, rest)
 
     def _risen_mood(self) -> Array:
-        """Return the mood without what contact and inhibition took."""
+        """Return the mood as it would be if contact and inhibition had taken nothing."""
         rest = self._rest()
         mood: Array = rest + (1 - rest) * self._current_levels()[2]
         return mood
 
     def _heal(self, dt: float) -> None:
-        """Let the mood that was lost come back for ``dt`` seconds."""
+        """Let lost mood recover for ``dt`` seconds."""
         self._lowered *= np.exp(-dt / self.temperament.fading[2])
 
     def _inhibit_mood(self, remaining: Array) -> None:
-        """Leave a share of the shown mood, (n,); the model does so with its slowest level."""
+        """Keep a share of the shown mood, (n,); the model does the same to its slowest level."""
         sunk = remaining * self._lowered + (1 - remaining) * self._rest()
         self._lowered = np.where(self._held[2], self._lowered, sunk)
 

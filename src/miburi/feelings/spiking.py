@@ -19,7 +19,7 @@ with τ the time constant of its level.
 - Every input moves an activation towards 0 or 1 by a share of the remaining distance. So the
   activations, which are the levels, stay in [0, 1].
 
-A held neuron keeps its activation and fires on. The mood counts from the temperament's resting
+A held neuron keeps its activation and keeps firing. The mood counts from the temperament's resting
 mood, as in the other model. Spikes only run from layer to layer, so the net falls silent by itself
 unless a level is held. Between spikes everything
 decays by exact formulas, and the time of the next spike is the root of one equation. The cost of a
@@ -181,7 +181,7 @@ class SpikingModel(FeelingModel):
         self._receive(layer + 1, self._weights[layer] * effect)
 
     def _plan(self, layer: int) -> None:
-        """Compute when the neurons of a layer fire if no input arrives before."""
+        """Compute when the neurons of a layer fire if no input arrives first."""
         slow, fast = self._decay_rates(), self._fast
         for neuron in range(len(FEELINGS)):
             place = layer, neuron

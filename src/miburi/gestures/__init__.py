@@ -1,4 +1,4 @@
-"""Gestures: a feeling's movement function, one TOML file, and a mood become timed key poses."""
+"""Gestures: turn a feeling's movement function (a TOML file) and a mood into timed key poses."""
 
 from miburi.gestures.movement import MovementFunction, load, load_for, misfits
 from miburi.gestures.performance import (

@@ -1,10 +1,10 @@
 """The coordinates in which gestures are written, blended and varied (Section 4 of the paper).
 
-A pose is eight numbers, in the order of ``COORDINATES``: of each hand its distance from its own
-shoulder, its spread and its swing; of the head its turn and its rise. They are polar coordinates of
-the three extremities, so half-way between two poses the hands are half-way along an arc, not on a
-chord through the body. The distance is counted in arm's reaches, so a gesture keeps its look on a
-robot of another size.
+A pose is eight numbers, in the order of ``COORDINATES``: for each hand, the distance from its own
+shoulder, its spread and its swing; for the head, its turn and its rise. They are polar coordinates
+of the three extremities, so half-way between two poses the hands are half-way along an arc, not on
+a chord through the body. Distances are in arm's reaches, so a gesture keeps its look on a robot of
+another size.
 
 :func:`targets` turns them into the paper's nine coordinates, and only the inverse kinematics turns
 those into angles. A place out of reach is allowed: the best reachable pose is the answer.
@@ -17,8 +17,8 @@ from miburi.robot.geometry import arm_reach, head_joint, shoulders
 
 __all__ = ["COORDINATES", "neutral", "polar", "relative", "targets"]
 
-#: Distance in arm's reaches, angles in rad. Spread is counted from the shoulders' axis (straight
-#: out) and swing about it, from hanging forward and up; turn to the left, rise up.
+#: Distance in arm's reaches, angles in rad. Spread is measured from the shoulders' axis (straight
+#: out), and swing about it, from hanging towards forward and up; turn is to the left, rise is up.
 COORDINATES = (
     *("right_distance", "right_spread", "right_swing"),
     *("left_distance", "left_spread", "left_swing"),
@@ -78,7 +78,7 @@ def _hand(place: Array) -> tuple[float, float, float]:
     ahead, out, up = place
     away = np.hypot(ahead, up)
     swing = np.arctan2(ahead, -up)
-    # From straight back over hanging, forward and up to straight back again: nothing swings so far.
+    # From straight back through hanging, forward and up; it wraps at straight back, out of reach.
     swing = (swing + np.pi / 2) % (2 * np.pi) - np.pi / 2
     return np.hypot(away, out), np.arctan2(away, out), swing
 

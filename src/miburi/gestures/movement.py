@@ -1,4 +1,4 @@
-"""Read movement functions: in goes a gesture file (TOML), out comes a checked object.
+"""Read movement functions: turn a gesture file (TOML) into a checked object.
 
 Hands and head are written relative to the body, so that a gesture carries over to other robots;
 :mod:`miburi.gestures.coordinates` has the form in which they are blended. :func:`misfits` names
@@ -102,7 +102,7 @@ class Repeat(Table):
 
     first: Annotated[int, Field(ge=1)] = Field(description="The first pose of the range, from 1.")
     last: Annotated[int, Field(ge=1)] = Field(description="The last one.")
-    times: Annotated[int, Field(ge=2, le=8)] = Field(description="How often in all.")
+    times: Annotated[int, Field(ge=2, le=8)] = Field(description="How many times in all.")
     back: Annotated[float, Field(gt=0, le=1)] = Field(
         description="The way back, as a share of the duration."
     )

@@ -1,10 +1,10 @@
-"""Perform gestures: in go movement functions and moods, out come timed key poses.
+"""Perform gestures: turn movement functions and moods into timed key poses.
 
 The mood μ is a fuzzy membership (Section 4, Fig. 7). Each key pose has two Takagi–Sugeno rules:
 *if the feeling holds, go to the written pose; if it does not, stay at neutral*. Their weighted mean
 is taken in the polar coordinates of the three extremities (:mod:`miburi.gestures.coordinates`), so
-at half the mood the body goes half as far along the same path. What comes out are the paper's nine
-coordinates; the inverse kinematics makes the angles.
+at half the mood the body goes half as far along the same path. The result is in the paper's nine
+coordinates; the inverse kinematics turns them into angles.
 """
 
 from collections.abc import Sequence
@@ -37,10 +37,10 @@ __all__ = [
 #: A movement of a hand or the head by a greater angle, rad, is wide; with bound flow it halts
 #: half-way.
 WIDE = 0.5
-#: Variation: how much less far than written a coordinate may go, and how much durations may differ.
+#: Variation: by what share a coordinate may fall short of the written one, and a duration differ.
 REACH_VARIES, TIME_VARIES = 0.15, 0.12
 #: A beat of an arm, as people make while they speak: its offset when the hand is farthest, s there
-#: and back, and s from the beginning to that moment, which servos reach later (all ours).
+#: and back, and s from the start until servos, which lag, get there (all ours).
 _BEAT = np.array([-0.03, 0.0, 0.3])
 _BEAT_TIMES = (0.4, 0.4)
 BEAT_LEAD = 0.44
@@ -68,11 +68,11 @@ class KeyPose:
     right, left, head
         (3,) m in the base frame.
     duration
-        s, from rest to rest; a body that cannot be so fast takes longer.
+        s, from rest to rest; a body that cannot move that fast takes longer.
     hold
         s, the pause before the next key pose.
     passes
-        Whether a body that can do so passes it without a stop or a hold, on its way to the next.
+        Whether a body that can do so moves on to the next one without stopping or holding.
     """
 
     right: Array
@@ -207,7 +207,7 @@ def turned(target: Array, angle: float) -> Array:
 
 
 def look(robot: Robot, at: Direction, seconds: float) -> list[KeyPose]:
-    """Return a look that is held for so many ``seconds``, and the way back to neutral (ours)."""
+    """Return a look that is held for ``seconds``, and the way back to neutral (ours)."""
     there = np.array([*[0.0] * 6, *_LOOKS[at]])
     return [
         key_pose(robot, there, _LOOK_TIME, seconds),

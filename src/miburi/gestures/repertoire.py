@@ -1,11 +1,11 @@
 """The gestures of a partner: one or more for each feeling, from which a seed chooses.
 
-In go the gestures that ship with Miburi and, if a user has some, a folder of gesture files; out
-comes a :class:`Repertoire`, from which the partner, the trials and the gallery perform.
+The gestures that ship with Miburi and, if a user has one, a folder of gesture files make up a
+:class:`Repertoire`, from which the partner, the trials and the gallery perform.
 
 A user writes gestures for their own robot, so a pose that it cannot reach is a mistake and is
 refused. The shipped gestures were written for the iphonoid. Another robot goes as near to their
-poses as its limits let it, so that every robot can run at once; :func:`misfits` names them.
+poses as its limits allow, so any robot works right away; :func:`misfits` names those out of reach.
 """
 
 from collections import Counter
@@ -30,7 +30,7 @@ class Repertoire:
     Attributes
     ----------
     functions
-        One for each feeling at least, in the order of ``FEELINGS``.
+        At least one for each feeling, in the order of ``FEELINGS``.
 
     Raises
     ------

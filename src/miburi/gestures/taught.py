@@ -1,7 +1,7 @@
-"""Teach a gesture by hand: in goes what a hand showed a resting body, out comes a gesture.
+"""Teach a gesture by hand: turn what a hand showed a resting body into a gesture.
 
 A few key poses describe the path of hands and head. Between two of them a body moves in its own
-way, from rest to rest, so the shape and the timing are kept, and the trembling is not.
+way, from rest to rest, so the shape and the timing are kept, but not the trembling.
 """
 
 import re
@@ -25,7 +25,7 @@ _LEAST = 0.1
 _HEAD = 4.0
 #: s that the way back takes, and the longest pause at the end (ours): a hand lets go slowly.
 _BACK, _REST = 0.8, 0.4
-#: Key poses at most (ours).
+#: The most key poses (ours).
 _MOST = 12
 #: A gesture is played as it was shown: all the way, without halts, at its own tempo.
 _AS_SHOWN = Effort(space=1.0, weight=0.0, time=0.5, flow=1.0)
@@ -37,7 +37,7 @@ def check_name(name: str, feeling: str) -> None:
     Raises
     ------
     InputError
-        The name has other signs than a-z, 0-9 and _, or the feeling is not known.
+        The name has characters other than a-z, 0-9 and _, or the feeling is not known.
     """
     if not re.fullmatch("[a-z][a-z0-9_]*", name):
         raise InputError(f"a gesture's name has a-z, 0-9 and _ and begins with a-z, got {name!r}.")
@@ -80,7 +80,7 @@ def taught(robot: Robot, name: str, feeling: str, times: Array, angles: Array) -
     keys = _key_poses(times[shown], places[shown])
     begin, length = float(times[first]), float(times[last] - times[first]) + _BACK
     if length > 20:
-        raise InputError(f"a gesture takes 20 s at most, and this took {length:.0f} s.")
+        raise InputError(f"a gesture takes at most 20 s, but this one took {length:.0f} s.")
     poses = []
     for arrives, leaves in keys:
         phase, until = ((float(times[first + k]) - begin) / length for k in (arrives, leaves))
@@ -102,7 +102,7 @@ def taught(robot: Robot, name: str, feeling: str, times: Array, angles: Array) -
 
 
 def as_toml(function: MovementFunction) -> str:
-    """Return a gesture as a file has it."""
+    """Return a gesture as the text of a gesture file."""
     lines = [
         f'name = "{function.name}"',
         f'feeling = "{function.feeling}"',
@@ -126,8 +126,8 @@ def _apart(places: Array, other: Array) -> Array:
 def _key_poses(times: Array, places: Array) -> list[tuple[int, int]]:
     """Return when the body arrives at each key pose and when it leaves, as indices.
 
-    The way is split where it is farthest from a straight line (Ramer, Douglas and Peucker), until
-    it is near everywhere.
+    The path is split where it is farthest from a straight line (Ramer, Douglas and Peucker), until
+    it is near one everywhere.
     """
     near, found = _NEAR, list(range(_MOST + 2))
     while len(found) > _MOST + 1:

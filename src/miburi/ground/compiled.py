@@ -26,7 +26,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 # Division by zero gives infinity instead of an exception, which is faster. NaN and infinity keep
 # their meaning; a product and a sum may become one instruction. C code calls none of these
-# functions; without wrappers for it they compile a tenth quicker.
+# functions; without wrappers for C they compile 10 % faster.
 _OPTIONS: dict[str, Any] = {
     "nogil": True,
     "no_cfunc_wrapper": True,
@@ -52,11 +52,11 @@ def state_of_sources(root: Path) -> str:
 
 
 def cache_folder(root: Path) -> Path | None:
-    """Return a folder for the code compiled from the sources below ``root``; None without one.
+    """Return a folder for the code compiled from the sources below ``root``; None if there is none.
 
-    Each state of the sources has a folder of its own. Where one is full but cannot be written, as
-    in an image that somebody else has built, the first that can be written begins with its copy;
-    if no other can, a temporary one does, for the life of this process.
+    Each state of the sources has a folder of its own. If one holds code but cannot be written,
+    as in an image that somebody else has built, it is copied to the first that can be written, or
+    else to a temporary one, for the life of this process.
     """
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     bases = [Path(chosen)] if chosen else [root / "__pycache__"]
@@ -76,7 +76,7 @@ def cache_folder(root: Path) -> Path | None:
             atexit.register(shutil.rmtree, folder, ignore_errors=True)
         if not _is_full(folder):
             shutil.copytree(full, folder, dirs_exist_ok=True)
-    except OSError:  # it compiles, then
+    except OSError:  # then the functions are compiled again
         return folder
     return folder
 
@@ -102,8 +102,8 @@ def compiled(function: Function) -> Function:
     """Compile a function when it is first called, and keep the result on the disk.
 
     The code goes to ``NUMBA_CACHE_DIR`` if that is set, else to a folder beside the sources, else
-    to the user's cache folder. If none can be written and none is full, every process compiles
-    again and says so.
+    to the user's cache folder. If none can be written and none holds code, every process
+    compiles again and says so.
     """
     config: Any = numba.config
     default = config.CACHE_DIR
@@ -117,7 +117,7 @@ def compiled(function: Function) -> Function:
 
 
 class _Announcer(event.Listener):
-    """Say once on standard error that Miburi compiles its functions; in a terminal, which."""
+    """Say once on standard error that Miburi is compiling; in a terminal, name each function."""
 
     announced, depth = False, 0
 
@@ -142,14 +142,14 @@ class _Announcer(event.Listener):
 
 
 def announcement() -> str:
-    """Say that Miburi compiles, how long that takes, and how often it will happen."""
+    """Return the announcement: that Miburi compiles, how long that takes, and how often."""
     often = "once; later starts are quick"
     if CACHE is None:
         often = (
             "at every start: no cache folder can be written; set NUMBA_CACHE_DIR to one that can"
         )
     return (
-        "Miburi compiles its solver, which takes 5 to 20 s, and a minute or two on a Raspberry Pi "
+        "Miburi compiles its solver, which takes 5 to 20 s, or a minute or two on a Raspberry Pi "
         f"({often})."
     )
 

@@ -1,4 +1,4 @@
-"""What a program may take of its computer: count the cores, and come before others."""
+"""A program's share of its computer: count the cores it may use, and get priority."""
 
 import os
 import re
@@ -10,7 +10,7 @@ __all__ = ["available_cores", "come_first", "coming_first"]
 
 #: How nice a live partner is to other programs; 0 is usual, -20 the least (ours).
 _NICE = -10
-#: Linux shares its time among sessions first, each with a nice of its own.
+#: Linux divides its time among sessions first, each with a nice value of its own.
 _AUTOGROUP = Path("/proc/self/autogroup")
 
 
@@ -23,16 +23,16 @@ def available_cores() -> int:
 
 
 def come_first(*, apart: bool = False) -> None:
-    """Let this process, and those that it starts, come before other programs where that is allowed.
+    """Give this process, and those that it starts, priority over other programs if allowed.
 
-    Linux allows it to root, and to whom a limit grants it (``LimitNICE``). Elsewhere nothing
-    changes: a busy computer then answers later.
+    Linux allows it to root, and to users whose limit permits it (``LimitNICE``). Otherwise nothing
+    changes, and a busy computer answers later.
 
     Parameters
     ----------
     apart
-        Leave the terminal's session. A process in one of its own gets as much as all programs of
-        another together, whoever started it.
+        Leave the terminal's session. A process in a session of its own gets as much time as
+        all programs of another session together, whoever started it.
     """
     with suppress(OSError, AttributeError):  # not allowed; not a Unix
         if apart:
@@ -45,10 +45,10 @@ def come_first(*, apart: bool = False) -> None:
 
 @contextmanager
 def coming_first() -> Iterator[None]:
-    """Let this process and its terminal's session come first meanwhile.
+    """Give this process priority, and its terminal's session while the block runs.
 
-    A process that hears Ctrl-C cannot leave its session, so the whole session comes first with it,
-    and is as it was afterwards.
+    A process that hears Ctrl-C cannot leave its session, so the whole session gets priority with
+    it, and is set back afterwards.
     """
     come_first()
     nice = None

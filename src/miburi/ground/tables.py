@@ -1,6 +1,6 @@
 """Read TOML files into strict pydantic models.
 
-In go a subclass of :class:`Table` and a path; out comes a checked, immutable object, or a
+From a subclass of :class:`Table` and a path comes a checked, immutable object, or a
 :class:`~miburi.errors.DescriptionError` that names every wrong key.
 """
 
@@ -76,12 +76,12 @@ def load_table(model: type[AnyTable], path: Path | str) -> AnyTable:
     ------
     DescriptionError
         The file cannot be read, is not TOML, or a key is missing, unknown or out of range; the
-        message names the file, every wrong key, what was got and what is allowed.
+        message names the file, every wrong key, its value and what is allowed.
     """
     path = Path(path)
     try:
         return _load(model, path)
-    except RecursionError as error:  # of the parser, or of whoever would show what was got
+    except RecursionError as error:  # from the parser, or from showing a wrong value
         raise DescriptionError(f"{path}: its values are nested too deeply.") from error
 
 
@@ -99,7 +99,7 @@ def _load(model: type[AnyTable], path: Path) -> AnyTable:
 
 
 def _text(content: bytes) -> str:
-    """Decode a file as its first bytes say: editors and PowerShell 5 on Windows mark theirs."""
+    """Decode a file by its byte-order mark, if any: PowerShell 5 and Windows editors write one."""
     wide = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     return content.decode("utf-16" if wide else "utf-8-sig")
 

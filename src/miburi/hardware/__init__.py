@@ -1,5 +1,5 @@
-"""A body that one can build: printed parts, the bill, the gauge, the checks and the pictures.
+"""A body that can be built: printed parts, the bill, the gauge, the checks and the pictures.
 
-In goes a robot's description; out come closed solids in mm, and what was found of them. Needs the
-extra ``hardware``. Nobody has printed or built a part yet.
+A robot's description goes in; closed solids in mm, and what was found out about them, come out.
+Needs the extra ``hardware``. Nobody has printed or built a part yet.
 """

@@ -1,8 +1,8 @@
 """The arm's printed parts: yoke, upper arm, and forearm with its hand.
 
-Each is made as for a left arm in its link's frame (x forward, y outwards, z up, in mm; the origin
-is the link's joint); the caller mirrors those of the right arm. ``side`` says whose ranges the
-stops keep, ``fit`` is the gap on each side of a pocket.
+Each is made for a left arm, in its link's frame (x forward, y outwards, z up, in mm; the origin
+is the link's joint); the caller mirrors those of the right arm. ``side`` says which arm's ranges
+the stops enforce, ``fit`` is the gap on each side of a pocket.
 """
 
 import numpy as np

@@ -1,6 +1,6 @@
 """Weight, balance and servo torques of the built robot.
 
-In go the robot's solids with their masses and a motion, (n, 8) rad; out come kg, mm and N·m.
+The robot's solids with their masses and a motion, (n, 8) rad, go in; kg, mm and N·m come out.
 """
 
 from collections.abc import Sequence
@@ -58,7 +58,7 @@ class Weight:
 
 
 def _centre(solid: Manifold) -> Array:
-    """Return the middle of a solid's volume, (3,) mm."""
+    """Return the centroid of a solid, (3,) mm."""
     corners, faces = triangles(solid)
     a, b, c = np.moveaxis(corners[faces], 1, 0)
     volumes = np.einsum("ij,ij->i", a, np.cross(b, c))
@@ -87,7 +87,7 @@ def weights(robot: Robot, parts: Sequence[PrintedPart]) -> list[Weight]:
 
 
 def ballast(robot: Robot) -> float:
-    """Return what the foot's two chambers hold of loose steel, kg."""
+    """Return how much loose steel the foot's two chambers hold, kg."""
     w, m = dimensions().wall, dimensions().mega
     radius = 1000 * robot.shape.pedestal_radius - w.shell
     chord = m.width / 2 + 1.5 + w.shell
@@ -97,7 +97,7 @@ def ballast(robot: Robot) -> float:
 
 
 def description_masses(table: Sequence[Weight]) -> dict[str, float]:
-    """Return ``[masses]`` of the robot's file as the parts make them, kg."""
+    """Return ``[masses]`` for the robot's file, as summed from the weights, kg."""
     links = {
         "torso": "torso",
         "upper_arm": "left_upper_arm",
@@ -151,7 +151,7 @@ def push_that_tips(robot: Robot, table: Sequence[Weight], height: float) -> floa
 
 
 def torques(robot: Robot, poses: Array) -> tuple[Array, Array]:
-    """Return the torque that each joint holds at most, standing and at the robot's acceleration.
+    """Return the largest torque that each joint holds, at rest and at the robot's acceleration.
 
     ``poses`` (n, 8) rad; both are (8,) N·m.
     """

@@ -1,7 +1,7 @@
 """The bill: what to buy, what to print, and what it weighs.
 
-In go ``bill.toml`` and the printed parts; out come rows for a table or a CSV file. Grams and hours
-come from PrusaSlicer where it is installed, else grams are estimated and hours are left out.
+``bill.toml`` and the printed parts become rows for a table or a CSV file. Grams and hours come from
+PrusaSlicer where it is installed; otherwise grams are estimated and hours are left out.
 """
 
 import csv
@@ -127,8 +127,8 @@ def bill(
 ) -> Iterator[BillRow]:
     """Yield what to buy, then what to print.
 
-    ``program`` is the slicer's path; a part takes it some seconds. Without it, grams are estimated
-    without supports.
+    ``program`` is the slicer's path; it takes some seconds per part. Without it, grams are
+    estimated without supports.
     """
     counts = screw_counts(robot)
     for item in _items():
@@ -150,7 +150,7 @@ def bill(
 
 
 def to_csv(rows: Sequence[BillRow]) -> str:
-    """Return the rows as CSV, with a line of names."""
+    """Return the rows as CSV, with a header line."""
     held = io.StringIO(newline="")
     writer = csv.DictWriter(held, [field.name for field in fields(BillRow)], lineterminator="\n")
     writer.writeheader()

@@ -1,7 +1,7 @@
 """Make every printed part of a robot, and put the whole body together in a pose.
 
-In goes a robot's description; out come printed parts in their links' frames, and where each link
-is in a pose. Lengths are in mm.
+A robot's description gives printed parts in their links' frames, and where each link is in a pose.
+Lengths are in mm.
 """
 
 from collections.abc import Iterable
@@ -32,18 +32,18 @@ __all__ = [
     "printed_parts",
 ]
 
-#: The gap on each side of a pocket, mm: a slide fit in guides of printers (others').
+#: The gap on each side of a pocket, mm: a slide fit, by printing guides (others').
 FIT = 0.25
-#: By how much a text is cut in, mm.
+#: How deep text is cut in, mm.
 _ENGRAVED = 0.6
 #: Edges shorter than this are dropped, mm: slicers store corners in single precision.
 _SMALLEST = 0.005
-#: mm of a part's surface that are printed solid, level and upright, and the share of what lies
+#: Thickness of a part's solid skin, mm, on level and on upright faces, and the share of infill
 #: within: fitted, see :func:`printed_mass`.
 _SKIN, _INFILL = (0.55, 1.4), 0.21
 
 
-#: The length that makes each part as long as it is.
+#: The length in the robot's description that sets each part's size.
 _LENGTH = {
     "foot": "shape.pedestal_radius",
     "lid": "shape.pedestal_radius",
@@ -65,13 +65,13 @@ class PrintedPart:
     Attributes
     ----------
     name
-        Its name, as its file is called.
+        Its name, and its file's.
     link
         The robot's link that it belongs to.
     solid
         The part in that link's frame, mm.
     lying
-        (3, 3): the turn in which it lies on the printer's bed.
+        (3, 3): the rotation that lays it on the printer's bed.
     """
 
     name: str
@@ -89,14 +89,14 @@ class PrintedPart:
 
 @dataclass(frozen=True)
 class Solid:
-    """One rigid thing of the body in a pose.
+    """One rigid thing of the body.
 
     Attributes
     ----------
     name, link
         Its name, and the link that carries it.
     solid
-        In the base frame, mm.
+        In the frame of its link, mm.
     printed
         Whether it is printed; the others are servos and the phone.
     """
@@ -118,7 +118,7 @@ def _turn(axis: str, degrees: float) -> Array:
 
 
 def check_fit(fit: float) -> None:
-    """Raise an InputError where a gap is out of range."""
+    """Raise an InputError if a gap is out of range."""
     if not 0 <= fit <= 0.6:
         raise InputError(f"fit must be from 0 to 0.6 mm, got {fit}.")
 
@@ -202,7 +202,7 @@ def printed_mass(part: PrintedPart) -> float:
     """Return what a part weighs as printed, kg: a solid skin, and infill within.
 
     The skin's thickness and the share of the infill were fitted to the grams that PrusaSlicer
-    2.5 names for the parts of the buildable robot without supports: each within 9 %, the sum
+    2.5 gives for the parts of the buildable robot without supports: each within 9 %, the sum
     within 2 %.
     """
     corners, faces = triangles(part.on_the_bed)

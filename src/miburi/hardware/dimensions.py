@@ -1,7 +1,7 @@
-"""Read what the printed parts are made around: the servo's outline, walls, screws, the card.
+"""Read the dimensions that the printed parts are built around: servo, walls, screws, card.
 
 In goes ``dimensions.toml``; out comes one immutable :class:`Dimensions`. Lengths are in mm, as in
-slicers and drawings, and so they are in the whole room.
+slicers and drawings, here and in the whole package.
 """
 
 from functools import cache

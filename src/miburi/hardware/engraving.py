@@ -1,7 +1,7 @@
-"""What is cut into each part, so that nobody mixes them up: the servo's symbol and its number.
+"""The letters cut into each part so that nobody mixes them up: its servo's symbol and number.
 
-The symbols are those of the robot's file (W, RS, ... H), the numbers those that ``miburi card
-calibrate --ids`` gives. Where a fork or plate covers the servo's horn, a slot shows the horn's
+The symbols are those in the robot's file (W, RS, ... H); the numbers are the ids that ``miburi card
+calibrate --ids`` assigns. Where a fork or plate covers the servo's horn, a slot shows the horn's
 single notch when the servo counts 2048.
 """
 
@@ -18,7 +18,7 @@ from miburi.robot.shape import links
 
 __all__ = ["notch_slots", "texts"]
 
-#: Height of the letters, and the radius from which a notch in the horn's rim is seen, mm.
+#: Height of the letters, and the radius at which the slot over a horn's notch begins, mm.
 _HIGH, _NOTCH = 3.6, 7.6
 
 
@@ -30,7 +30,7 @@ def _on(
     text: str, place: tuple[float, float, float], out: tuple[float, float, float],
     along: tuple[float, float, float], depth: float, high: float = _HIGH,
 ) -> Manifold:  # fmt: skip
-    """Return letters that are sunk into a face: ``out`` points out of it, ``along`` is the line."""
+    """Return letters sunk into a face: ``out`` points out of it, ``along`` along the text."""
     z, x = np.array(out, dtype=float), np.array(along, dtype=float)
     frame = np.column_stack([x, np.cross(z, x), z, np.array(place) - depth * z])
     return moved(letters(text, high, depth + 2.0), frame)
@@ -84,7 +84,7 @@ def texts(robot: Robot, depth: float, fit: float) -> dict[str, list[Manifold]]:
 
 def notch_slots(robot: Robot) -> dict[str, Manifold]:
     """Return the slot that is cut out of each part that lies on a horn, in its link's frame, mm."""
-    rim = 13.0  # a cheek's is cut through, so that no thin rest stays
+    rim = 13.0  # a cheek's slot runs out through its edge, so that no thin sliver is left
     table = {
         "torso": _notch_slot(robot, "waist", (0, 0, 0), 9.8),
         "cradle": _notch_slot(robot, "head", (0, 0, 0), rim),
@@ -129,7 +129,7 @@ def _notch_slot(
     mount = mount_of(robot, joint)
     axle, notch = mount.frame[:, 1], -mount.frame[:, 2]
     axis = next(np.array(link.axis) for link in links(robot) if link.joint == joint)
-    # Seen from the link, what stands still has turned back.
+    # Seen from the link, its parent's directions have turned back by the joint's angle.
     turn, aside = -mount.centred, np.cross(axis, notch)
     way = np.cos(turn) * notch + np.sin(turn) * aside
     ends = []

@@ -39,7 +39,7 @@ _RELATIONS = (
 def triangles(solid: Manifold) -> tuple[Array, NDArray[np.int64]]:
     """Return the corners of a solid, (n, 3) mm, and its triangles, (m, 3) indices into them.
 
-    Corners are rounded to 0.1 µm; those that become one are one, without the triangles between.
+    Corners are rounded to 0.1 µm; those that coincide are merged, triangles between them dropped.
     """
     mesh = solid.to_mesh64()
     rounded = np.round(np.asarray(mesh.vert_properties, dtype=np.float64)[:, :3], 4)
@@ -170,11 +170,11 @@ def _numbers(values: Array) -> str:
     return ",".join(f"{value:.6f}" for value in values)
 
 
-#: What a part can be written as.
+#: The formats in which a part can be written.
 FORMATS = ("3mf", "stl", "step")
 
 
 def encode(solid: Manifold, name: str, ending: str) -> bytes:
-    """Return a solid as the file of a format, one of :data:`FORMATS`."""
+    """Return a solid as the contents of a file; ``ending`` is one of :data:`FORMATS`."""
     makers = {"3mf": three_mf, "stl": lambda solid, _: stl(solid), "step": step}
     return makers[ending](solid, name)

@@ -1,7 +1,7 @@
-"""The gauge: the real pocket in three fits, and screw holes in steps, lying and standing.
+"""The gauge: the real pocket in three fits, and screw holes in graded sizes, flat and upright.
 
-Print it first, on the printer, with the filament and the settings of the parts. The pocket that a
-servo slides into without force, and does not fall out of, names the ``--fit`` of all parts.
+Print it first, with the printer, filament and settings that the parts will use. The pocket that a
+servo slides into without force, but does not fall out of, gives the ``--fit`` for all parts.
 """
 
 import numpy as np
@@ -16,10 +16,10 @@ __all__ = ["FITS", "HOLES", "PITCH", "TURNED", "gauge"]
 
 #: mm on each side of a pocket.
 FITS = (0.15, 0.25, 0.35)
-#: Diameters of the holes, mm: those that a screw of 2 mm cuts its thread in, and those it passes.
+#: Diameters of the holes, mm: those in which a 2 mm screw cuts its thread, and those it passes.
 HOLES = (1.5, 1.6, 1.7, 1.8, 2.2, 2.4, 2.6)
-#: mm from one pocket to the next, and how a servo's frame lies: its horn upwards, as an arm's does
-#: on the printer's bed.
+#: Distance from one pocket to the next, mm, and how a servo's frame is laid down: horn upwards, as
+#: that of an arm on the printer's bed.
 PITCH = 28.8
 TURNED = np.array([[1.0, 0, 0, 0], [0, 0, -1.0, 0], [0, 1.0, 0, 0]])
 
@@ -38,7 +38,7 @@ def _pockets() -> Manifold:
     s, w = dimensions().servo, dimensions().wall
     holders = []
     for number, fit in enumerate(FITS):
-        # The fit stands on the end wall.
+        # The fit is engraved in the end wall.
         wall = -s.long_end - fit - w.shell
         turn = np.array([[1.0, 0, 0, 0], [0, 0, -1.0, wall + 0.5], [0, 1.0, 0, -8.0]])
         sign = moved(letters(f"{fit:.2f}", 4.0, 2.0), turn)
@@ -49,7 +49,7 @@ def _pockets() -> Manifold:
 
 
 def _holes() -> Manifold:
-    """Return an angle with the same holes through its lying and its standing plate."""
+    """Return an angle bracket with the same holes through its flat and its upright plate."""
     pitch, thick = 8.0, 6.0
     wide = pitch * (len(HOLES) + 1)
     plates = join([box((0, wide), (0, 16.0), (0, thick)), box((0, wide), (0, thick), (0, 18.0))])

@@ -19,7 +19,7 @@ from miburi.robot.description import Array
 
 __all__ = ["NECK_FLANGE", "Clamp", "clamp", "cradle", "jaw", "jaw_rows", "neck", "phone"]
 
-#: mm: the cradle's plate, the foam behind the phone, how far the narrowest phone is narrower.
+#: mm: the cradle's plate, the foam behind the phone, and how much narrower the narrowest phone is.
 _PLATE, _FOAM, _TRAVEL = 3.0, 1.0, 7.5
 #: Thickness of the neck's flange, mm.
 NECK_FLANGE = 3.0
@@ -27,7 +27,7 @@ NECK_FLANGE = 3.0
 
 @dataclass(frozen=True)
 class Clamp:
-    """Where the phone is, seen from the head's axle: ahead of it and above, mm.
+    """Where the phone is held, relative to the head's axle, mm.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ def phone(robot: Robot) -> Manifold:
 
 
 def neck(robot: Robot, fit: float) -> Manifold:
-    """Return what stands on the torso and holds the head's servo, leant back."""
+    """Return the neck: it stands on the torso and holds the head's servo, leaning back."""
     s, w, holes = dimensions().servo, dimensions().wall, dimensions().screws
     frame = mount_of(robot, "head").frame
     level = robot.shape.phone_level
@@ -112,7 +112,7 @@ def neck(robot: Robot, fit: float) -> Manifold:
 
 
 def cradle(robot: Robot) -> Manifold:
-    """Return what nods: a fork, a plate behind the phone's lower third, a shelf and a fixed jaw."""
+    """Return the part that nods: fork, plate behind the phone's lower third, shelf, fixed jaw."""
     c, holes = clamp(robot), dimensions().screws
     face = c.plate + _PLATE
     narrow = c.half - _TRAVEL  # the plate's free edge: the jaw passes it with the narrowest phone
@@ -128,7 +128,7 @@ def cradle(robot: Robot) -> Manifold:
     fixed = box((c.plate, lip + 2.5), (c.half, c.half + 3.0), (c.low - 3.0, grip))
     fixed_lip = box((lip, lip + 2.5), (c.half - 4.0, c.half + 3.0), (c.low - 3.0, grip))
     fork = moved(servo.cheeks(face), _fork_frame())
-    # A longer neck of the head would leave a gap for fingers: the bridge begins where all do.
+    # A longer LH2 would leave a gap for fingers, so the bridge begins where every fork's does.
     half = (
         dimensions().servo.horn_face - dimensions().servo.idler_face
     ) / 2 + dimensions().wall.plate
@@ -157,7 +157,7 @@ def jaw(robot: Robot) -> Manifold:
         hull(
             *(
                 disc("x", (middle + way, z), (back - 1, c.plate + 1), wide)
-                # The screws stay in the cradle: a narrower phone takes the jaw inwards.
+                # The screws stay in the cradle; for a narrower phone the jaw slides inwards.
                 for way in (-_TRAVEL, 0.0)
             )
         )
@@ -167,7 +167,7 @@ def jaw(robot: Robot) -> Manifold:
 
 
 def jaw_rows(robot: Robot) -> list[tuple[float, float]]:
-    """Return the jaw's two screws, y and z on the phone: above the fork's cheeks."""
+    """Return the places of the jaw's two screws, y and z on the phone, above the fork's cheeks."""
     c = clamp(robot)
     return [(_TRAVEL - c.half + 12.0, c.low + height) for height in (33.0, 43.0)]
 
@@ -175,7 +175,7 @@ def jaw_rows(robot: Robot) -> list[tuple[float, float]]:
 def _rounded(
     x: tuple[float, float], y: tuple[float, float], z: tuple[float, float], radius: float
 ) -> Manifold:
-    """Return a plate across x with round corners."""
+    """Return a plate perpendicular to x, with rounded corners."""
     return hull(
         *(
             disc("x", (side, height), x, radius)
@@ -186,7 +186,7 @@ def _rounded(
 
 
 def _fork_frame() -> Array:
-    """Return the turn of a fork about y whose cheeks point along x."""
+    """Return the frame of a fork that turns about y and whose cheeks point along x."""
     s = dimensions().servo
     middle = (s.horn_face + s.idler_face) / 2
     return np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, -middle], [0.0, 0.0, 1.0, 0.0]])

@@ -1,7 +1,7 @@
 """Draw each step of the assembly as a line-and-tone picture, from the same solids as the parts.
 
-MuJoCo draws the tones; lines are where its depth bends sharply or another thing begins. In goes a
-robot's description; out come pictures, (height, width, 3) uint8.
+MuJoCo renders the tones; lines are drawn where its depth bends sharply or another thing begins.
+In goes a robot's description; out come pictures, (height, width, 3) uint8.
 """
 
 import xml.etree.ElementTree as ET
@@ -33,9 +33,9 @@ __all__ = ["STEPS", "BuildStep", "draw_step", "write_png"]
 Picture = NDArray[np.uint8]
 
 _WIDTH, _HEIGHT, _CAPTION = 1100, 730, 90
-#: How much finer is drawn than shown, for smooth lines.
+#: How many times finer pictures are drawn than shown, for smooth lines.
 _FINE = 2
-#: Depth that bends by more than this, m, is an edge.
+#: A bend in depth of more than this, m, is an edge.
 _BEND = 0.0007
 _COLOURS = {
     "new": (0.96, 0.62, 0.50),
@@ -54,15 +54,15 @@ class BuildStep:
     Attributes
     ----------
     title
-        What is done.
+        What is done, as the picture's heading.
     adds
-        What comes, by name, each with the way from which it comes, mm on its own link.
+        The things added, by name, each with the offset from which it comes, mm on its own link.
     shows
-        What is there already and is seen; ``*`` for all.
+        The things that are there already and are shown; ``*`` for all.
     groups
-        The groups of screws that hold it; each with what it comes with, or "".
+        Groups of screws that hold the additions, each with the one whose offset it shares, or "".
     words
-        What else to do or to see to.
+        What else to do or to check.
     view
         The camera's azimuth and elevation, degrees.
     pulled
@@ -92,10 +92,10 @@ _ARM = ("left_upper_arm", "left_fingertip servo")
 _WHOLE_ARM = ("left_yoke", "left_elbow servo", "left_elbow idler", *_ARM, "left_fingertip idler")
 #: A left arm that points forwards, and a bowed head.
 _FORWARDS, _BOWED = {"left_shoulder": pi / 2}, {"head": 0.2}
-#: How far what comes is away, mm: outwards, upwards, forwards.
+#: Offsets of the things being added, mm: outwards, upwards, forwards.
 _OUT, _UP, _AHEAD = (0.0, 45.0, 0.0), (0.0, 0.0, 50.0), (45.0, 0.0, 0.0)
 
-#: The steps in their order; the right arm is built as the left one.
+#: The steps in order; the right arm is built like the left one.
 STEPS: tuple[BuildStep, ...] = (
     BuildStep("The whole robot", (), ("*",), view=(150.0, -15.0)),
     BuildStep(
@@ -216,7 +216,7 @@ STEPS: tuple[BuildStep, ...] = (
 
 @lru_cache(maxsize=4)
 def _things(robot: Robot, fit: float) -> tuple[Solid, ...]:
-    """Return the robot's things, with servos as a builder sees them, and idlers apart."""
+    """Return the robot's things, with servos as a builder sees them and idlers separate."""
     things = [one for one in bodies(robot, printed_parts(robot, fit)) if "servo" not in one.name]
     for mount in mounts(robot):
         solid = moved(servo.portrait(), mount.frame)
@@ -276,7 +276,7 @@ def _place(
     adds: Mapping[str, tuple[float, ...]],
     frames: Mapping[str, Array],
 ) -> tuple[float, float, float]:
-    """Return where a point of a cable's way is drawn, in the base frame."""
+    """Return where a point on a cable's route is drawn, in the base frame."""
     frame = frames[link]
     x, y, z = frame[:, :3] @ (np.array(place) + adds.get(thing, (0.0, 0.0, 0.0))) + frame[:, 3]
     return float(x), float(y), float(z)
@@ -291,7 +291,7 @@ def _straight(robot: Robot) -> Array:
 
 def write_png(path: Path, picture: Picture) -> None:
     """Write a picture with few colours, so that it stays small."""
-    # An octree keeps rare colours, as those of screws and wires, which a median cut would not.
+    # An octree keeps rare colours, such as those of screws and wires; a median cut would not.
     image = Image.fromarray(picture).quantize(128, Image.Quantize.FASTOCTREE)
     image.save(path, optimize=True)
 
@@ -349,7 +349,7 @@ def _draw(shown: Sequence[tuple[Manifold, str]], view: tuple[float, float]) -> P
 
 
 def _lines(depth: Array, which: NDArray[np.int32]) -> NDArray[np.bool_]:
-    """Return where a line is drawn: another thing begins, or the surface bends."""
+    """Return where lines are drawn: where another thing begins, or the surface bends."""
     found = np.zeros(depth.shape, dtype=bool)
     near = np.where(which < 0, depth.max(), depth)
     for axis in (0, 1):

@@ -1,7 +1,7 @@
-"""Where each servo sits, and what must be long enough for the parts to fit.
+"""Where each servo sits, and which lengths must be great enough for the parts to fit.
 
-In goes a robot; out come frames, (3, 4) in mm: a turn and an origin, by which a solid of a servo's
-own frame is placed on the link that carries its case. Links are those of
+In goes a robot; out come frames, (3, 4) in mm: a turn and an origin that place a solid in a servo's
+own frame on the link that carries its case. Links are those of
 :func:`miburi.robot.shape.links`.
 """
 
@@ -31,7 +31,7 @@ __all__ = [
     "shoulder_face",
 ]
 
-#: rad by which the head's servo leans back, so that a bowed phone's lower edge passes it.
+#: How far the head's servo leans back, rad, so that a bowed phone's lower edge clears it.
 HEAD_LEAN = 0.65
 #: mm between a yoke's plate and the torso's side.
 SIDE_GAP = 0.5
@@ -54,8 +54,8 @@ class Mount:
     idler
         Whether a fork holds it from behind, too.
     centred
-        The joint's angle, rad, at which the servo counts 2048: in the shoulders' middle, since a
-        servo's counts must not pass from 4095 to 0 within the range.
+        The joint's angle, rad, at which the servo counts 2048: for shoulders mid-range, since
+        a servo's counts must not wrap from 4095 to 0 within the range.
     """
 
     joint: str
@@ -113,11 +113,11 @@ def mounts(robot: Robot) -> list[Mount]:
 
 
 def mounting(robot: Robot) -> Mounting:
-    """Return ids, directions and zeros of servos that are put in as the parts say.
+    """Return ids, directions and zeros of servos that are installed as the parts dictate.
 
-    A servo counts up while its horn turns to the left as seen from in front of it; it counts 2048
-    where the horn's single notch points to the short end. That is how ROBOTIS's manual and models
-    have it; nobody has looked at one for Miburi.
+    A servo counts up as its horn turns counter-clockwise, seen from in front; it counts 2048 where
+    the horn's single notch points to the short end. ROBOTIS's manual and models say so; nobody
+    has checked it on a servo for Miburi.
     """
     axes = {link.joint: np.array(link.axis) for link in links(robot)}
     table = mounts(robot)
@@ -156,7 +156,7 @@ class Room:
     least
         The shortest with which the parts can be made.
     why
-        What would meet what.
+        Why it must be that long.
     """
 
     key: str
@@ -224,7 +224,7 @@ def misfits(robot: Robot) -> list[str]:
     """Return one line for each length that is too short for the parts."""
     return [
         f"{need.key} is {need.has:.1f} mm and must be {need.least:.1f} mm or more "
-        f"({need.least - need.has:.1f} mm are missing): {need.why}."
+        f"(short by {need.least - need.has:.1f} mm): {need.why}."
         for need in room(robot)
         if need.has < need.least - 1e-9
     ]

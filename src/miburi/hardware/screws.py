@@ -1,4 +1,4 @@
-"""Every screw of the robot: its kind, where its head lies, and the way that its head looks.
+"""Every screw of the robot: its kind, where its head sits, and which way its head faces.
 
 In goes a robot; out come named groups of screws, for the pictures, which show them, and the bill,
 which counts them.
@@ -39,24 +39,24 @@ _KINDS = {
     "M2.6x8": (1.3, 8.0, 2.6, 1.5),
     "M3x6": (1.5, 6.0, 2.75, 1.9),
 }
-#: mm of plastic that stay under a sunk head.
+#: Plastic left under a sunk head, mm.
 _UNDER = 1.3
 
 
 @dataclass(frozen=True)
 class Screw:
-    """A screw.
+    """One screw and where it sits on the robot.
 
     Attributes
     ----------
     kind
         Such as ``M2x6``.
     link
-        The robot's link in whose frame it is.
+        The link in whose frame ``place`` and ``way`` are.
     place
         (3,) mm, under its head.
     way
-        (3,) of length 1, to where the head looks: the driver comes from there.
+        (3,) of length 1, the way the head faces: the driver comes from that side.
     """
 
     kind: str
@@ -87,7 +87,7 @@ def screws(robot: Robot) -> dict[str, list[Screw]]:
             cheek = s.idler_face - w.plate
             far = s.case_holes_z[1]
             group("idler", "M2x6", [(x, cheek, z) for x, z in servo.circle()], -1)
-            # The set's idlers have their own; the printed one is for the head.
+            # The set's idlers come with their own screws; the printed idler is for the head.
             axle = "M2.6x6" if mount.joint == "head" else "M2.6x8"
             group("axle", axle, [(0.0, s.idler_face, 0.0)], -1)
             group("case", "M2x8", [(x, s.back - _UNDER, far) for x in sides], -1)
@@ -123,7 +123,7 @@ def screws(robot: Robot) -> dict[str, list[Screw]]:
 
 
 def screw_counts(robot: Robot) -> Counter[str]:
-    """Return how many of each kind the robot needs."""
+    """Return how many screws of each kind the robot needs."""
     return Counter(screw.kind for group in screws(robot).values() for screw in group)
 
 

@@ -44,9 +44,9 @@ __all__ = [
     "stops",
 ]
 
-#: By which a fork is wider than horn and idler, mm: its screws pull the cheek to the idler.
+#: How much wider a fork is than horn and idler, mm: its screws pull the cheek to the idler.
 _PLAY = 0.2
-#: The shoulder's stop: a pin of this radius so far from the axle, mm.
+#: The shoulder's stop, mm: the radius of its pin, and the pin's distance from the axle.
 _PIN, _PIN_CIRCLE = 2.2, 15.0
 #: z at which a holder's back plate begins: the idler's cheek turns below it.
 _BACK_PLATE = 14.5
@@ -62,7 +62,7 @@ def case(fit: float = 0.0) -> Manifold:
 
 
 def outline(*, idler_too: bool) -> Manifold:
-    """Return the servo as it is: case, horn, and what turns on its back."""
+    """Return the servo's true shape: case, horn and, with ``idler_too``, the idler behind."""
     s = dimensions().servo
     horn = disc("y", (0, 0), (s.front, s.horn_face), s.horn_diameter / 2)
     behind = [_idler_outline()] if idler_too else []
@@ -72,7 +72,7 @@ def outline(*, idler_too: bool) -> Manifold:
 def portrait() -> Manifold:
     """Return the servo as a picture shows it: with the horn's holes and its notch, and sockets.
 
-    The notch is a millimetre deep here, so that it is seen; it is 0.2.
+    The notch is 1 mm deep here so that it can be seen; the real one is 0.2 mm deep.
     """
     s = dimensions().servo
     holes = [rod((x, s.front, z), (x, 20, z), 0.8) for x, z in circle()]
@@ -111,7 +111,7 @@ def circle() -> list[tuple[float, float]]:
 
 
 def horn_screws(face: float, away: float) -> list[Manifold]:
-    """Return what a plate at y = ``face`` leaves out for the four screws and the horn's own.
+    """Return what is cut out of a plate at y = ``face`` for the four screws and the horn's own.
 
     ``away`` is +1 if the plate lies towards +y, -1 towards -y.
     """
@@ -123,7 +123,7 @@ def horn_screws(face: float, away: float) -> list[Manifold]:
             rod((x, face + away * plate, z), (x, far, z), holes.m2_head / 2)
             for x, z in circle()
         ),
-        # The screw in the middle can be reached.
+        # A hole through which the screw in the middle can be reached.
         disc("y", (0, 0), sorted((face - away, far)), 2.7),
     ]  # fmt: skip
 
@@ -138,7 +138,7 @@ def driver_room(face: float, away: float, length: float) -> Manifold:
 def case_screws(rows: Sequence[float], face: float, away: float) -> list[Manifold]:
     """Return the holes for the screws into the case, at z in ``rows``, heads sunk in the plate.
 
-    ``face`` is the y of the case that the plate lies on; 1.3 mm stay under a head.
+    ``face`` is the y of the case's side that the plate lies on; 1.3 mm of plate stay under a head.
     """
     holes, x = dimensions().screws, dimensions().servo.case_holes_x
     under = 1.3
@@ -155,7 +155,7 @@ def case_screws(rows: Sequence[float], face: float, away: float) -> list[Manifol
 
 
 def plugs(length: float) -> Manifold:
-    """Return the pockets of both plugs and the way by which they are pushed in from behind."""
+    """Return the pockets for both plugs and the channel to push them in through, from behind."""
     s = dimensions().servo
     x, y, z = s.socket_x, s.socket_y, s.socket_z
     outside = dimensions().wall.knuckle + 1.0  # no sliver of the round end is left beside them
@@ -168,7 +168,7 @@ def plugs(length: float) -> Manifold:
 
 
 def pocket(fit: float) -> Manifold:
-    """Return what a holder leaves free: the case, pushed in from the horn's side, and its plugs."""
+    """Return the room in a holder for a case, pushed in from the horn's side, and its plugs."""
     s = dimensions().servo
     open_end = box(
         (-s.half_width - fit, s.half_width + fit), (s.front, s.front + 20),
@@ -205,9 +205,9 @@ def cheek_outline(turn: float, reach: float) -> CrossSection:
 
 
 def cheeks(reach: float) -> Manifold:
-    """Return a fork's two cheeks, which point to +x and end at ``reach``, and their screws' holes.
+    """Return a fork's two cheeks with their screw holes; they point to +x and end at ``reach``.
 
-    The bridge that joins them is the part's own.
+    Each part adds its own bridge to join them.
     """
     s, w = dimensions().servo, dimensions().wall
     flat = cheek_outline(0.0, reach)
@@ -243,7 +243,7 @@ def stops(low: float, high: float, fit: float) -> Manifold:
     """Return the blocks on a holder's front that a fork's cheek meets beyond its range.
 
     ``low`` and ``high`` are the cheek's angles in rad, 0 towards +x, as :func:`cheek_outline`
-    turns it. What the cheek sweeps from ``stop`` degrees below to ``stop`` degrees above is free.
+    turns it. The blocks clear it from ``stop`` degrees below ``low`` to ``stop`` above ``high``.
     """
     s, w = dimensions().servo, dimensions().wall
     wide = s.half_width + fit + w.shell
@@ -276,7 +276,7 @@ def shoulder_tab(low: float, high: float, thick: float) -> Manifold:
 
 
 def _blunt(flat: CrossSection) -> CrossSection:
-    """Return an outline without what is thinner than a wall may be."""
+    """Return an outline without any features that are thinner than a wall may be."""
     half = dimensions().wall.least / 2 + 0.1
     return flat.offset(-half, JoinType.Round, 2.0, 32).offset(half, JoinType.Round, 2.0, 32)
 

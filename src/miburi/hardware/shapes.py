@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 __all__ = ["shapes", "shapes_if_it_can_be_built"]
 
-#: mm that drawn shapes may be off.
+#: How far drawn shapes may be off, mm.
 _FINE = 0.1
-#: The colours of :data:`miburi.robot.shape.COLOURS`; what is not named is cream, servos graphite.
+#: The colours of :data:`miburi.robot.shape.COLOURS`; parts not named are cream, servos graphite.
 _COLOURED = {
     "foot": "clay", "lid": "clay", "column": "clay", "cradle": "coral", "jaw": "coral",
     "idler": "coral", "left_yoke": "coral", "right_yoke": "coral",
@@ -25,14 +25,14 @@ _COLOURED = {
 
 
 def shapes(robot: Robot) -> dict[tuple[str, str], "Manifold"]:
-    """Return what is drawn of each link, by the link's name and the colour.
+    """Return the solids drawn for each link, by the link's name and the colour.
 
     Raises
     ------
     InputError
         This robot cannot be built; the message says which length is too short, and by how much.
     """
-    # The kernel is an extra; whoever draws asks without it, too.
+    # The kernel is an optional extra; drawing code calls this without it, too.
     from miburi.hardware.build import bodies, printed_parts
     from miburi.hardware.solids import join
 
@@ -46,7 +46,7 @@ def shapes(robot: Robot) -> dict[tuple[str, str], "Manifold"]:
 
 @lru_cache(maxsize=2)
 def shapes_if_it_can_be_built(robot: Robot) -> dict[tuple[str, str], "Manifold"]:
-    """Return :func:`shapes`, or nothing without the extra, or if no parts fit the lengths."""
+    """Return :func:`shapes`; without the extra, or if no parts fit the lengths, return {}."""
     try:
         return shapes(robot)
     except MiburiError:

@@ -33,7 +33,7 @@ __all__ = [
     "rod",
 ]
 
-#: Straight edges of a round one: the finest keeps a hole of 16 mm round within 0.02 mm.
+#: Straight edges that make up a large circle: they keep a 16 mm hole round within 0.02 mm.
 _ROUND = 64
 
 
@@ -57,7 +57,7 @@ def rod(start: Sequence[float], end: Sequence[float], radius: float) -> Manifold
 
 
 def disc(axis: str, middle: Sequence[float], span: Sequence[float], radius: float) -> Manifold:
-    """Return a cylinder along an axis: ``middle`` on the two others, ``span`` on it."""
+    """Return a cylinder along an axis: ``span`` has its ends, ``middle`` the other coordinates."""
     index = "xyz".index(axis)
     ends = [np.insert(np.array(middle, dtype=float), index, place) for place in span]
     return rod(ends[0].tolist(), ends[1].tolist(), radius)
@@ -79,17 +79,17 @@ def join(solids: Iterable[Manifold]) -> Manifold:
 
 
 def cut(solid: Manifold, tools: Iterable[Manifold]) -> Manifold:
-    """Return a solid without others."""
+    """Return a solid with others cut out of it."""
     return Manifold.batch_boolean([solid, *tools], OpType.Subtract)
 
 
 def moved(solid: Manifold, frame: Array) -> Manifold:
-    """Return a solid of one frame in another; ``frame`` (3, 4) holds the turn and the origin."""
+    """Return a solid moved by ``frame``, (3, 4), which holds the turn and the origin."""
     return solid.transform(frame)
 
 
 def mirror_y(solid: Manifold) -> Manifold:
-    """Return the other side's solid."""
+    """Return a solid mirrored left to right, for the robot's other side."""
     return solid.mirror((0.0, 1.0, 0.0))
 
 
@@ -114,7 +114,7 @@ def letters(text: str, height: float, depth: float) -> Manifold:
 
 
 def _frame(direction: Array, origin: Array) -> Array:
-    """Return a frame whose z axis has a direction of length 1, (3, 4)."""
+    """Return a frame, (3, 4), whose z axis is ``direction``, which has length 1."""
     aside = np.eye(3)[int(np.argmin(np.abs(direction)))]
     x = np.cross(aside, direction)
     x /= np.linalg.norm(x)

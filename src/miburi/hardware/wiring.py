@@ -18,7 +18,7 @@ from miburi.robot.shape import BASE
 
 __all__ = ["Point", "ballast", "buffer_board", "cables", "card", "hub_board", "wire"]
 
-#: A place on a cable's way: the thing that it moves with, that thing's link, and x, y, z in mm.
+#: A point on a cable's route: the thing that it moves with, that thing's link, and x, y, z in mm.
 Point = tuple[str, str, tuple[float, float, float]]
 
 #: Radius of a cable of three wires, mm.
@@ -84,7 +84,7 @@ def _socket(robot: Robot, joint: str, side: float) -> tuple[Point, Point]:
 
 
 def cables(robot: Robot) -> dict[str, list[Point]]:
-    """Return each servo's cable by the joint's name, and the ``feed``, as the points of its way."""
+    """Return each servo's cable, by joint, and the ``feed``, each as the points of its route."""
     low, roof, stands = foot_floor(robot), neck_floor(robot), hub_floor(robot)
     front = dimensions().mega.length / 2 + 2.0
     plug, free = _socket(robot, "waist", 1.0)

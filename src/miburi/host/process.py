@@ -1,4 +1,4 @@
-"""The process of the server, and how it begins; web libraries stay in there."""
+"""The server's process and how it starts; web libraries are loaded only there."""
 
 import gc
 
@@ -12,7 +12,7 @@ __all__ = ["serve_pages"]
 def serve_pages(pages: Pages, ends: Lanes) -> None:
     """Serve until SIGTERM, or until the partner's process has ended."""
     come_first(apart=True)
-    gc.disable()  # nothing of a library that is being loaded is waste
-    from miburi.host.serving import serve_until_the_end  # takes a second; the partner wakes
+    gc.disable()  # while a library is being loaded, nothing is garbage
+    from miburi.host.serving import serve_until_the_end  # takes a second, while the partner wakes
 
     serve_until_the_end(pages, ends)

@@ -1,7 +1,7 @@
-"""Start the live partner and its server, and bring both to a good end.
+"""Start the live partner and its server, and end both cleanly.
 
-The partner's loop and its watchdog run here. The server has a process of its own
-(:mod:`miburi.host.process`), which cannot starve them, and so has the reception before it.
+The partner's loop and its watchdog run here. The server has its own process
+(:mod:`miburi.host.process`), which cannot starve them; so has the reception in front of it.
 """
 
 import gc
@@ -55,15 +55,15 @@ __all__ = ["GREETING", "Launch", "own_folder", "serve"]
 
 #: A partner that wakes is glad to see people (ours).
 GREETING = Stimulus("happiness", 0.8)
-#: s in which the server must have ended.
+#: Time in which each helper process must end, s.
 _PATIENCE = 4.0
-#: s; Windows takes a signal only between two waits.
+#: Length of one wait, s: Windows takes a signal only between two waits.
 _GLANCE = 0.5
 
 
 @dataclass(frozen=True)
 class Launch:
-    """How the server shall be started.
+    """What to start, and how.
 
     Attributes
     ----------
@@ -72,13 +72,13 @@ class Launch:
     rule
         The contact rule of simulated bodies; None: the robot's own.
     settings
-        Those of the inverse kinematics; None: Miburi's own way.
+        The inverse kinematics' settings; None: Miburi's own way.
     body, port_of_body
         The kind of body, and a card's serial port.
     host, port
-        Where to listen; port 0 takes any that is free.
+        Where to listen; port 0 takes any free port.
     https
-        Whether to listen there by https, at the next port, and by http for this computer alone.
+        Whether to listen there by https, at the next port, and by http only for this computer.
     headless
         Open no browser.
     doors
@@ -88,9 +88,7 @@ class Launch:
     forget
         Start in the resting moods, and keep none.
     seed
-        Chooses among gestures, and their small variations; 0 or more.
-    rest
-        How lively it rests.
+        Seeds the choice of gestures and their small variations; 0 or more.
     programs_may_release
         Whether programs may end a person's Stop.
     """
@@ -114,7 +112,7 @@ class Launch:
 
 
 def own_folder() -> Path:
-    """Return where a user's programs keep their state (XDG_STATE_HOME), with our name."""
+    """Return Miburi's folder under the one where programs keep their state (XDG_STATE_HOME)."""
     base = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
     return Path(base) / "miburi"
 
@@ -134,7 +132,7 @@ def serve(launch: Launch, meanwhile: Callable[[], None] = lambda: None) -> None:
     Raises
     ------
     InputError
-        The seed, the host, the port or the body is not one.
+        The seed, the host, the port or the body is not valid.
     OutputError
         The port is taken.
     BodyError
@@ -166,30 +164,30 @@ def _serve(launch: Launch, meanwhile: Callable[[], None]) -> None:
             lambda: _announce(url, reach, talk, launch.headless),
         )
     finally:
-        with _signals(SimpleQueue()):  # a second Ctrl-C must leave none behind
+        with _signals(SimpleQueue()):  # a second Ctrl-C must leave no process behind
             helpers.end()
     kept = memory is not None and _keep(memory, feelings)
     if runner.failure is not None:
         raise BodyError(runner.failure)
     if end in _LEFT_ALONE:
         raise BodyError(
-            f"{_LEFT_ALONE[end]}, and nobody could have stopped the body any more: it was stopped "
+            f"{_LEFT_ALONE[end]}, so nobody could have stopped the body any longer: it was stopped "
             "where it was. Start Miburi again."
         )
     _say_good_bye(runner, folder, kept=kept)
 
 
 def _keep_private(folder: Path) -> None:
-    """Let nobody but this user read what the partner writes, from now on and of earlier times."""
-    os.umask(0o077)  # in the helpers, too: they begin with ours
+    """Let nobody but this user read what the partner writes now or wrote in earlier runs."""
+    os.umask(0o077)  # in the helpers, too: they inherit it
     own = [folder / name for name in ("events.sqlite", "feelings.json", "recordings")]
     for one in (*own, *folder.glob("recordings/*.mcap")):
-        with suppress(OSError):  # it is not there, or somebody else's
+        with suppress(OSError):  # it does not exist, or belongs to somebody else
             one.chmod(0o700 if one.is_dir() else 0o600)
 
 
 def _check(launch: Launch) -> None:
-    """Refuse what cannot be started."""
+    """Refuse a launch that cannot work."""
     launch.doors.need()
     if launch.https:
         need("cryptography", "https")
@@ -200,7 +198,7 @@ def _check(launch: Launch) -> None:
     if KINDS[launch.body].needs_port and not launch.port_of_body:
         raise InputError(
             f"the {launch.body} body needs a port, such as /dev/ttyACM0; give it one with "
-            "--serial. `miburi card list` names the ports that are there."
+            "--serial. `miburi card list` names the available ports."
         )
     if launch.rule is not None and launch.body == "card":
         raise InputError(
@@ -243,7 +241,7 @@ def _live(
     memory: Path | None,
     announce: Callable[[], None],
 ) -> "_Happening":
-    """Let the partner live until something ends that; return what did. The body is home then."""
+    """Let the partner live until something ends it, then close it; return what ended it."""
     happenings: SimpleQueue[_Happening] = SimpleQueue()
     runner.start(on_failure=lambda: happenings.put(_Happening.LOOP_GAVE_UP))
     ending = threading.Event()
@@ -256,7 +254,7 @@ def _live(
         threads.append(threading.Thread(target=keep, args=arguments, daemon=True))
     for thread in threads:
         thread.start()
-    gc.freeze()  # or a collection looks through all that was loaded, and the loop is late
+    gc.freeze()  # or a collection would scan all that was loaded, and make the loop late
     with _signals(happenings):
         answer(
             runner,
@@ -277,7 +275,7 @@ def _live(
 
 
 class _Happening(Enum):
-    """What the partner's process waits for while its loop runs."""
+    """An event that the partner's process waits for while its loop runs."""
 
     LISTENS = auto()
     SERVER_ENDED = auto()
@@ -333,7 +331,7 @@ def _start(pages: Pages) -> _Helpers:
         _spawn(serve_pages, replace(pages, passage=inside), theirs),
         _spawn(receive, plain, encrypted, outside, stopping, pages.reach.keys, pages.doors.origins),
     )
-    # Nothing of what is theirs is kept, so that each sees when another has gone.
+    # Close our copies of the ends that are theirs, so that each notices when another has gone.
     theirs.close()
     inside.close()
     outside.close()
@@ -362,10 +360,10 @@ def _watch(
 
 @contextmanager
 def _signals(happenings: "SimpleQueue[_Happening]") -> Iterator[None]:
-    """Let SIGINT and SIGTERM be happenings."""
+    """Turn SIGINT and SIGTERM into happenings."""
 
     def take(_number: int, _frame: FrameType | None) -> None:
-        happenings.put(_Happening.SIGNAL)  # the one queue that a signal's handler may use
+        happenings.put(_Happening.SIGNAL)  # the only kind of queue that a signal handler may use
 
     kept = {number: signal.signal(number, take) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
@@ -412,21 +410,21 @@ def _announce(url: str, reach: Reach, talk: Endpoint | None, headless: bool) -> 
     shown = url if token is None or safe else pairing_url(url, token)
     print(f"Miburi is awake. Studio: {shown}   face: {url}/face   (end with Ctrl-C)", flush=True)
     if talk is not None:
-        print(f"What is said to it goes to {talk}.", flush=True)
+        print(f"What is said to it is sent to {talk}.", flush=True)
     if token is not None:
         print(f"Token for programs and other devices: {token}")
     if token is not None and reach.addresses:
         first, *others = (pairing_url(address, token) for address in reach.addresses)
-        print(f"On a phone in the same network, scan this or open {first}")
+        print(f"On a phone on the same network, scan this or open {first}")
         print(qr_for_terminal(first))
         for other in others:
-            print(f"In another network: {other}")
+            print(f"On another network: {other}")
     elif token is not None:
-        print("No phone can come: this computer has no address in a network at home.")
+        print("No phone can connect: this computer has no address on a home network.")
     if safe:
         print(
-            "The phone warns once, for it does not know this home's authority yet: go on there, or "
-            f"install it; {url}/pair says how.\nIts SHA-256 is {reach.fingerprint}"
+            "The phone warns once, as it does not know this home's authority yet: go on, or "
+            f"install the authority; {url}/pair says how.\nIts SHA-256 is {reach.fingerprint}"
         )
     sys.stdout.flush()
     if headless:

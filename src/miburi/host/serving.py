@@ -32,7 +32,7 @@ def serve_until_the_end(pages: Pages, ends: Lanes) -> None:
     try:
         partner = FarPartner(ends, open_store=partial(kept_events, pages.folder, quiet=True))
     except UnreachableError:
-        return  # it could not begin, and has said why
+        return  # the partner could not begin, and has said why
     app = make_app(partner, pages.reach, pages.doors, pages.folder)
     https = pages.certificate is not None
     gate = Gate(app, pages.reach.keys, https=https, origins=pages.doors.origins)
@@ -53,7 +53,7 @@ def _end_with(partner: FarPartner, server: uvicorn.Server) -> None:
 
 
 class _Server(uvicorn.Server):
-    """Tells the partner's process that it listens and serves; SIGTERM is a good end."""
+    """Tells the partner's process that it listens and serves; ends cleanly at SIGTERM."""
 
     def __init__(
         self,
@@ -79,18 +79,18 @@ class _Server(uvicorn.Server):
         renewal = Renewal(pages.listeners, pages.folder, pages.reach, context, certificate)
         self._renewing = asyncio.create_task(_keep_up(renewal))
         gc.enable()
-        gc.freeze()  # to look through all that was loaded takes 0.07 s, which a Stop would wait
+        gc.freeze()  # scanning all that was loaded takes 0.07 s, and a Stop would wait for it
         self._partner.tell_ready()
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Take nobody in any more, and see those out who are there."""
+        """Accept no new connections, and close the open ones."""
         self._say_that_it_ends()
         if self._passage is not None:
             self._passage.close()
         await super().shutdown(sockets)
 
     async def on_tick(self, counter: int) -> bool:
-        """Tell that the server serves, ten times a second."""
+        """Tell the partner's process, ten times a second, that the server serves."""
         self._partner.beat()
         return await super().on_tick(counter)
 

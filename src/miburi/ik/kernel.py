@@ -1,4 +1,4 @@
-"""The compiled solver: one target after another, each along the waist.
+"""The compiled solver: one target after another, each by a search along the waist.
 
 In: a body, as :func:`miburi.ik.problem.pack` packs it, targets, and perhaps a present pose. Out:
 angles, errors and how each search ended. Importing this module loads Numba, which compiles each
@@ -28,11 +28,11 @@ REFUSED, REACHED, BEST = -1, 0, 1
 def solve(
     record: NDArray[np.void], target: Array, start: Array, angles: Array, error: Array
 ) -> tuple[int, float, int]:
-    """Find the best pose, of those that do the same the nearest to ``start``.
+    """Find the best pose; of those that reach the same points, the one nearest to ``start``.
 
     Writes the angles, (8,), and the error of each extremity, (3,).
 
-    ``start`` is the present pose, (8,), or (0,) for none: an argument less takes 0.1 µs less.
+    ``start`` is the present pose, (8,), or (0,) for none: one argument fewer saves 0.1 µs.
 
     Returns how the search ended, the residual in m, and the evaluations.
     """
@@ -61,7 +61,7 @@ def solve(
 
 @compiled
 def _bounded(values: Array) -> bool:
-    """Whether all are numbers, none beyond ``FARTHEST``."""
+    """Return whether all values are numbers, none beyond ``FARTHEST``."""
     bounded = True
     for value in values:
         bounded &= -FARTHEST <= value <= FARTHEST

@@ -1,8 +1,8 @@
-"""Each limb alone: with the waist at rest, the best angles of an arm or the head are known exactly.
+"""Each limb alone: for a given waist angle, the best angles of arms and head are known exactly.
 
 In: a body, a work with its target, and an angle of the waist. Out: a pose, and Eq. 13 there. A
-search over one angle is left, which finds the best pose of a target out of reach. This is ours, not
-the paper's, and the only part of the solver that knows more of the body than how to evaluate it.
+search over one angle remains, which finds the best pose of a target out of reach. This is ours, not
+the paper's, and the only part of the solver that knows more about the body than how to evaluate it.
 Importing this module loads Numba.
 """
 
@@ -17,8 +17,8 @@ from miburi.robot import Array
 
 __all__ = ["choose_nearest", "nearest_angle", "place_body"]
 
-#: An angle this far outside a limit is put on it, in rad; a hand at this share of the arm from the
-#: shoulder's axis is on it.
+#: An angle no farther than this outside a limit is put on the limit, in rad; a hand no farther than
+#: this share of the arm's length from the shoulder's axis counts as on it.
 _SLIGHT = 1e-9
 
 
@@ -77,8 +77,8 @@ def _place_arm(
 ) -> tuple[float, float]:
     """Write the best angles of an arm, 0 the right one, 1 the left; return error and slope.
 
-    With the shoulder at rest the arm is a planar one. The hand is either on the side of the
-    shoulder's axis to which the shoulder turns it, or on the other: so two shoulder angles count.
+    With the shoulder fixed, the arm moves in a plane. The hand is either on the side of the
+    shoulder's axis to which the shoulder turns it, or on the other, so two shoulder angles count.
     """
     size, lower, upper = body.lengths, body.lower, body.upper
     target, pose = work.target, work.new
@@ -161,8 +161,8 @@ def _place_planar(
 def choose_nearest(body: Body, work: Work, start: Array, pose: Array) -> None:
     """Of the poses that put hands and head on the same points, take the one nearest to ``start``.
 
-    While the waist stays, those are four for each arm. With the waist turned by π the head can be
-    nodded over to the same point; that counts where it brings Eq. 13 down to what is enough.
+    With the same waist angle, each arm has four of them. With the waist turned by π, the head can
+    nod over to the same point; such a pose counts if it brings Eq. 13 down to ``enough``.
     """
     lower, upper, present, other = body.lower, body.upper, np.empty(8), np.empty(8)
     for j in range(8):
@@ -197,7 +197,7 @@ def _is_nearest(start: Array, pose: Array) -> bool:
 
 @compiled
 def _choose_arms(body: Body, start: Array, pose: Array) -> float:
-    """Let each arm take its pose nearest to ``start``; return the squared distance of the whole."""
+    """Let each arm take its pose nearest to ``start``; return the whole pose's squared distance."""
     distance: float = (pose[0] - start[0]) ** 2 + (pose[7] - start[7]) ** 2
     for first in (1, 4):
         distance += _choose_arm(body, start, pose, first)
@@ -208,7 +208,7 @@ def _choose_arms(body: Body, start: Array, pose: Array) -> float:
 def _choose_arm(body: Body, start: Array, q: Array, first: int) -> float:
     """Of the arm's poses with this hand position, take the one nearest to ``start``.
 
-    While the waist stays, only four poses put the hand on the same point: this one, the elbow
+    With the same waist angle, only four poses put the hand on the same point: this one, the elbow
     mirrored about the line from shoulder to hand, the shoulder turned by π, and both together.
     With the hand on the shoulder axis any shoulder angle will do. Returns the squared distance.
     """

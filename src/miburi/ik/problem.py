@@ -1,8 +1,8 @@
-"""What the compiled code reads and writes: a body, and the work of one search.
+"""The records that compiled code reads and writes: a body, and the state of one search.
 
-Both are structured arrays with one row. Numba takes an array at little cost: a call with the body
-as a NamedTuple takes 2 µs more, most of a solution. And it counts no references to a record's
-fields.
+Both are structured arrays with one row. Passing an array to Numba costs little: with the body
+as a NamedTuple, a call takes 2 µs more, most of a solution's time. Nor does Numba count references
+to a record's fields.
 """
 
 from typing import Any, TypeAlias
@@ -18,10 +18,10 @@ __all__ = ["BODY", "FARTHEST", "REACHED", "TOLERANCE", "WORK", "Body", "Work", "
 
 #: No coordinate of a target may be larger, in m: its square must stay a number.
 FARTHEST = 1e9
-#: A target counts as reached where the residual is not above this share of the arm's reach: of
-#: the iphonoid's, 0.07 mm.
+#: A target counts as reached if the residual is at most this share of the arm's reach: 0.07 mm
+#: for the iphonoid.
 REACHED = 5e-4
-#: The search ends at this residual, a share of the arm's reach: of the iphonoid's, 0.14 µm.
+#: The search ends at this residual, a share of the arm's reach: 0.14 µm for the iphonoid.
 TOLERANCE = 1e-6
 
 
@@ -45,12 +45,12 @@ WORK = _record(
     [
         ("target", np.float64, 9),  # m
         ("best", np.float64, 8),  # rad, the best pose so far
-        ("value", np.float64),  # Eq. 13 there; infinity where no pose was evaluated yet
-        ("evaluations", np.int64),  # how many poses were
+        ("value", np.float64),  # Eq. 13 there; infinity before any pose was evaluated
+        ("evaluations", np.int64),  # how many poses were evaluated
         ("new", np.float64, 8),  # rad, the pose evaluated last
     ]
 )
-# Rows of them; compiled code reads the fields by name.
+# Rows of the two records; compiled code reads their fields by name.
 Body: TypeAlias = Any
 Work: TypeAlias = Any
 

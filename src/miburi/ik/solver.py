@@ -35,7 +35,7 @@ def residual_settings(robot: Robot) -> Settings:
     """Return settings for a search that knows nothing of the body but how to evaluate a pose.
 
     Table 2 for the population, Levenberg-Marquardt on the residuals, and our own numbers for
-    that, in proportion to the arm's reach.
+    the latter, in proportion to the arm's reach.
     """
     square = arm_reach(robot) ** 2
     return Settings(
@@ -124,17 +124,17 @@ def solve(
         Gives lengths and limits.
     target
         (9,) m in the base frame: right x y z, left x y z, head x y z, none beyond ``FARTHEST``.
-        Out of reach, the pose with the least residual is found, and ``status`` says so.
+        If it is out of reach, the pose with the least residual is found, and ``status`` says so.
     start
-        (8,) rad, the present pose; angles outside the limits count as on them. Of several poses
-        with the same hands and head the one nearest to it (in the space of angles) is chosen;
+        (8,) rad, the present pose; angles outside the limits count as at them. Of several poses
+        that reach the same points, the one nearest to it (in the space of angles) is chosen;
         a search by ``settings`` begins there.
     settings
         None for Miburi's own way: along the waist, which always finds the best pose. Otherwise
         the memetic algorithm with these settings and no knowledge of the body:
         :func:`residual_settings`, or ``Settings.paper()`` for Table 2 as printed.
     seed
-        A whole number from 0, or a NumPy generator, for a search by ``settings``: the same seed
+        A whole number, 0 or more, or a NumPy generator, for a search by ``settings``: the same seed
         gives the same solution.
     deadline
         Seconds, above 0, after which a search by ``settings`` returns the best so far. Miburi's
@@ -158,7 +158,7 @@ def solve(
     if status < 0:  # it was refused
         _check_size(goal, "target")
         _check_size(pose, "start")
-    # Solution(...), in half the time, which is 5 % of a solution's
+    # as Solution(...), but in half the time; that saves 5 % of a solution's time
     return tuple.__new__(Solution, (angles, residual, error, evaluations, 0, _WORDS[status]))
 
 
@@ -175,7 +175,7 @@ def solve_batch(
     robot, start
         As in :func:`solve`; they hold for every target.
     targets
-        (n, 9) m, n from 0.
+        (n, 9) m; n may be 0.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Along the waist: with the best angles of arms and head for every waist, one angle is left.
+"""Search along the waist: given each waist angle's best arms and head, one angle is left.
 
 In: a body, and a work with its target. Out: the best pose of all, in the work. This is ours, not
 the paper's. Importing this module loads Numba.
@@ -16,7 +16,7 @@ from miburi.robot import Array
 
 __all__ = ["Waist", "search_waist"]
 
-#: The finest cells of the waist, in rad, and how many of them make one of the first.
+#: Width of the finest cells of the waist, in rad, and how many of them make up a coarsest one.
 _CELL, _HALVES = 0.01, 32
 #: A valley's floor is known at least as well as this, in rad.
 _FINE = 1e-9
@@ -34,10 +34,10 @@ class Waist(NamedTuple):
 def search_waist(body: Body, work: Work) -> None:
     """Find the best pose of all.
 
-    Of a target in reach the head alone gives the waist. Otherwise the range of the waist is cut
-    into cells, and those into halves, down to ``_CELL``, except where a cell cannot reach down to
-    the best value known. Then each of the finest cells is searched in which there is a valley: one
-    into which it goes down from its lower end.
+    For a target in reach, the head alone determines the waist. Otherwise the waist's range is cut
+    into cells, and these are halved down to ``_CELL``, except where a cell cannot hold anything
+    below the best value known. Then each of the finest cells that holds a valley is searched: one
+    in which Eq. 13 falls inwards from the end with the lower value.
     """
     low, high = body.lower[0], body.upper[0]
     bearing = atan2(work.target[7], work.target[6])
@@ -46,7 +46,7 @@ def search_waist(body: Body, work: Work) -> None:
         if work.value <= body.enough:
             return
     count = _HALVES * (int((high - low) / (_CELL * _HALVES)) + 1) + 1
-    # from limit to limit, each a Waist; infinite is the value that is not known
+    # from limit to limit, each a Waist; a value not yet known is infinite
     waists, fastest = np.empty((count, 3)), _fastest(body, work)
     for k in range(count):
         waists[k, 0], waists[k, 1] = low + (high - low) * (k / (count - 1)), np.inf
@@ -88,8 +88,8 @@ def _explore(body: Body, work: Work, waist: Array) -> None:
 def _fastest(body: Body, work: Work) -> float:
     """Return how fast the residual can change with the waist, in m/rad.
 
-    An extremity moves by its distance from the waist's axis, and seen from the body so does a
-    target: whichever is less.
+    Per radian an extremity moves by its distance from the waist's axis; seen from the body, a
+    target moves by its own distance. The lesser of the two counts.
     """
     size, target = body.lengths, work.target
     total = 0.0
@@ -112,16 +112,16 @@ def _promises(left: Array, right: Array, fastest: float, work: Work) -> bool:
 
 @compiled
 def _falls_inwards(left: Array, right: Array) -> bool:
-    """Whether it goes down from the lower end of a cell into it, so that there is a valley."""
+    """Whether Eq. 13 falls inwards from the end with the lower value, so there is a valley."""
     return bool(left[2] < 0.0 if left[1] < right[1] else right[2] > 0.0)
 
 
 @compiled
 def _search_cell(body: Body, work: Work, left: Waist, right: Waist) -> None:
-    """Find the floor of the valley in a cell, and that of a second one.
+    """Find the floor of the valley in a cell, and of a second valley if there is one.
 
-    Halfway from the floor to an end of the cell it goes up towards the end, unless another valley
-    lies there.
+    Halfway from the floor to an end of the cell, Eq. 13 rises towards the end unless another
+    valley lies there.
     """
     floor = _descend(body, work, left, right)
     halfway = _visit(body, work, 0.5 * (left.angle + floor))
@@ -136,9 +136,9 @@ def _search_cell(body: Body, work: Work, left: Waist, right: Waist) -> None:
 def _descend(body: Body, work: Work, left: Waist, right: Waist) -> float:
     """Find the floor of a valley, where the slope is 0; return the waist's angle there.
 
-    Regula falsi (Illinois) while the slope falls on the left and rises on the right; otherwise, and
-    every third time, the middle. Where a cell holds two valleys, the side with the lower end is
-    kept. Ends where what is left to gain, at most slope times width, is a hundredth of what counts.
+    Regula falsi (Illinois) while Eq. 13 falls at the left end and rises at the right; otherwise,
+    and every third time, the middle. Where a cell holds two valleys, the side with the lower end is
+    kept. Ends once the possible gain, at most slope times width, is a hundredth of what counts.
     """
     falls, rises = left.slope, right.slope
     turn, gain = 0, np.inf

@@ -31,13 +31,13 @@ __all__ = ["LONGEST", "acts_of", "look_of", "poses_of", "shown_by"]
 
 #: The longest that custom key poses may take, s (ours).
 LONGEST = 30.0
-#: m; as `miburi gesture check` has it.
+#: The largest error of a pose, m; the same as in `miburi gesture check`.
 _MOST_ERROR = 1e-3
 _REHEARSING = threading.Lock()  # one at a time: each takes a core for a moment
 
 
 def shown_by(partner: LivePartner, wish: ExpressIn) -> list[KeyPose] | None:
-    """Return the key poses of a wish that is more than a feeling's own gesture.
+    """Return the key poses of a wish, or None if it asks only for a feeling's own gesture.
 
     Raises
     ------
@@ -47,7 +47,7 @@ def shown_by(partner: LivePartner, wish: ExpressIn) -> list[KeyPose] | None:
     if not wish.blend and wish.effort is None:
         return None
     if wish.feeling in wish.blend:
-        raise InputError(f"{wish.feeling} leads already; blend other feelings with it.")
+        raise InputError(f"{wish.feeling} already leads; blend other feelings with it.")
     lead = partner.repertoire.of(wish.feeling)[0]
     if wish.effort is not None:
         lead = lead.model_copy(update={"effort": Effort(**wish.effort.model_dump())})
@@ -61,7 +61,7 @@ def look_of(partner: LivePartner, wish: LookIn) -> list[KeyPose]:
 
 
 def poses_of(partner: LivePartner, wish: PosesIn) -> list[KeyPose]:
-    """Return key poses that somebody has written, once the robot can do them; it takes a moment.
+    """Return a wish's key poses, after checking that the robot can do them; it takes a moment.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def poses_of(partner: LivePartner, wish: PosesIn) -> list[KeyPose]:
     except ValidationError as error:
         (first, *_) = error.errors(include_url=False, include_input=False)
         said = first["msg"].removeprefix("Value error, ")
-        raise InputError(f"these are no key poses: {said}.") from error
+        raise InputError(f"these key poses are not valid: {said}.") from error
     if problems := list(misfits(partner.robot, function)):
         raise InputError("; ".join(problems)[:900] + ".")
     poses = key_poses(partner.robot, function, wish.mood)

@@ -94,18 +94,18 @@ The WebSocket `/api/v1/live?rate=30&events=new` sends states, and events as `{"e
 `{"do": "release"}` and `{"do": "rate", "rate": 10}`, and answers what it refuses with
 `{"refused": "…"}`."""
 _TAGS = {
-    "stop": "What no limit holds up.",
-    "look": "How the partner is.",
-    "events": "What happened, and what happens.",
-    "ask": "What it shall feel, notice and do.",
-    "show": "What it shall show and say; each wish has an id, which its events carry.",
+    "stop": "Requests that no limit delays.",
+    "look": "The partner's state, body and gestures.",
+    "events": "What has happened, and events as they happen.",
+    "ask": "What it is to feel, notice and do.",
+    "show": "What it is to show and say; each wish has an id, which its events carry.",
     "recordings": "Files of its motion and feelings (MCAP).",
-    "privacy": "What is told of what one says.",
-    "people": "Whom it knows, and when it begins by itself.",
+    "privacy": "What events may repeat of what people say.",
+    "people": "Whom it knows, and when it may begin to speak by itself.",
 }
 _NOTHING = 204
 _PLAIN = Care()
-#: Touches, motions and sounds that are noticed a second and at once, from one address (ours).
+#: Touches, motions and sounds noticed from one address: per second, and in a burst (ours).
 NOTICED_RATE, NOTICED_BURST = 5.0, 10.0
 Refusals = dict[int | str, dict[str, Any]]
 _REFUSED: Refusals = {
@@ -113,12 +113,12 @@ _REFUSED: Refusals = {
     409: {"model": Refusal, "description": "The body cannot do that now."},
     503: {"model": Refusal, "description": "Too much at once, or the robot cannot be reached."},
 }
-#: What all but Stop may meet.
+#: What any request but Stop may get back.
 _OFTEN: Refusals = {429: {"model": Refusal, "description": "Too many requests."}}
-_NONE: Refusals = {404: {"model": Refusal, "description": "There is none of that name."}}
-_NO_ROOM: Refusals = {507: {"model": Refusal, "description": "The folder takes no more."}}
+_NONE: Refusals = {404: {"model": Refusal, "description": "Nothing has that name."}}
+_NO_ROOM: Refusals = {507: {"model": Refusal, "description": "The folder is full or read-only."}}
 _BY = "Who presses: `program`, if a program may release it again; else it counts as a person."
-#: Key poses that are rehearsed a second and at once, from one address (ours).
+#: Key poses rehearsed from one address: per second, and in a burst (ours).
 _REHEARSED_RATE, _REHEARSED_BURST = 0.5, 5.0
 _Asker = Annotated[
     str, Header(alias=BY, description="Who asks: `program`, `home`, `agent`, `ros`, or a person.")
@@ -141,13 +141,13 @@ def make_api(
     runner
         The partner.
     endpoint
-        Who thinks of what the partner answers; None: it answers by itself.
+        What composes the partner's answers; None: it answers by itself.
     care
         How it cares for somebody in distress; by default it names no number and tells no words.
     seed
-        Chooses among its own answers.
+        Seeds the choice among its own answers.
     folder
-        Where it keeps whom it knows, and its manners; None: it knows them until it ends.
+        Where it keeps the people it knows, and its manners; None: it keeps them until it ends.
     clock
         Tells the time where the partner stands.
     """
@@ -206,19 +206,19 @@ def _describe(app: FastAPI) -> None:
 
 
 def _stopping(router: APIRouter, runner: LivePartner) -> None:
-    """Add what no limit holds up."""
+    """Add the requests that no limit delays."""
 
     @router.post("/stop", status_code=_NOTHING, responses=_REFUSED)
     async def stop(
         by: Annotated[str, Header(alias=BY, description=_BY)] = "person",
         name: Annotated[str, Header(alias=PRESS, include_in_schema=False)] = "",
     ) -> None:
-        """Stop all motors until they are released; a person's Stop, until a person does that."""
+        """Stop all motors until they are released; a person's Stop, until a person releases it."""
         await done(runner.stop(press(by, name)))
 
 
 def _looking(router: APIRouter, runner: LivePartner) -> None:
-    """Add what can be looked at."""
+    """Add the requests that look at the partner."""
 
     @router.get("/state", response_model=State)
     async def state() -> Response:
@@ -234,7 +234,7 @@ def _looking(router: APIRouter, runner: LivePartner) -> None:
 
     @router.get("/samples")
     async def samples() -> list[Sample]:
-        """Return the last two minutes, for plots."""
+        """Return the samples of the last two minutes, for plots."""
         return [sample for _, sample in runner.samples_after(0)]
 
     @router.get("/gestures")
@@ -265,7 +265,7 @@ def _looking(router: APIRouter, runner: LivePartner) -> None:
 
 
 def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
-    """Add what can be asked for."""
+    """Add what the partner can be asked to feel, notice and do."""
 
     @router.post("/stimulus", responses=_REFUSED)
     async def stimulus(wish: StimulusIn, by: _Asker = "person") -> WishOut:
@@ -275,7 +275,7 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
 
     @router.post("/say", responses=_REFUSED)
     async def say(wish: SayIn, by: _Asker = "person") -> SayOut:
-        """Say something to the partner; it takes the feeling of the words, and answers.
+        """Say something to the partner; it takes on the words' feeling, and answers.
 
         "Stop" stops all motors; "wave" or "lift your arms" is performed.
         """
@@ -300,7 +300,7 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
 
     @router.post("/face", status_code=_NOTHING, responses=_REFUSED)
     async def face(wish: FaceIn, request: Request) -> None:
-        """Turn to a face, slowly, while nothing is felt; tell again within 5 s, or it has gone."""
+        """Turn slowly to a face while nothing is felt; repeat within 5 s, or it counts as gone."""
         not_too_often(request)
         if wish.x is not None:
             speech.beginning.notice()
@@ -314,7 +314,7 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
 
     @router.post("/release", status_code=_NOTHING, responses=_REFUSED)
     async def release(request: Request) -> None:
-        """Let a stopped body go on; refused in the pause after a contact, and a person's Stop."""
+        """Go on after a stop; refused in the pause after a contact, and after a person's Stop."""
         await granted(runner, Release(came=request.scope.get("state", {}).get(CAME)))
 
     @router.post("/pause", status_code=_NOTHING, responses=_REFUSED)
@@ -329,12 +329,12 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
 
     @router.post("/temperament", status_code=_NOTHING, responses=_REFUSED)
     async def temperament(wish: TemperamentIn) -> None:
-        """Go on with another temperament."""
+        """Change to another temperament."""
         await granted(runner, ChangeTemperament(wish.name, wish.rest))
 
     @router.post("/bodies", status_code=_NOTHING, responses=_REFUSED)
     async def body(wish: BodyIn) -> None:
-        """Move another body from now on."""
+        """Use another body from now on."""
         await granted(runner, ChangeBody(wish.name, wish.port))
 
 
@@ -367,7 +367,7 @@ def _showing(router: APIRouter, runner: LivePartner) -> None:
 
     @router.post("/poses", responses=_REFUSED)
     async def poses(wish: PosesIn, request: Request, by: _Asker = "person") -> WishOut:
-        """Perform key poses of your own once; they are rehearsed first, which takes a moment."""
+        """Perform your own key poses once; they are rehearsed first, which takes a moment."""
         rehearsed_seldom(request)
         own = await asyncio.to_thread(poses_of, runner, wish)
         shown = None if wish.feeling is None else Expression(wish.feeling, wish.mood)
@@ -383,11 +383,11 @@ def _showing(router: APIRouter, runner: LivePartner) -> None:
 
 
 def _private(router: APIRouter, runner: LivePartner) -> None:
-    """Add what becomes of what one says."""
+    """Add the choice of what becomes of people's words."""
 
     @router.post("/words", status_code=_NOTHING, responses=_REFUSED)
     async def words(wish: WordsIn) -> None:
-        """Let events tell what is said to the partner from now on, or forget what was said."""
+        """Let events repeat what is said to the partner from now on, or forget what was said."""
         await granted(runner, AllowWords(wish.allowed))
 
 
@@ -437,7 +437,7 @@ def _recording(router: APIRouter, runner: LivePartner) -> None:
 
 
 def _since_contact(runner: LivePartner) -> float | None:
-    """Return the s since the latest contact stop that the log knows, if any."""
+    """Return the time since the latest contact stop in the log, s; None if there is none."""
     contacts = [
         e for e in runner.history.after(0) if e.stop and e.stop.reason is StopReason.CONTACT
     ]
@@ -445,13 +445,13 @@ def _since_contact(runner: LivePartner) -> float | None:
 
 
 def move_hand(wish: HandIn) -> MoveHand:
-    """Return what a message about the hand asks for."""
+    """Return the wish in a message about the hand."""
     position = None if wish.position is None else np.array(wish.position)
     return MoveHand(position, np.array(wish.along))
 
 
 def describe(runner: LivePartner) -> RobotOut:
-    """Return what the scene is built from."""
+    """Return the robot's description, from which a viewer builds the scene."""
     robot = runner.robot
     return RobotOut(
         name=robot.name,

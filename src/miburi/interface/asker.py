@@ -1,7 +1,7 @@
 """Ask the interface without waiting in a thread: for doors that serve many at once.
 
 An :class:`Asker` sends the requests of ``/api/v1``, either within the server, past its gate, or to
-a server elsewhere. So a door that asks by it can do what HTTP can, and nothing else.
+a server elsewhere. So a door that asks this way can do what HTTP can, and nothing else.
 """
 
 import asyncio
@@ -24,12 +24,12 @@ from miburi.talk.said import SayOut
 
 __all__ = ["Asker"]
 
-#: When there are too many requests at once: how often we ask, and s between (ours).
+#: The status for too many requests at once; how often to try then, and s between tries (ours).
 _TOO_MANY, _TRIES, _BREATH = 429, 20, 0.1
 _EVENTS = TypeAdapter(list[LiveEvent])
 _GESTURES = TypeAdapter(list[GestureOut])
 
-#: s of silence after which an answer that lasts is taken for lost.
+#: s of silence after which a streamed answer counts as lost.
 _STREAM_TIME = 30.0
 
 
@@ -41,7 +41,7 @@ class Asker:
     url
         The partner's address, for messages.
     http
-        Sends requests; it begins at ``/api/v1``.
+        Sends the requests; its base address ends with ``/api/v1``.
     """
 
     def __init__(self, url: str, http: httpx.AsyncClient) -> None:
@@ -49,7 +49,7 @@ class Asker:
 
     @classmethod
     def within(cls, app: FastAPI, by: By) -> Self:
-        """Return one that asks an application of the same process; ``by`` is who presses Stop."""
+        """Return an asker of an application in this process; ``by`` is who presses Stop."""
         transport = httpx.ASGITransport(app, raise_app_exceptions=False)
         http = httpx.AsyncClient(
             transport=transport, base_url="http://127.0.0.1/api/v1", headers={BY: by}
@@ -64,7 +64,7 @@ class Asker:
         authority: Path | str | None = None,
         by: By = "agent",
     ) -> Self:
-        """Return one that asks a server; see :func:`miburi.interface.client.connect`."""
+        """Return an asker of a server; see :func:`miburi.interface.client.connect`."""
         verify = trust(url, authority) or True
         url = url.rstrip("/")
         headers = {BY: str(by)} | ({"Authorization": f"Bearer {token}"} if token else {})
@@ -75,7 +75,7 @@ class Asker:
         return State.model_validate_json(await self._ask("GET", "/state"))
 
     async def log(self, after: str | None = None) -> list[LiveEvent]:
-        """Return what happened after an event, by its id; without one, the latest."""
+        """Return the events after the one with this id; without an id, the latest."""
         known = "" if after is None else f"?after={after}"
         return _EVENTS.validate_json(await self._ask("GET", f"/log{known}"))
 
@@ -85,12 +85,12 @@ class Asker:
 
     @asynccontextmanager
     async def stream(self, path: str) -> AsyncIterator[AsyncIterator[str]]:
-        """Open an answer that lasts, and give its lines.
+        """Open a streamed answer, and yield an iterator over its lines.
 
         Raises
         ------
         httpx.HTTPError
-            The server does not answer, or no longer.
+            The server does not answer, or stops answering.
         """
         async with self._http.stream("GET", path, timeout=_STREAM_TIME) as answer:
             if not answer.is_success:

@@ -41,7 +41,7 @@ from miburi.talk.said import SayOut
 
 __all__ = ["AsyncPartner", "connect_async"]
 
-#: s between two tries to connect anew (ours).
+#: s between two attempts to reconnect (ours).
 _AGAIN = 0.5
 _DATA = "data: "
 
@@ -54,7 +54,7 @@ def connect_async(
     Raises
     ------
     InputError
-        The address does not start with ``http://`` or ``https://``; the file is no certificate.
+        The address does not start with ``http://`` or ``https://``, or the file is no certificate.
     """
     return AsyncPartner(Asker.at(url, token, authority, by="program"))
 
@@ -90,7 +90,7 @@ class AsyncPartner:
         return await self._asker.state()
 
     async def log(self, after: str | None = None) -> list[LiveEvent]:
-        """Return up to 1,000 events after one, by its id; without one, the latest."""
+        """Return up to 1,000 events after the one with this id; without an id, the latest."""
         return await self._asker.log(after)
 
     async def events(
@@ -145,15 +145,15 @@ class AsyncPartner:
         return await self._asker.wish("/express", ExpressIn.model_validate(shown))
 
     async def look(self, at: Direction, seconds: float = 2.0) -> str:
-        """Look at the user (ahead), left, right, up, down or aside, for so many seconds."""
+        """Look at the user (ahead), left, right, up, down or aside, for ``seconds`` s."""
         return await self._asker.wish("/look", LookIn(at=at, seconds=seconds))
 
     async def attend(self, turn: Turn = "listening") -> None:
-        """Face somebody who is about to speak; or who waits for an answer (``thinking``)."""
+        """Face somebody who is about to speak, or who waits for an answer (``thinking``)."""
         await self._asker.tell("/attend", AttendIn(turn=turn))
 
     async def poses(self, poses: PosesIn) -> str:
-        """Perform key poses of your own once, written as in a gesture file."""
+        """Perform your own key poses once, written as in a gesture file."""
         return await self._asker.wish("/poses", poses)
 
     async def perform(self, *acts: AnyAct, now: bool = False) -> str:
@@ -166,7 +166,7 @@ class AsyncPartner:
         await self._asker.tell("/stop")
 
     async def release(self) -> None:
-        """Let a stopped body go back to neutral, then continue; a person's Stop, a person ends."""
+        """Let a stopped body return to neutral and continue; a person's Stop needs a person."""
         await self._asker.tell("/release")
 
     async def pause(self, paused: bool = True) -> None:

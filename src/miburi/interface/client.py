@@ -58,7 +58,7 @@ __all__ = [
 PATIENCE = 10.0
 #: Wishes that may wait to be sent by :meth:`RemotePartner.soon`.
 WAITING = 32
-#: s between two tries to connect anew, and s of silence after which a stream is taken for lost.
+#: s between two attempts to reconnect, and s of silence after which a stream counts as lost.
 _AGAIN, _STREAM_TIME = 0.5, 30.0
 _DATA = "data: "
 _LOG = logging.getLogger(__name__)
@@ -78,7 +78,7 @@ def connect(
     Raises
     ------
     InputError
-        The address does not start with ``http://`` or ``https://``; the file is no certificate.
+        The address does not start with ``http://`` or ``https://``, or the file is no certificate.
     """
     return RemotePartner(url, token, authority)
 
@@ -123,7 +123,7 @@ class RemotePartner:
         self.close()
 
     def close(self) -> None:
-        """Close the connection; wishes that wait are left out."""
+        """Close the connection; wishes still waiting are dropped."""
         if self._sender is not None:
             with suppress(queue.Empty):
                 while True:
@@ -151,7 +151,7 @@ class RemotePartner:
         """Yield states, ``rate`` a second (0.1 to 50), until you leave the loop.
 
         At 50 a second every step of the robot is among them. A connection that is lost, as when the
-        partner starts anew, is made again for up to ``patience`` s.
+        partner restarts, is retried for up to ``patience`` s.
         """
         address = "ws" + self._url.removeprefix("http") + f"/api/v1/live?rate={rate:g}"
         heard = None  # when, on the monotonic clock
@@ -180,11 +180,11 @@ class RemotePartner:
     def events(
         self, after: str | None = None, patience: float = 60.0
     ) -> Generator[LiveEvent, None, None]:
-        """Yield what happens after an event, by its id, or from now on, until you leave the loop.
+        """Yield the events after the one with this id, or from now on, until you leave the loop.
 
-        A connection that is lost is made again for up to ``patience`` s, and what happened
-        meanwhile is told, also what was before the partner's last start. If something is missing, a
-        ``gap`` tells so. With ``after="0"`` it begins with all that are kept.
+        A connection that is lost is retried for up to ``patience`` s; events missed meanwhile are
+        then yielded, even those from before the partner's last start. A ``gap`` says if some are
+        missing. With ``after="0"`` it begins with all events that are kept.
 
         Raises
         ------
@@ -195,14 +195,14 @@ class RemotePartner:
         return self._events_after(after or self.state.cursor, patience)
 
     def until_ended(self, wish: str, patience: float = 60.0) -> LiveEvent:
-        """Wait until a wish has ended, well or not, and return the event that tells so.
+        """Wait until a wish has ended, well or not, and return the event that says so.
 
         Raises
         ------
         BodyError
-            The partner was started anew, so nobody knows how the wish ended.
+            The partner was restarted, so nobody knows how the wish ended.
         ConnectionLostError
-            It has not answered for ``patience`` s.
+            The partner has not answered for ``patience`` s.
         """
         end = EndOfWish(wish)
         with closing(self.events(wish, patience)) as events:
@@ -232,8 +232,8 @@ class RemotePartner:
     def soon(self, wish: Callable[..., object], *args: Any, **kwargs: Any) -> bool:
         """Let a thread carry out a wish, such as ``soon(partner.stimulate, stimulus)``.
 
-        This returns at once, so a game loses no frame. It is False, and nothing is done, if
-        :data:`WAITING` wishes wait already. What fails is logged.
+        This returns at once, so a game loses no frame. It returns False and does nothing if
+        :data:`WAITING` wishes wait already. Failures are logged.
         """
         if self._sender is None:
             self._sender = threading.Thread(target=self._send_all, name="wishes", daemon=True)
@@ -249,7 +249,7 @@ class RemotePartner:
             try:
                 wish()
             except MiburiError as error:
-                _LOG.warning("a wish was not obeyed: %s", error)
+                _LOG.warning("a wish was not carried out: %s", error)
 
     def stimulate(self, stimulus: Stimulus) -> str:
         """Let the partner feel something; return the event's id."""
@@ -280,7 +280,7 @@ class RemotePartner:
     ) -> str:
         """Perform a gesture once; ``blend`` mixes in other feelings' gestures, each with its μ.
 
-        This and what follows return an id, which events carry as ``wish``.
+        Like ``look``, ``poses`` and ``perform``, it returns an id, which events carry as ``wish``.
         """
         return self._wish(
             "/express",
@@ -293,27 +293,27 @@ class RemotePartner:
         )
 
     def look(self, at: str, seconds: float = 2.0) -> str:
-        """Look at the user (ahead), left, right, up, down or aside, for so many seconds."""
+        """Look at the user (ahead), left, right, up, down or aside, for ``seconds`` s."""
         return self._wish("/look", {"at": at, "seconds": seconds})
 
     def attend(self, turn: str = "listening") -> None:
-        """Face somebody who is about to speak; or who waits for an answer (``thinking``)."""
+        """Face somebody who is about to speak, or who waits for an answer (``thinking``)."""
         self._post("/attend", {"turn": turn})
 
     def poses(self, poses: PosesIn) -> str:
-        """Perform key poses of your own once, written as in a gesture file."""
+        """Perform your own key poses once, written as in a gesture file."""
         return self._wish("/poses", poses.model_dump(mode="json"))
 
     def perform(self, *acts: AnyAct, now: bool = False) -> str:
         """Perform gestures, looks, key poses and sentences together, each at its offset.
 
-        It comes after what waits, or ``now`` instead of all that is on.
+        It follows the wishes that wait or, with ``now``, replaces them and what is under way.
         """
         wish = PerformanceIn(acts=list(acts), when="now" if now else "next")
         return self._wish("/performance", wish.model_dump(mode="json"))
 
     def stop(self, *, by_person: bool = False) -> None:
-        """Stop all motors until :meth:`release`; what a person stops, a person releases."""
+        """Stop all motors until :meth:`release`; a person's Stop needs a person to release it."""
         head = {BY: "person"} if by_person else {}
         with suppress(httpx.TransportError):  # a full server may have closed that connection
             accepted(self._url, self._stop.post("/stop", headers=head))
@@ -328,7 +328,7 @@ class RemotePartner:
         Raises
         ------
         BodyError
-            A person pressed Stop: a person releases it. :meth:`wait` until then.
+            A person pressed Stop, so a person must release it; :meth:`wait` until then.
         """
         self._post("/release")
 
@@ -366,7 +366,7 @@ class RemotePartner:
         return TypeAdapter(list[GestureOut]).validate_python(self._get("/gestures"))
 
     def log(self, after: str | None = None) -> list[LiveEvent]:
-        """Return up to 1,000 events after one, by its id; without one, the latest."""
+        """Return up to 1,000 events after the one with this id; without an id, the latest."""
         known = "" if after is None else f"?after={after}"
         return TypeAdapter(list[LiveEvent]).validate_python(self._get(f"/log{known}"))
 
@@ -418,7 +418,7 @@ class RemotePartner:
         self._ask("POST", path, content)
 
     def _open(self) -> httpx.Client:
-        # A pool that closes what it does not keep may close what a thread has just been given.
+        # A pool that closes surplus connections may close one that a thread has just been given.
         limits = httpx.Limits(max_connections=_CONNECTIONS, max_keepalive_connections=_CONNECTIONS)
         return httpx.Client(
             base_url=self._url + "/api/v1",
@@ -440,12 +440,12 @@ class RemotePartner:
 
 
 def accepted(url: str, response: httpx.Response) -> httpx.Response:
-    """Return the answer of the partner at ``url`` if it is no refusal.
+    """Return the answer of the partner at ``url`` unless it is a refusal.
 
     Raises
     ------
     InputError, BodyError, OutputError, ConnectionLostError
-        It is one; see :class:`RemotePartner`.
+        It is a refusal; see :class:`RemotePartner`.
     """
     if response.is_success:
         return response

@@ -1,7 +1,7 @@
-"""Tell what happens: as a list after a cursor, or as a stream of server-sent events.
+"""Report events: as a list after a cursor, or as a stream of server-sent events.
 
-Both tell the same events under the same names, also those from before the partner's last start. A
-stream is told by its reader's cursor what it has missed, so a connection may break at any time.
+Both report the same events under the same names, even those from before the partner's last start.
+The reader's cursor tells a stream what the reader has missed, so a connection may break anytime.
 """
 
 import asyncio
@@ -22,10 +22,10 @@ __all__ = ["ENDING", "MOST", "AfterCursor", "event_router", "events_after", "fol
 #: The attribute of an application's state that is set when its server shuts down; event streams
 #: close themselves when they see it.
 ENDING = "ending"
-#: Events that one answer tells.
+#: The most events in one answer.
 MOST = 1_000
-#: s between two looks for news; s of silence after which a stream shows that it lives; ms after
-#: which a reader comes back (ours).
+#: s between two looks for news; s of silence after which a stream shows that it is alive; ms after
+#: which a reader reconnects (ours).
 _GLANCE, _SILENCE, _RETRY = 0.01, 10.0, 1_000
 _PIECE = 100
 
@@ -40,17 +40,17 @@ AfterCursor = Annotated[
 
 
 def event_router(partner: LivePartner) -> APIRouter:
-    """Return the router of what has happened, and what happens."""
+    """Return the router for past events, and for events as they happen."""
     router = APIRouter(tags=["events"])
 
     @router.get(
         "/log",
         operation_id="log",
         response_model=list[LiveEvent],
-        responses={400: {"model": Refusal, "description": "That names no event."}},
+        responses={400: {"model": Refusal, "description": "The cursor names no event."}},
     )
     async def log(after: AfterCursor = None) -> list[LiveEvent]:
-        """Return what happened after an event, the oldest first; without one, the latest.
+        """Return the events after the one named, the oldest first; without one, the latest.
 
         At most 1,000 at once; ask again with the last one's id. Where events before the first are
         no longer kept, the first is a `gap`.
@@ -67,7 +67,7 @@ def event_router(partner: LivePartner) -> APIRouter:
             200: {"content": {"text/event-stream": {"example": _EXAMPLE}}},
             400: {
                 "model": Refusal,
-                "description": "There is no such kind, or that names no event.",
+                "description": "There is no such kind, or the cursor names no event.",
             },
             503: {"model": Refusal, "description": "Too many streams are open."},
         },
@@ -77,16 +77,16 @@ def event_router(partner: LivePartner) -> APIRouter:
         after: AfterCursor = None,
         kinds: Annotated[
             str | None,
-            Query(max_length=400, description="Only these, with commas.", examples=["stop"]),
+            Query(max_length=400, description="Only these, comma-separated.", examples=["stop"]),
         ] = None,
         last_event_id: Annotated[
             str | None,
-            Header(description="As a browser sends it when it comes back."),
+            Header(description="Sent by a browser when it reconnects."),
         ] = None,
     ) -> StreamingResponse:
         """Send events as they happen (server-sent events), each with its `id` and JSON `data`.
 
-        It begins after the event that is named, or now.
+        The stream begins after the event that is named, or now.
         """
         known = last_event_id or after
         cursor = _now(partner) if known is None else Cursor.of(known)
@@ -107,7 +107,7 @@ _EXAMPLE = (
 
 
 async def events_after(partner: LivePartner, cursor: Cursor, most: int) -> list[LiveEvent]:
-    """Return at most so many events after a cursor; a ``gap`` stands where some are missing."""
+    """Return at most ``most`` events after a cursor; a ``gap`` stands where some are missing."""
     history = partner.history
     if history.reaches(cursor):
         return _hide_words(partner, history.since(cursor, most))
@@ -156,7 +156,7 @@ def _now(partner: LivePartner) -> Cursor:
 def _hide_words(partner: LivePartner, events: list[LiveEvent]) -> list[LiveEvent]:
     if not partner.snapshot.state.words:
         return [without_words(event) for event in events]
-    # What was said before the user last changed the switch stays untold.
+    # What was said before the user last changed the switch stays hidden.
     since = max((e.number for e in partner.history.after(0) if e.kind == "words"), default=0)
     return [event if event.number > since else without_words(event) for event in events]
 

@@ -1,4 +1,4 @@
-"""Who the partner knows: a person sees, corrects, exports and deletes everything here."""
+"""The people the partner knows: here a person can see, correct, export and delete everything."""
 
 from collections.abc import Callable
 from datetime import datetime
@@ -28,8 +28,8 @@ __all__ = [
 
 _NOTHING = 204
 _REFUSED: dict[int | str, dict[str, Any]] = {
-    400: {"model": Refusal, "description": "There is none of that name, or it is not allowed."},
-    507: {"model": Refusal, "description": "The disk takes no more."},
+    400: {"model": Refusal, "description": "Nobody has that name, or it is not allowed."},
+    507: {"model": Refusal, "description": "The disk is full, or cannot be written to."},
 }
 _Name = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=40)]
 _NamePath = Annotated[str, Path(min_length=1, max_length=40, description="The person's name.")]
@@ -39,10 +39,10 @@ _NumberPath = Annotated[int, Path(ge=1, description="The fact's number.")]
 class FactOut(BaseModel):
     """Something that somebody told."""
 
-    number: int = Field(description="Its number among what this person told.")
+    number: int = Field(description="Its number among the facts that this person told.")
     text: str = Field(description="What was told.")
     told: datetime = Field(description="When.")
-    due: datetime | None = Field(description="The day that it is about, if it names one to come.")
+    due: datetime | None = Field(description="The day that it is about, if it names a future one.")
 
 
 class PersonOut(BaseModel):
@@ -82,7 +82,7 @@ class PresentIn(Message):
 
 
 class FactIn(Message):
-    """What shall stand in place of something told."""
+    """The text that is to replace something told."""
 
     model_config = ConfigDict(
         json_schema_extra={"examples": [{"text": "My daughter comes on Monday."}]}
@@ -96,7 +96,7 @@ class FactIn(Message):
 def add_people(
     router: APIRouter, memory: Memory, beginning: Beginning, clock: Callable[[], datetime]
 ) -> None:
-    """Add what a partner knows of people, and when it begins by itself."""
+    """Add the requests about the people a partner knows, and about when it may begin by itself."""
 
     @router.get("/people/manners")
     async def manners() -> Manners:
@@ -105,7 +105,7 @@ def add_people(
 
     @router.post("/people/manners", status_code=_NOTHING, responses=_REFUSED)
     async def behave(wish: Manners) -> None:
-        """Say when it may begin by itself."""
+        """Set when the partner may begin to speak by itself."""
         beginning.behave(wish)
 
     @router.get("/people")

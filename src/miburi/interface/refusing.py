@@ -1,4 +1,4 @@
-"""What an application answers where Miburi refuses something: a status, and why in words."""
+"""How an application answers when Miburi refuses something: a status, and the reason in words."""
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
@@ -12,13 +12,13 @@ __all__ = ["refuse_in_words"]
 
 
 def refuse_in_words(app: FastAPI) -> None:
-    """Let an application answer what Miburi refuses with a status and words."""
+    """Make an application answer Miburi's refusals with a status and words."""
     app.add_exception_handler(MiburiError, _say)
     app.add_exception_handler(RequestValidationError, _say_what_is_allowed)
 
 
 async def _say(_request: Request, error: Exception) -> JSONResponse:
-    """Turn what Miburi refuses into a status and its words."""
+    """Turn a refusal by Miburi into a status and the error's words."""
     statuses = {
         BodyError: 409,
         InputError: 400,

@@ -1,9 +1,9 @@
 """The WebSocket ``/api/v1/live``: states at a chosen rate out, events if wished, commands in.
 
-Each viewer has tasks of its own and reads when it is its time: at 50 a second every step, below
-that the latest state. A slow viewer misses states, a dead one is dropped, and neither the partner
-nor other viewers wait. Events are never missed: see :mod:`miburi.interface.events`. Stop waits
-for nothing that the same viewer has sent before it, and makes it void.
+Each viewer has its own tasks and reads at its own rate: at 50 a second every step, below that the
+latest state. A slow viewer misses states, a dead one is dropped, and neither the partner
+nor other viewers wait. Events are never missed: see :mod:`miburi.interface.events`. Stop does
+not wait for commands that the same viewer sent before it, and cancels those still waiting.
 """
 
 import asyncio
@@ -42,11 +42,11 @@ __all__ = [
 
 #: A viewer that has not taken a state for this many seconds is gone.
 PATIENCE = 5.0
-#: So many messages that make no sense, and the viewer is shown out.
+#: A viewer that sends more invalid messages than this is disconnected.
 MISTAKES = 20
 #: The largest message, in characters.
 LARGEST = 2_000
-#: So many of a viewer's commands may wait; more are left out.
+#: How many of a viewer's commands may wait; further ones are dropped.
 _WAITING = 64
 _POLICY, _BYE = 1008, 1001
 
@@ -64,9 +64,9 @@ class StimulusMessage(StimulusIn):
 
 
 class StopMessage(Message):
-    """Stop all motors; ``by`` as the header of ``POST /stop``.
+    """Stop all motors; ``by`` is as in the header of ``POST /stop``.
 
-    ``press`` is a page's own: the name that it gives to a press which it sends by HTTP, too.
+    ``press`` is for pages: a page's name for a press that it also sends by HTTP.
     """
 
     do: Literal["stop"]
@@ -81,7 +81,7 @@ class ReleaseMessage(Message):
 
 
 class RateMessage(Message):
-    """Send so many states a second from now on."""
+    """Send ``rate`` states a second from now on."""
 
     do: Literal["rate"]
     rate: Annotated[float, Field(ge=0.1, le=50)]
@@ -137,7 +137,7 @@ class _Viewer:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
         code = _POLICY if self._mistakes > MISTAKES else _BYE
-        # It may have gone already.
+        # The viewer may have gone already.
         with suppress(RuntimeError, TimeoutError, OSError, WebSocketDisconnect):
             await asyncio.wait_for(self._socket.close(code), 1.0)
 
@@ -216,7 +216,7 @@ class _Viewer:
 
 
 def _stop_in(text: str | None) -> StopMessage | None:
-    """Return a message that is a Stop; all else is looked at in its turn."""
+    """Return a message if it is a Stop, else None: the others are read in their turn."""
     if text is not None and len(text) <= LARGEST and "stop" in text:
         with suppress(ValidationError, ValueError):
             message = _MESSAGE.validate_json(text)

@@ -12,7 +12,7 @@ __all__ = ["distrust", "has_collided", "trust"]
 
 
 def trust(url: str, authority: Path | str | None) -> ssl.SSLContext | None:
-    """Return whom to trust at ``url``; None by plain http.
+    """Return the TLS context that says whom to trust at ``url``; None for plain http.
 
     Raises
     ------
@@ -28,12 +28,12 @@ def trust(url: str, authority: Path | str | None) -> ssl.SSLContext | None:
         return ssl.create_default_context(cafile=authority)
     except OSError as error:
         raise InputError(
-            f"{authority}: this is no certificate of an authority (PEM): {error}."
+            f"{authority}: this is not an authority's certificate (PEM): {error}."
         ) from error
 
 
 def distrust(url: str, error: BaseException) -> str | None:
-    """Return what to do if a connection failed as its certificate is not trusted; else None."""
+    """Return advice if a connection failed because its certificate is not trusted; else None."""
     cause: BaseException | None = error
     while cause is not None and not isinstance(cause, ssl.SSLCertVerificationError):
         cause = cause.__cause__ or cause.__context__

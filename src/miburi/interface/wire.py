@@ -57,13 +57,13 @@ Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_-]{0,39}$")]
 
 
 class Message(BaseModel):
-    """What a client sends: no unknown keys, no NaN, no silent conversions."""
+    """A message from a client: no unknown keys, no NaN, no silent conversions."""
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
 
 class StimulusIn(Message):
-    """Something that the partner shall feel."""
+    """Something that the partner is to feel."""
 
     model_config = ConfigDict(
         json_schema_extra={"examples": [{"feeling": "happiness", "strength": 0.8}]}
@@ -72,7 +72,7 @@ class StimulusIn(Message):
     feeling: FeelingName = Field(description="What it feels.")
     strength: Share = Field(default=0.7, description="How strongly, 0 to 1.")
     source: Source = Field(
-        default="application", description="What it comes from; the temperament weighs that."
+        default="application", description="Its source, which the temperament weighs."
     )
 
 
@@ -84,11 +84,11 @@ class SayIn(Message):
     text: Annotated[
         str, StringConstraints(strip_whitespace=True, min_length=1, max_length=1000)
     ] = Field(description="What is said.")
-    tone: Tone = Field(default="plain", description="How it was said; weighs what the words say.")
+    tone: Tone = Field(default="plain", description="How it was said; changes the words' weight.")
 
 
 class SpeakIn(Message):
-    """What the partner shall say aloud; its language is told by its letters and words."""
+    """What the partner is to say aloud; its letters and words reveal the language."""
 
     model_config = ConfigDict(
         json_schema_extra={"examples": [{"text": "Somebody is at the door."}]}
@@ -115,7 +115,7 @@ class FaceIn(Message):
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"x": 0.5}]})
 
-    x: Share | None = Field(description="Its middle, of the width from the left; null: nobody.")
+    x: Share | None = Field(description="Its middle, 0 (left) to 1 (right); null: nobody.")
 
 
 class AttendIn(Message):
@@ -124,8 +124,8 @@ class AttendIn(Message):
     model_config = ConfigDict(json_schema_extra={"examples": [{"turn": "listening"}]})
 
     turn: Turn = Field(
-        description="`listening`: somebody is about to speak, or types; for 10 s. `thinking`: "
-        "they wait for an answer; for 30 s, or until it speaks."
+        description="`listening`: somebody is about to speak, or is typing; for 10 s. "
+        "`thinking`: they wait for an answer; for 30 s, or until the partner speaks."
     )
 
 
@@ -167,7 +167,7 @@ class LookIn(Message):
 
 
 class PosesIn(Message):
-    """Key poses of one's own, written as in a gesture file, to perform once."""
+    """A user's own key poses, written as in a gesture file, to perform once."""
 
     model_config = ConfigDict(
         json_schema_extra={
@@ -246,8 +246,8 @@ AnyAct = Annotated[GestureAct | LookAct | PosesAct | SpeechAct, Field(discrimina
 class PerformanceIn(Message):
     """Gestures, looks, key poses and sentences together.
 
-    Acts of the body follow one another, each when it is due and the one before has ended;
-    sentences go beside them.
+    Acts of the body follow one another, each once it is due and the one before it has
+    ended; sentences run alongside them.
     """
 
     model_config = ConfigDict(
@@ -266,7 +266,7 @@ class PerformanceIn(Message):
     acts: list[AnyAct] = Field(min_length=1, max_length=20, description="What to do.")
     when: Literal["next", "now"] = Field(
         default="next",
-        description="`next`: after what waits. `now`: instead of what is on and what waits.",
+        description="`next`: after what waits. `now`: instead of what is under way and what waits.",
     )
 
 
@@ -277,7 +277,7 @@ class WishOut(BaseModel):
 
 
 class WordsIn(Message):
-    """Whether events may tell what is said to the partner."""
+    """Whether events may repeat what is said to the partner."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"allowed": False}]})
 
@@ -334,7 +334,7 @@ class RecordingIn(Message):
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"on": True}]})
 
-    on: bool = Field(description="true: start one unless one is on; false: end it.")
+    on: bool = Field(description="true: start one unless one is running; false: end it.")
 
 
 class GestureOut(BaseModel):
@@ -350,15 +350,15 @@ class BodyOut(BaseModel):
     """A kind of body."""
 
     name: str = Field(description="Its name.")
-    available: bool = Field(description="Whether it can be had on this computer.")
+    available: bool = Field(description="Whether it can be used on this computer.")
     needs_port: bool = Field(description="Whether it needs a serial port.")
-    chosen: bool = Field(description="Whether it moves now.")
+    chosen: bool = Field(description="Whether it is the one that moves now.")
 
 
 class RecordingOut(BaseModel):
     """A recording; ``whole`` is false until it has ended properly."""
 
-    name: str = Field(description="Its file.")
+    name: str = Field(description="Its file's name.")
     bytes: int = Field(description="Its size.")
     whole: bool = Field(description="Whether it has ended properly.")
 

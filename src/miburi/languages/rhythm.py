@@ -1,8 +1,8 @@
 """The rhythm of a text: how long it takes to say, and when its prominent syllables come.
 
-For voices that tell nothing of themselves, such as those of a page's device, it is estimated from
-the letters. Where the vowels of the sound are known, the letters only say which of them stand out.
-``rhythm.toml`` of each language has the numbers and the patterns.
+For voices that report no timing, such as those of a page's device, it is estimated from the
+letters. Where the times of the vowels are known, the letters only say which of them stand out.
+Each language's ``rhythm.toml`` has the numbers and the patterns.
 """
 
 import re
@@ -106,7 +106,7 @@ def rhythm_of_sound(
         How long the sound takes, s.
     """
     phrases, _ = _phrases(text, _table(language))
-    if len(phrases) != len(vowels):  # a pause that no sign tells, or none where a sign is
+    if len(phrases) != len(vowels):  # a pause without a punctuation mark, or the reverse
         phrases = [[one for phrase in phrases for one in phrase]]
         vowels = [[at for stretch in vowels for at in stretch]]
     prominent = [
@@ -125,7 +125,7 @@ class _Syllable:
 
 
 def _phrases(text: str, table: _Table) -> tuple[list[list[_Syllable]], float]:
-    """Return the syllables of each stretch between two signs, and how long all takes, s."""
+    """Return the syllables of each stretch between punctuation marks, and the time for all, s."""
     at, pause = table.begins, 0.0
     phrases: list[list[_Syllable]] = []
     for token in table.tokens.finditer(text.lower().replace("’", "'")):
@@ -148,7 +148,7 @@ def _phrases(text: str, table: _Table) -> tuple[list[list[_Syllable]], float]:
 
 
 def _stressed(word: str, middles: list[float], table: _Table) -> int:
-    """Return which syllable of a word is stressed: the first, but for words that are listed."""
+    """Return the index of a word's stressed syllable: last or first by language, or as listed."""
     if table.last:
         return len(middles) - 1
     later = (k for stem, k in table.later if word.startswith(stem))

@@ -45,8 +45,8 @@ class Agenda:
         self._note, self._speaker = note, speaker
         self._stage = Stage()
         self._open: dict[str, str] = {}  # wishes that have not ended, and what they are for
-        self._interrupts = False  # whether the next act of the body waits for no gesture's end
-        self._shown: dict[str, object] = {}  # what the present gesture is
+        self._interrupts = False  # whether the body's next act does not wait for a gesture's end
+        self._shown: dict[str, object] = {}  # the fields of the present gesture
         self._stopped, self._returns = 0.0, False  # s; whether the body goes back to neutral
 
     def perform(
@@ -64,7 +64,7 @@ class Agenda:
         return wish
 
     def act(self, partner: Partner, acts: Sequence[Act], by: By, *, queued: bool) -> str:
-        """Let a performance wait for its turn, or begin it now instead of all others."""
+        """Queue a performance, or begin it now in place of all others; return the wish's id."""
         if not queued:
             self._clear("replaced", partner)
         wish = self._ask("performance", by)
@@ -92,14 +92,14 @@ class Agenda:
         return wish
 
     def keep_time(self, partner: Partner, number: int, rhythm: Rhythm) -> None:
-        """Let the arms follow the sound of the latest sentence, if it is still that one."""
+        """Let the arms follow the sound of a sentence, by its number, if it is still the latest."""
         if self._speaker.sounds(number, rhythm):
             partner.gesticulate(self._speaker.beats())
 
     def tell(
         self, partner: Partner, say: Callable[[], Spoken], why: str | None = None
     ) -> LiveEvent:
-        """Let ``say`` begin a sentence, and note it and why."""
+        """Let ``say`` begin a sentence; note it, with the reason, and return the event."""
         if self._speaker.speaking:
             self._end_speech("speech_broken_off")
         spoken = say()
@@ -117,7 +117,7 @@ class Agenda:
         self._clear("paused")
 
     def release(self, by: By | None) -> None:
-        """Take in that the body goes back to neutral, because somebody has released it or alone."""
+        """Note that the body goes back to neutral: somebody released it, or it does so alone."""
         self._note("release_begun", by=by)
         self._returns = True
 
@@ -149,7 +149,7 @@ class Agenda:
         self._interrupts = False
 
     def take(self, event: Event, stop: StopOut | None, limit: float) -> None:
-        """Note what people want to know of the partner's events.
+        """Note an event of the partner, if people want to know about it.
 
         Parameters
         ----------
@@ -214,7 +214,7 @@ class Agenda:
             self._open.pop(wish, None)
 
     def _end_of_act(self, wish: str | None, *, complete: bool) -> None:
-        """Take in that the body has ended what belongs to a wish."""
+        """Note that the body has ended its part of a wish."""
         if wish is None:
             return
         if not self._is_performance(wish):

@@ -33,7 +33,7 @@ from miburi.serving.press import Press
 
 __all__ = ["UNSERVED", "answer"]
 
-#: s that the server may serve nobody (ours).
+#: How long the server may serve nobody, s (ours).
 UNSERVED = 3.0
 _SLOW_THREADS = 4
 
@@ -45,10 +45,10 @@ def answer(
     on_hang: Callable[[], None] = lambda: None,
     reception: Connection | None = None,
 ) -> None:
-    """Answer the server from now on, in threads of their own, until it has gone.
+    """Answer the server from now on, in separate threads, until it has gone.
 
-    While a server that listened serves nobody, nobody sees the body; while a reception receives
-    nobody, nobody can press Stop. After 3 s the body is stopped.
+    If the server stops serving once it has listened, nobody sees the body; if the reception stops
+    receiving, nobody can press Stop. After 3 s of either the body is stopped.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def answer(
     on_ready
         Called when the server listens, and the reception receives.
     on_hang
-        Called when it, or the reception, has served nobody for another 10 s.
+        Called when the server, or the reception, has served nobody for another 10 s.
     reception
         The partner's end of the pipe to a reception.
     """
@@ -109,7 +109,7 @@ class _Answering:
         self._runner.stop(Press("partner"))
 
     def stop_all(self, stopping: Connection) -> None:
-        """Stop the body whenever the other side says so; None is but a sign of life."""
+        """Stop the body whenever the other side says so; None is only a sign of life."""
         watchdog = None
 
         def tell(_done: Future[None] | None = None) -> None:
@@ -133,7 +133,7 @@ class _Answering:
                     self._watch("reception", watchdog)
 
     def _watch(self, who: str, watchdog: Watchdog) -> None:
-        """Watch who is there from now on; when all are, the partner is ready."""
+        """Watch ``who``, which has arrived; once all have, the partner is ready."""
         threading.Thread(target=watchdog.watch, args=(self._over,), daemon=True).start()
         with self._arriving:
             self._awaited.discard(who)
@@ -142,7 +142,7 @@ class _Answering:
             self._on_ready()
 
     def answer_all(self) -> None:
-        """Take what the server says, in its turn."""
+        """Take the server's messages in their order."""
         with suppress(OSError, EOFError):
             while True:
                 match self._ends.asking.recv():
@@ -191,7 +191,7 @@ class _Answering:
 
     def _granted(self, ask: Ask) -> Future[Any]:
         wish, runner = ask.wish, self._runner
-        # A Stop overtakes all else, so a release that came before it is the older one.
+        # A Stop overtakes everything else, so a release that came before it is outdated.
         if isinstance(wish, Release) and wish.seen is None and ask.came <= self._pressed:
             raise BodyError(STOP_SINCE)
         if wish.slow:
@@ -213,7 +213,7 @@ class _Answering:
 
 
 def _told(error: BaseException) -> MiburiError:
-    """Return an error that the other side knows."""
+    """Return an error as one of a class that the other side knows."""
     if isinstance(error, MiburiError):
         return error
     return MiburiError(f"{type(error).__name__}: {error}")

@@ -10,7 +10,7 @@ __all__ = ["FADES", "TURN", "Attending", "Turn"]
 Turn = Literal["listening", "thinking"]
 #: s after which a turn ends unless it is reported again (ours).
 FADES: dict[Turn, float] = {"listening": 10.0, "thinking": 30.0}
-#: s after its own words in which it listens for an answer (ours).
+#: How long it listens for an answer after its own words, s (ours).
 TURN = 6.0
 
 
@@ -31,12 +31,12 @@ class Attending:
             self._turn, self._left = turn, FADES[turn]
 
     def step(self, dt: float, sentence: int | None) -> Attention | None:
-        """Let ``dt`` s pass; return what it does now.
+        """Let ``dt`` s pass; return what the partner does now, if anything.
 
         Parameters
         ----------
         dt
-            s
+            Time that passes, s.
         sentence
             The number of the sentence that it is saying, if any. After an interruption it
             thinks until the next sentence begins.

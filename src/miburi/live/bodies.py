@@ -72,7 +72,7 @@ KINDS = {
 
 
 def check_port(port: str) -> None:
-    """Refuse what is no serial port: whoever asks over the net must not have any file opened.
+    """Refuse any name but a serial port's: a request over the net must not open other files.
 
     Raises
     ------
@@ -81,8 +81,8 @@ def check_port(port: str) -> None:
     """
     if port not in {one.device for one in comports()}:
         raise InputError(
-            f"{port!r} is no serial port that this computer lists; `miburi card list` does. "
-            "Another one must be named when the program is started (--serial)."
+            f"{port!r} is not a serial port that this computer lists; see `miburi card list`. "
+            "Any other must be named when the program is started (--serial)."
         )
 
 

@@ -47,15 +47,15 @@ class FarPartner:
     ends
         The server's ends of the pipes.
     clock
-        Gives s, the same in all processes.
+        Returns the time in s, the same in all processes.
     open_store
-        Opens what the partner keeps its events in, once the partner is there; by default only the
-        latest are known here.
+        Opens the store of the partner's events, once the partner is there; by default only the
+        latest events are known here.
 
     Raises
     ------
     UnreachableError
-        The partner's process has ended before it said anything.
+        The partner's process ended before it said anything.
     """
 
     def __init__(
@@ -94,27 +94,27 @@ class FarPartner:
 
     @property
     def reachable(self) -> bool:
-        """Whether the partner's process has said something of late."""
+        """Whether the partner's process lives and answers."""
         return not (self.over.is_set() or self._silent)
 
     @property
     def snapshot(self) -> Snapshot:
-        """The latest state that was heard."""
+        """The latest state received."""
         return self._snapshot
 
     @property
     def body_name(self) -> str:
-        """The kind of body that moves now."""
+        """The kind of body in use now."""
         return self._snapshot.state.body
 
     @property
     def motors(self) -> MotorsOut:
-        """How the motors are, at most a second old."""
+        """The state of the motors, at most a second old."""
         return self._motors
 
     @property
     def read_until(self) -> float:
-        """Whatever came before this has been read: the server has looked around twice since."""
+        """The time before which everything sent was read: the server has served twice since."""
         return self._ticks[0]
 
     def samples_after(self, serial: int) -> list[tuple[int, Sample]]:
@@ -122,19 +122,19 @@ class FarPartner:
         return [taken for taken in self._samples.copy() if taken[0] > serial]
 
     def steps_after(self, serial: int) -> list[Snapshot]:
-        """Return the states after one, the oldest first."""
+        """Return the states after a serial, the oldest first."""
         return [step for step in self._steps.copy() if step.serial > serial]
 
     def stop(self, press: Press = PRESSED) -> Future[None]:
         """Stop the body before anything else is done.
 
-        At most one Stop is on its way: requests meanwhile share the next one, which goes out as
-        soon as the first is answered. So a flood of Stops fills no pipe, and none is left out.
+        At most one Stop is on its way: requests made meanwhile share the next one, which goes
+        out as soon as the first is answered. So a flood of Stops fills no pipe, and none is lost.
 
         Raises
         ------
         UnreachableError
-            The partner does not answer; should it do so later, it will stop.
+            The partner does not answer; if it does so later, it will stop then.
         """
         with self._lock:
             self._pressed = self._clock()
@@ -149,7 +149,7 @@ class FarPartner:
         return future
 
     def ask(self, wish: Wish[Granted]) -> Future[Granted]:
-        """Send the runner a wish; its answer comes with the future.
+        """Send the runner a wish; the future brings its answer.
 
         Raises
         ------
@@ -177,11 +177,11 @@ class FarPartner:
         return future
 
     def tell_ready(self) -> None:
-        """Tell the partner's process that the server listens."""
+        """Tell the partner's process that the server is listening."""
         self._post.send(Ready())
 
     def beat(self) -> None:
-        """Take in that the server serves; :func:`miburi.live.answering.answer` says what for."""
+        """Record that the server serves; :func:`miburi.live.answering.answer` says what for."""
         self._beats += 1
         self._ticks.append(self._clock())
 
@@ -214,18 +214,18 @@ class FarPartner:
         self._steps.extend(Snapshot(json=json, serial=serial) for serial, json in news.steps)
         if news.serial > known:
             self._steps.append(latest)
-        self._snapshot = latest  # last: a reader of it finds its entries
+        self._snapshot = latest  # set last: whoever reads it finds its entries
         self._serial = news.serial
         if news.motors is not None:
             self._motors = news.motors
 
     def _listen(self) -> None:
-        """Take in what the partner says, and look at it every step.
+        """Take in what the partner says, and ask it for news every step.
 
-        An answer waits until the state is here that shows what became of it.
+        An answer is held back until the state that shows its effect has arrived.
         """
         ends = asking, stopping = self._ends
-        asked: float | None = None  # when the partner was asked for what it has yet to say
+        asked: float | None = None  # when the partner was asked for news that has not come yet
         due = time.monotonic()
         told: list[Answer] = []
         try:

@@ -1,8 +1,8 @@
-"""Where the face is that the eyes see: in go places in pictures, out comes where to turn to.
+"""Turn the place of a face in the camera's pictures into where the robot should turn.
 
-A page says where in its pictures a face is; the picture stays there. On a real robot the camera
-rides on the head, so a place counts from where the waist is turned. A simulated robot has nobody's
-camera on its head: there it counts from straight ahead.
+A page says where in its pictures a face is; the pictures never leave it. On a real robot the camera
+rides on the head, so the face's bearing is measured from where the waist is turned. A simulated
+robot has no camera on its head: there the bearing is measured from straight ahead.
 """
 
 from math import atan, radians, tan
@@ -12,14 +12,14 @@ from miburi.robot import JOINTS
 
 __all__ = ["FORGOTTEN", "Gaze"]
 
-#: s after which a face that nobody tells of any more has gone (ours); pages tell every 2 s.
+#: s after its last report at which a face counts as gone (ours); pages report every 2 s.
 FORGOTTEN = 5.0
-#: Half of what a phone's camera sees across, rad (a common one; ours).
+#: Half the horizontal field of view of a common phone camera, rad (ours).
 _HALF = radians(32)
 
 
 class Gaze:
-    """Keeps where the latest face is.
+    """Keeps track of where the latest face is.
 
     Parameters
     ----------
@@ -37,9 +37,9 @@ class Gaze:
         Parameters
         ----------
         x
-            Its middle, of the picture's width from the left, 0 to 1; None: nobody is there.
+            The face's middle, 0 to 1 of the picture's width from the left; None: nobody is there.
         body
-            Now: its time, and how far its waist is turned.
+            The present state; its time and the angle of its waist are used.
         """
         # The camera is not mirrored: its left is the partner's left.
         self._seen = None

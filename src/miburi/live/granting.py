@@ -1,7 +1,7 @@
 """How the loop of a live partner carries out each wish.
 
-A function is called in the asker's thread: what takes long or can be refused early happens there.
-It returns what the loop runs between two steps.
+Each function is called in the asker's thread, where slow work and early refusals happen.
+It returns the command that the loop runs between two steps.
 """
 
 from collections.abc import Callable
@@ -49,14 +49,14 @@ class Inside:
     hold
         Who may end a stop.
     change_body
-        Lets another body of a kind, at a port, move from now on.
+        Switches to another body; takes its kind, its port and the body itself.
     partner, gaze, hand, port
         The partner with its present body, where a face is, the simulated human hand, and the card's
         port.
     ports
         Ports that may be opened besides those that the system lists.
     paused
-        Whether it rests.
+        Whether the partner is paused.
     serial, stop_seen_in
         The step's number, and that of the first state that showed the last Stop.
     felt
@@ -267,7 +267,7 @@ def _change_temperament(wish: wishes.ChangeTemperament, inside: Inside) -> Comma
 def _change_body(wish: wishes.ChangeBody, inside: Inside) -> Command:
     name, port = wish.name, wish.port
     if port is not None and port == inside.port:
-        raise BodyError(f"the card at {port} moves already; lost, it is found again by itself.")
+        raise BodyError(f"the card at {port} is in use; if lost, it is found again by itself.")
     if port is not None and port not in inside.ports:
         check_port(port)
     body = make_body(name, inside.robot, port, inside.rule)

@@ -15,10 +15,10 @@ FASTEST = 1.2
 #: Its speed while it touches the robot, m/s, and for how long after that, s (ours). A faster hand
 #: would be deep inside an arm, caught between it and the trunk, before the arm could give way.
 FEELING, WARY = 0.3, 0.5
-#: A hand that meets this force goes back as fast as it came, N (ours). It is more than the servos
-#: press with, and far less than what bruises.
+#: A hand that meets more than this force, N, backs off at its greatest speed (ours). It is more
+#: than the servos press with, and far less than would bruise.
 GIVES_WAY = 40.0
-#: Steps of its way that it remembers; it goes back by them (ours).
+#: Steps of its path that it remembers, so as to back off along them (ours).
 REMEMBERED = 200
 
 
@@ -64,7 +64,7 @@ class GuidedHand:
         force = body.touch.force
         self._wary = WARY if force > 0 else self._wary - dt
         if force > GIVES_WAY:
-            # Where it was before was free. Away from its goal need not be: it may be led away.
+            # Where it has been was free. Away from its goal may not be: the goal may lie outwards.
             place = self._back(here, FASTEST * dt)
         else:
             if not (self._came and np.array_equal(here, self._came[-1])):
@@ -73,7 +73,7 @@ class GuidedHand:
         body.place_hand(place, self._along)
 
     def _back(self, here: Array, distance: float) -> Array:
-        """Return the place so far back on the way that it came."""
+        """Return the place ``distance`` m back along the path by which it came."""
         while self._came and distance > 0:
             before = self._came[-1]
             length = float(np.linalg.norm(before - here))

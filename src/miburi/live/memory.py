@@ -1,8 +1,8 @@
 """The file that keeps a partner's feelings while it is switched off.
 
-The feelings are written every minute and at the end, always as a whole file. Read again, they
-have aged by the time away. A file that cannot be read is renamed, for a person to look at, and
-the partner starts afresh.
+The feelings are written every minute and at the end, always as a whole file. When they
+are read again, they have aged by the time that has passed. A file that cannot be read is renamed,
+for a person to look at, and the partner starts afresh.
 """
 
 import json
@@ -19,7 +19,7 @@ from miburi.ground.files import write_whole
 
 __all__ = ["keep", "remember", "remembered"]
 
-#: s between two writings, and s to wait for the loop's answer (ours).
+#: s between two writes, and s to wait for the loop's answer (ours).
 _PERIOD, _PATIENCE = 60.0, 5.0
 
 
@@ -54,7 +54,7 @@ def remembered(path: Path, temperament: Temperament) -> EmotionalModel | None:
         with suppress(OSError):
             path.replace(aside)
         raise InputError(
-            f"{path}: these are no feelings, so the partner starts afresh, and the file is kept "
+            f"{path}: this file holds no feelings, so the partner starts afresh; the file is kept "
             f"as {aside.name}: {type(error).__name__}: {str(error)[:200]}"
         ) from error
 
@@ -86,7 +86,7 @@ def keep(
     save
         Asks the loop for the state of the feelings.
     wait
-        Waits so many seconds; returns True when the partner has ended.
+        Waits the given number of seconds; returns True when the partner has ended.
     """
     while not wait(_PERIOD):
         with suppress(MiburiError, TimeoutError):  # a minute later is early enough

@@ -1,4 +1,4 @@
-"""Observe a partner for its viewers: from events and the body to states, and reasons for stops."""
+"""Observe a partner for its viewers: turn events and the body into states and reasons for stops."""
 
 from collections import deque
 from typing import Any

@@ -1,6 +1,6 @@
 """Write what the body did and the partner felt to an MCAP file, and read it again.
 
-The messages are JSON with a schema, so any MCAP tool reads them. Each says when it was by the
+The messages are JSON with a schema, so any MCAP tool reads them. Each carries its time by the
 robot's clock (``time``, s); MCAP's own times are those of the computer's clock. The topics:
 
 - ``/joint_states``: names, positions in rad, velocities in rad/s, phase
@@ -9,11 +9,11 @@ robot's clock (``time``, s); MCAP's own times are those of the computer's clock.
 - ``/feelings``: the three levels, and the expressed feeling
 - ``/contacts``: stops
 - ``/touch``: the force on a hand, N, while there is one; only a simulation knows it
-- ``/events``: what a live partner tells at every door, its own sentences, too
-- ``/stimuli``: what the partner felt at what somebody did, and why, in words or names of signs;
-  never sound or pictures. Given to another emotional model at their times, they replay.
+- ``/events``: the events that a live partner tells at every door, with its own sentences
+- ``/stimuli``: what the partner felt when somebody did something, and why, in words or names of
+  signs; never sound or pictures. Another emotional model replays them if given them at their times.
 
-No sentence that is said to the partner is in a recording. Metadata says of which robot it is.
+No sentence that is said to the partner is recorded. The metadata names the robot.
 """
 
 import json
@@ -116,7 +116,7 @@ _SCHEMAS["/events"] = LiveEvent.model_json_schema(mode="serialization")
 
 
 class Felt(NamedTuple):
-    """What a partner felt: s on the body's clock, and what somebody had shown, if a sense knows."""
+    """A stimulus that was felt, its time (s, the body's clock), and its impression, if any."""
 
     time: float
     stimulus: Stimulus
@@ -131,9 +131,9 @@ class RecordedMessage(NamedTuple):
     time
         s on the body's clock.
     topic, content
-        What it tells.
+        Where it belongs, and what it tells.
     wall
-        ns since 1970; None where no clock but the body's was looked at: MCAP's times are its then.
+        ns since 1970; None if only the body's clock was read: MCAP's times are then the body's.
     """
 
     time: float
@@ -143,7 +143,7 @@ class RecordedMessage(NamedTuple):
 
 
 class RecordingAbout(NamedTuple):
-    """What a recording is of: a robot, and by name whatever else tells it from others."""
+    """What a recording is about: a robot, and named details that tell it from other recordings."""
 
     robot: Robot | None = None
     more: Mapping[str, str] = MappingProxyType({})
@@ -152,7 +152,7 @@ class RecordingAbout(NamedTuple):
 class Recorder:
     """Write an MCAP file; the same messages give the same bytes.
 
-    Use it as a context manager. When the block ends, by an exception too, the recording is whole;
+    Use it as a context manager. When the block ends, even by an exception, the recording is whole;
     only an ``OSError``, from the disk, leaves it broken off.
 
     Parameters
@@ -160,7 +160,7 @@ class Recorder:
     file
         A file open for writing bytes; the recorder does not close it.
     about
-        What it is of.
+        What the recording is about.
     """
 
     def __init__(self, file: IO[bytes], about: RecordingAbout | None = None) -> None:
@@ -247,9 +247,9 @@ def step_messages(
     met
         What a stop in this step met: the largest force until then, and the part.
     told
-        What a live partner told since the last step; what was said to it is left out.
+        Events that a live partner told since the last step; what was said to it is left out.
     wall
-        When the step was, ns since 1970; None: by no clock but the body's.
+        When the step was, ns since 1970; None if only the body's clock is known.
     """
     messages = [*map(_of_stimulus, felt), _of_state(state)]
     if feelings is not None:
@@ -335,7 +335,7 @@ def is_whole(file: IO[bytes]) -> bool:
 def read(path: Path | str, topics: list[str] | None = None) -> Iterator[RecordedMessage]:
     """Yield the messages of a recording in order of time; a broken one up to the break.
 
-    What repeats others in Foxglove's schemas is left out.
+    The topics that repeat others in Foxglove's schemas are left out.
 
     Raises
     ------
@@ -359,7 +359,7 @@ def read(path: Path | str, topics: list[str] | None = None) -> Iterator[Recorded
                     yield RecordedMessage(time, topic, content, wall)
         except (*_BROKEN, OSError) as error:
             raise InputError(
-                f"{path}: this is no recording of Miburi's, or it is cut off or damaged."
+                f"{path}: this is not a recording by Miburi, or it is cut off or damaged."
             ) from error
 
 

@@ -41,9 +41,9 @@ from miburi.version import __version__
 
 __all__ = ["SAMPLED", "STEP", "STEPPED", "Runner"]
 
-#: The period of a live partner, and in how many s a refusal is noted once (ours); s.
+#: The period of a live partner, and the time in which a refusal is noted only once (ours); s.
 _PERIOD, _REPEATS = 0.5, 60.0
-#: Samples and states that are kept.
+#: How many samples and states are kept.
 SAMPLED, STEPPED = 1200, 250
 _STEPS_PER_SAMPLE, _STEPS_PER_MOTORS = 5, 50
 
@@ -68,10 +68,10 @@ class Runner:
     repertoire, solve
         The gestures, and the inverse kinematics; by default those that ship with Miburi.
     lateness, hold
-        How late a step may be until the watchdog stops the body; who may end a Stop: by default a
-        person's is ended by a person alone.
+        How late a step may be before the watchdog stops the body; who may end a Stop: by default
+        only a person may end a person's.
     events, boot
-        Where events outlast the partner, by default nowhere; and the id of this start, 8 hex
+        Where events outlive the partner, by default nowhere; and the id of this start, 8 hex
         digits, by default a new one.
     """
 
@@ -122,7 +122,7 @@ class Runner:
 
     @property
     def failure(self) -> str | None:
-        """Why the loop had to be given up; None while it lives."""
+        """Why the loop was given up; None while it lives."""
         return self._pace.failure
 
     @property
@@ -137,12 +137,12 @@ class Runner:
 
     @property
     def body_name(self) -> str:
-        """The kind of body that moves now."""
+        """The kind of body in use now."""
         return self._observer.name
 
     @property
     def motors(self) -> MotorsOut:
-        """How the motors are, at most a second old."""
+        """The state of the motors, at most a second old."""
         return self._motors
 
     @property
@@ -157,7 +157,7 @@ class Runner:
 
     @property
     def body(self) -> Body:
-        """The body that moves now."""
+        """The body in use now."""
         return self._inside.partner.body
 
     @property
@@ -167,16 +167,16 @@ class Runner:
 
     @property
     def read_until(self) -> float:
-        """Now: nothing waits here."""
+        """The present time: here nothing waits to be read."""
         return time.monotonic()
 
     @property
     def history(self) -> History:
-        """What has happened, over restarts."""
+        """What has happened, across restarts."""
         return self._inside.log.history
 
     def steps_after(self, serial: int) -> list[Snapshot]:
-        """Return the states after one, the oldest first; at most those of the last five seconds."""
+        """Return the states after a serial, of at most the last five seconds, the oldest first."""
         return [step for step in self._steps.copy() if step.serial > serial]
 
     def samples_after(self, serial: int) -> list[tuple[int, Sample]]:
@@ -227,7 +227,7 @@ class Runner:
             events = partner.step(STEP)
         except BodyError as error:
             # A card may have stopped, or been lost, between its report and our command: it is
-            # stopped then, and the next state says why. What repeats is said once.
+            # stopped then, and the next state says why. A repeated refusal is noted once.
             if not inside.log.holds("refused", str(error), seconds=_REPEATS):
                 inside.note("refused", name=str(error))
         inside.serial += 1
@@ -257,7 +257,7 @@ class Runner:
     def start(self, on_failure: Callable[[], None] = lambda: None) -> None:
         """Start the thread that paces the steps, and the watchdog's.
 
-        ``on_failure`` is called once, from any thread, when :attr:`failure` says why it ended.
+        ``on_failure`` is called once, from any thread, if the loop is given up (:attr:`failure`).
         """
         # A solver that is still to be compiled would hold up the loop, and Stop with it, for 20 s.
         neutral = self.robot.neutral
@@ -272,7 +272,7 @@ class Runner:
         self._pace.end(patience)
         self.recordings.end()
         self._inside.log.close()
-        if self.failure is None:  # else the body was stopped; whoever hangs at it must not hang us
+        if self.failure is None:  # else the body was stopped; what hangs on it must not hang us
             self._at_home = self._inside.partner.at_rest
             self._inside.partner.body.close()
 
@@ -286,7 +286,7 @@ class Runner:
         return self._inside.partner.at_rest or self._inside.partner.held
 
     def halt(self) -> None:
-        """Stop the body without the loop, and show it to everybody; any thread may call this."""
+        """Stop the body without the loop, and let viewers see it; any thread may call this."""
         self._was_late = True
         self._inside.partner.halt()
         self._snapshot = self._snapshot.halted()
@@ -331,7 +331,7 @@ class Runner:
         self._tape.write(self.recordings, body, events, felt, stopped, sampled=sampled)
 
     def excuse(self, error: Exception, kind: str = "trouble") -> None:
-        """Note that what only looks on, or the loop, has failed; what repeats is noted once."""
+        """Note that an observer, or the loop itself, has failed; repeats are noted once."""
         name = f"{type(error).__name__}: {error}"
         if not self._inside.log.holds(kind, name):
             log_once(f"{name} in the partner's loop", error)

@@ -1,4 +1,4 @@
-"""Wait for what a partner was asked, without holding up the others that are served."""
+"""Wait for a partner's answers without holding up other clients."""
 
 import asyncio
 from concurrent.futures import Future
@@ -18,7 +18,7 @@ _PATIENCE = 5.0
 
 
 async def done(future: Future[Result], patience: float = _PATIENCE) -> Result:
-    """Return what a command returns when the loop has taken it up; its refusal is raised here.
+    """Wait until the loop has run a command; return its result, or raise its refusal.
 
     Raises
     ------
@@ -32,7 +32,7 @@ async def done(future: Future[Result], patience: float = _PATIENCE) -> Result:
 
 
 async def granted(partner: LivePartner, wish: Wish[Granted]) -> Granted:
-    """Ask a partner for something and return its answer; its refusal is raised here.
+    """Ask a partner for something; return its answer, or raise its refusal.
 
     Raises
     ------

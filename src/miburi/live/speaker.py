@@ -1,6 +1,6 @@
 """What a live partner says aloud.
 
-It also knows for how long it stays calm for somebody in distress.
+The speaker also knows how long the partner stays calm for somebody in distress.
 """
 
 from itertools import accumulate
@@ -14,10 +14,10 @@ from miburi.live.state import DistressOut, Spoken, Tune
 
 __all__ = ["CALM", "Speaker"]
 
-#: s for which it is calm after a distress: it shows no feeling and wishes nothing.
+#: s for which the partner is calm after a distress: it shows no feeling and has no wish of its own.
 CALM = 600.0
 
-#: s below which nobody moves their arms to words.
+#: Sentences and tunes shorter than this, s, go without arm movements.
 _SHORT = 2.0
 
 
@@ -27,17 +27,17 @@ class Speaker:
     def __init__(self) -> None:
         #: The latest sentence.
         self.spoken: Spoken | None = None
-        #: The latest distress, while it is calm for it.
+        #: The latest distress, while the partner stays calm because of it.
         self.distress: DistressOut | None = None
         self._calm = 0.0  # s left
         self._left: float | None = None  # s until the latest sentence has ended
         self._rhythm, self._chirp, self._long = Rhythm((), 0.0), 0.0, False
-        #: The wish that the sentence which is being said belongs to.
+        #: The wish that the sentence being said belongs to.
         self.wish: str | None = None
 
     @property
     def speaking(self) -> bool:
-        """Whether the latest sentence is being said, as far as it knows: pages speak it."""
+        """Whether the latest sentence is being said, by its expected length: pages speak it."""
         return self._left is not None
 
     def attend(self, event: LiveEvent) -> None:
@@ -72,7 +72,7 @@ class Speaker:
     def beats(self) -> tuple[float, ...]:
         """Return when arms may beat to the latest sentence, s from now, ascending.
 
-        Its prominent syllables, or a tune's notes; none if it is short, and none in calm.
+        These are its prominent syllables, or a tune's notes; none if it is short, or in calm.
         """
         return self._rhythm.prominent if self._long and self.distress is None else ()
 

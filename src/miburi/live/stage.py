@@ -1,7 +1,7 @@
 """Performances: gestures, looks and sentences in an order that somebody has written.
 
-A performance is a list of acts, each with the s after its beginning at which it is due. Acts of the
-body follow one another, since there is one body; sentences go beside them. One performance is on at
+A performance is a list of acts, each with its due time, s from the performance's start. Acts of the
+body follow one another, since there is one body; sentences run alongside. One performance is on at
 a time, and a few may wait.
 """
 
@@ -48,7 +48,7 @@ class Play:
 
 
 class Stage:
-    """Says which acts are due; whoever carries them out tells when the body has ended one."""
+    """Says which acts are due; whoever carries them out reports when one has begun or ended."""
 
     def __init__(self) -> None:
         #: The performance that is on.
@@ -58,7 +58,7 @@ class Stage:
         self._words: deque[Act] = deque()
         self._time = 0.0
         self._moves = self._speaks = False
-        self._waits = False  # for the body, which must end what it does before an act begins
+        self._waits = False  # for the body, which must end what it is doing before an act begins
 
     def add(self, performance: Play) -> None:
         """Let a performance wait for its turn.
@@ -98,8 +98,8 @@ class Stage:
     def step(self, dt: float) -> list[Act]:
         """Let ``dt`` s pass; return the acts that are due now.
 
-        While the body ends what it was doing, the performance's time stands: what belongs together
-        begins together.
+        While the body ends what it was doing, the performance's time stands still, so that acts
+        that belong together begin together.
         """
         due: list[Act] = []
         if self.current is None or self._waits:

@@ -1,26 +1,26 @@
-"""Times of the body's clock by the computer's clock."""
+"""Convert times of the body's clock to the computer's clock."""
 
 import time
 from collections.abc import Callable
 
 __all__ = ["LATE", "Stamps"]
 
-#: Stamps that lag behind the clock by more than this, in ns, follow it again (ours): so late may a
-#: step be told on a busy computer.
+#: Stamps that lag behind the clock by more than this, in ns, follow it again (ours): a step may
+#: be reported this late on a busy computer.
 LATE = 1_000_000_000
 
 
 class Stamps:
     """Gives each state a time by the computer's clock.
 
-    Two stamps differ as the body's times do, so that speeds worked out of them are right. Where
-    the body's time waits, or another body begins, the stamps follow the computer's clock; they
+    Two stamps differ as the body's times do, so that speeds worked out from them are right. Where
+    the body's time halts, or another body begins, the stamps follow the computer's clock; they
     are never ahead of it, and go back only with it.
 
     Parameters
     ----------
     clock
-        Gives ns since 1970.
+        Returns the time in ns since 1970.
     """
 
     def __init__(self, clock: Callable[[], int] = time.time_ns) -> None:

@@ -24,7 +24,7 @@ class Tape:
     history
         Its events.
     seed
-        What varies its gestures.
+        The seed of its gestures' variations.
     """
 
     def __init__(self, feelings: FeelingModel, history: History, seed: int) -> None:

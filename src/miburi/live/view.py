@@ -1,7 +1,7 @@
 """What servers and pages see of a live partner, whether its loop runs in their process or not.
 
 :class:`miburi.live.runner.Runner` is a :class:`LivePartner`, and so is
-:class:`miburi.live.crossing.FarPartner`, behind which the runner has a process of its own.
+:class:`miburi.live.far.FarPartner`, behind which the runner has a process of its own.
 """
 
 from concurrent.futures import Future
@@ -37,7 +37,7 @@ class Recordings(Protocol):
 
     @property
     def limit(self) -> int:
-        """The largest size of all together, bytes."""
+        """The largest total size of all recordings, bytes."""
 
     @property
     def current(self) -> str | None:
@@ -60,7 +60,7 @@ class Recordings(Protocol):
 
 
 class LivePartner(Protocol):
-    """A partner on the clock; any thread may look at it and ask."""
+    """A partner that runs in real time; any thread may look at it and ask it for things."""
 
     @property
     def robot(self) -> Robot:
@@ -92,31 +92,31 @@ class LivePartner(Protocol):
 
     @property
     def body_name(self) -> str:
-        """The kind of body that moves now."""
+        """The kind of body in use now."""
 
     @property
     def motors(self) -> MotorsOut:
-        """How the motors are, at most a second old."""
+        """The state of the motors, at most a second old."""
 
     @property
     def read_until(self) -> float:
-        """Whatever came before this has been read by now; s on the clock of all processes."""
+        """The time before which everything sent has been read; s on the clock of all processes."""
 
     @property
     def history(self) -> History:
-        """What has happened, over restarts."""
+        """What has happened, across restarts."""
 
     def samples_after(self, serial: int) -> list[tuple[int, Sample]]:
         """Return the samples of the last two minutes after a step, with their steps' serials."""
 
     def steps_after(self, serial: int) -> list[Snapshot]:
-        """Return the states after one, the oldest first; at most those of the last five seconds."""
+        """Return the states after a serial, of at most the last five seconds, the oldest first."""
 
     def ask(self, wish: Wish[Granted]) -> Future[Granted]:
         """Ask for something; the answer, or why it is refused, comes with the future.
 
-        A ``slow`` wish may hold up the asker's thread. What can be seen at once to be impossible is
-        refused at once.
+        A ``slow`` wish may hold up the asker's thread. What is clearly impossible is refused at
+        once.
         """
 
     def stop(self, press: Press = PRESSED) -> Future[None]:

@@ -12,12 +12,12 @@ from typing import NamedTuple
 __all__ = ["USUAL", "Lateness", "Watchdog"]
 
 _LOOK = 0.05
-#: s between two looks after which the watchdog's own process was asleep (ours).
+#: If more s than this pass between two looks, the watchdog's own process was asleep (ours).
 _ASLEEP = 1.0
 
 
 class Lateness(NamedTuple):
-    """How late a beat may be, s, until the body is stopped, and until its loop is given up (ours).
+    """How late a beat may be, s, before the body is stopped, or its loop is given up (ours).
 
     A slow computer, and a test that is not about lateness, may need more.
     """
@@ -35,13 +35,13 @@ class Watchdog:
     Parameters
     ----------
     period
-        Of the beats, s.
+        s between two beats.
     late, dead
-        Called once when a beat is so much too late; a beat that comes after all ends lateness.
+        Called once when a beat is too late by ``lateness``; a beat that still comes ends the delay.
     lateness
         How much is too late.
     clock
-        Gives s.
+        Returns the time in s.
     apart
         Whether the beats come from another process. While our own sleeps, as on a closed laptop, we
         hear none: that is not the other's fault.
@@ -69,7 +69,7 @@ class Watchdog:
         self._is_late = False
 
     def look(self) -> None:
-        """See how late the loop is."""
+        """Check how late the loop is, and call ``late`` or ``dead`` if it is too late."""
         now = self._clock()
         slept, self._looked = now - self._looked, now
         if self._apart and slept > _ASLEEP:
@@ -83,6 +83,6 @@ class Watchdog:
             self._dead()
 
     def watch(self, over: threading.Event) -> None:
-        """Look until it is over; for a thread of its own."""
+        """Look until ``over`` is set; run this in a thread of its own."""
         while not over.wait(_LOOK):
             self.look()

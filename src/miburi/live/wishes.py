@@ -1,7 +1,7 @@
-"""Wishes: what a live partner can be asked, as data; each class names the type of its answer.
+"""Wishes: what a live partner can be asked for, as data; each class names its answer's type.
 
-A new wish is a class here and a function in :mod:`miburi.live.granting`; a door may then ask it.
-Stop is no wish: it has a lane of its own.
+To add one, add a class here and a function in :mod:`miburi.live.granting`; doors may then ask for
+it. Stop is not a wish: it has a lane of its own.
 """
 
 from collections.abc import Sequence
@@ -47,7 +47,7 @@ Granted = TypeVar("Granted")
 class Wish(Generic[Granted]):
     """A request to a live partner, which is answered with a ``Granted``."""
 
-    #: Whether asking it waits for a disk or a card, and so belongs in a thread.
+    #: Whether asking for it waits for a disk or a card, and so belongs in a thread.
     slow: ClassVar[bool] = False
 
 
@@ -64,7 +64,7 @@ class Sense(Wish[tuple[Stimulus, ...]]):
     """Take in what somebody showed; the answer is what the temperament makes of it.
 
     Distress is an event and moves no feeling; for ten minutes after it, neither does anything that
-    is heard. Events tell the ``words`` only if the user allows that.
+    is heard. Events include the ``words`` only if the user allows that.
     """
 
     impression: Impression
@@ -73,28 +73,28 @@ class Sense(Wish[tuple[Stimulus, ...]]):
 
 @dataclass(frozen=True)
 class Lean(Wish[None]):
-    """Let moods rest (n,) off the temperament's while a person is there; None: no more."""
+    """Let moods rest (n,) away from the temperament's while a person is there; None: no longer."""
 
     leaning: Array | None
 
 
 @dataclass(frozen=True)
 class See(Wish[None]):
-    """Turn to a face at ``x``, 0 to 1 of a picture's width; None: to none."""
+    """Turn to a face at ``x``, 0 to 1 of a picture's width; None: there is no face."""
 
     x: float | None
 
 
 @dataclass(frozen=True)
 class Attend(Wish[None]):
-    """Face somebody who is about to speak, or waits for an answer; tell again while it lasts."""
+    """Face somebody who is about to speak, or waits for an answer; repeat it while that lasts."""
 
     turn: Turn
 
 
 @dataclass(frozen=True)
 class NoteTalk(Wish[LiveEvent]):
-    """Note where what is said to the partner goes from now on, or why no reply came from there."""
+    """Note where words said to the partner go from now on, or why no reply came from there."""
 
     where: str
     failure: str | None = None
@@ -115,7 +115,7 @@ class Speak(Wish[str]):
 
 @dataclass(frozen=True)
 class KeepTime(Wish[None]):
-    """Beat to the sound of a sentence, by its number, which is known now and soon heard."""
+    """Beat to a sentence, by its number; the rhythm of its sound is known now, and soon heard."""
 
     number: int
     rhythm: Rhythm
@@ -133,7 +133,7 @@ class Perform(Wish[str]):
 
 @dataclass(frozen=True)
 class PerformActs(Wish[str]):
-    """Perform acts in their order, after what waits or instead of what is on."""
+    """Perform acts in their order, after those that wait or instead of those that are on."""
 
     acts: Sequence[Act]
     queued: bool
@@ -142,7 +142,7 @@ class PerformActs(Wish[str]):
 
 @dataclass(frozen=True)
 class AllowWords(Wish[LiveEvent]):
-    """Let events tell what is said to the partner from now on, or forget what was said."""
+    """Let events include what is said to the partner from now on, or forget what was said."""
 
     allowed: bool
     slow = True
@@ -153,9 +153,9 @@ class Release(Wish[None]):
     """Let a stopped body go back to neutral as soon as it has come to rest, and go on.
 
     A person who looks at the body (``by_person``) may end any stop at any time. A program may not
-    end a person's Stop, nor the pause after a contact. Nobody may where Stop has been pressed since
-    the state that was ``seen``, by its serial; without it, since the wish ``came``, s on the clock
-    of all processes; None: as early as it may be (:attr:`LivePartner.read_until`).
+    end a person's Stop, nor the pause after a contact. Nobody may if Stop has been pressed since
+    the state that was ``seen`` (by its serial); without it, since the wish ``came`` (s on the clock
+    of all processes; None: the earliest time it may have come, :attr:`LivePartner.read_until`).
     """
 
     by_person: bool = False
@@ -172,7 +172,7 @@ class Pause(Wish[None]):
 
 @dataclass(frozen=True)
 class MoveHand(Wish[None]):
-    """Let the simulated human hand go somewhere (3,), m, reaching ``along`` (3,); None: away."""
+    """Move the simulated human hand to ``position`` (3,), m, fingers ``along`` (3,); None: away."""
 
     position: Array | None
     along: Array
@@ -188,7 +188,7 @@ class ChangeTemperament(Wish[None]):
 
 @dataclass(frozen=True)
 class ChangeBody(Wish[None]):
-    """Move another body from now on; it may take seconds to make it."""
+    """Move another body from now on; making it may take seconds."""
 
     name: str
     port: str | None = None

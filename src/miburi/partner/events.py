@@ -27,7 +27,7 @@ class GestureStarted:
     Attributes
     ----------
     time
-        The partner's, in s; so it is in every event.
+        The partner's time, in s, as in every event.
     expression
         What it shows; None if a caller gave key poses that show no feeling.
     gesture

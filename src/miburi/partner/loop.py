@@ -64,12 +64,12 @@ class Partner:
     feelings
         The emotional model; give stimuli to it directly.
     repertoire
-        The gestures, by default those that ship with Miburi. Of a pose that the body cannot reach
-        it takes the nearest that it can.
+        The gestures, by default those that ship with Miburi. In place of a pose that the body
+        cannot reach, it takes the nearest that it can.
     period
         A gesture starts at every multiple of this many seconds at which the body is at rest
-        (Section 5: 2 s). One that does not fit into a period leaves out the multiples that it
-        covers. With ``life`` a new emotion waits for nothing, and shows in three gestures at most.
+        (Section 5: 2 s). One that is longer than a period skips the multiples that it covers.
+        With ``life``, a new emotion does not wait, and shows in at most three gestures.
     solve
         The inverse kinematics: robot, target (9,) m and present angles (8,) rad to a solution.
     life
@@ -102,7 +102,7 @@ class Partner:
         self._performance: Performance | None = None
         self._asked: Performance | None = None
         self._asked_at = 0.0
-        self._interrupts = False  # whether what was asked for waits for no gesture's end
+        self._interrupts = False  # whether the request breaks off the present gesture
         self._untold: list[Event] = []  # since the last step
         self._recovery = Recovery()
         self._angles = np.array(body.robot.neutral)
@@ -150,14 +150,14 @@ class Partner:
     def rest(self) -> None:
         """Start no more gestures; after the present move, go to neutral and stay there.
 
-        This releases no body that somebody stopped.
+        This does not release a body that somebody stopped.
         """
         self._resting = True
 
     def pause(self) -> None:
         """Go to neutral after the present move and wait there for :meth:`resume`.
 
-        This releases no body that somebody stopped.
+        This does not release a body that somebody stopped.
         """
         self._paused = True
         self.drop("paused")
@@ -169,8 +169,8 @@ class Partner:
     def gesticulate(self, strokes: Sequence[float]) -> None:
         """Beat with the arms to speech: a hand is farthest at some of these times, s from now.
 
-        Gestures come before. A partner without life, one that shows a feeling, rests or is stopped,
-        does not beat. The times must ascend.
+        Gestures take precedence. A partner does not beat if it has no life, shows a feeling, rests
+        or is stopped. The times must ascend.
         """
         now = self.body.state.time
         within = [at for at in strokes if at >= gestures.BEAT_LEAD]
@@ -194,7 +194,7 @@ class Partner:
         ----------
         expression
             The feeling, and the mood. The mood is the intensity from the first key pose to the
-            last. None: the poses show no feeling, as a look, and give way to the next wish.
+            last. None: the poses show no feeling, like a look, and give way to the next wish.
         poses
             Key poses to perform instead of the feeling's own gesture, such as a blend.
         wish
@@ -236,12 +236,12 @@ class Partner:
         self.drop("stopped")
 
     def leave(self) -> list[Event]:
-        """End what goes on, because another body takes over; return the events."""
+        """End what is going on, because another body takes over; return the events."""
         self.drop("body")
         return [*self._untold, *self._end(self.body.state.time, complete=False)]
 
     def drop(self, why: Lapse) -> None:
-        """Drop what was asked for and has not begun; the next step tells."""
+        """Drop what was asked for and has not begun; the next step reports it."""
         if self._asked is not None:
             asked, self._asked = self._asked, None
             time = self.body.state.time
@@ -256,7 +256,7 @@ class Partner:
     def halt(self) -> None:
         """Stop the body because nobody looks after it; it goes on after a pause.
 
-        Any thread may call it while another is at the body. A body that hears of it later must be
+        Any thread may call it while another uses the body. A body that hears of it later must be
         stopped again, by :meth:`make_sure`.
         """
         self._recovery.halted = self.body.state.phase is not Phase.STOPPED
@@ -299,7 +299,7 @@ class Partner:
         if state.phase is Phase.STOPPED:
             self._untold += self._while_stopped(state)
         elif state.phase is Phase.IDLE:
-            # Those before an error are told by the next step.
+            # Events before an error are returned by the next step.
             self._untold.extend(self._while_idle(state, due=due))
         elif state.phase is Phase.MOVING and self._life is not None and not self._quiet:
             self._untold.extend(self._while_moving(state.time))
@@ -358,7 +358,7 @@ class Partner:
             self._go_home()
 
     def _while_moving(self, time: float) -> Iterator[Event]:
-        """Go on in the middle of a move: what is more urgent waits for no arrival."""
+        """Go on in the middle of a move: something more urgent does not wait for its end."""
         self._drop_strokes(time)
         if (performance := self._performance) is not None:
             broken_off = self._gives_way(performance, time)
@@ -424,7 +424,7 @@ class Partner:
         return felt is not None and self._emotion is not None and self._emotion.shown == 0
 
     def _startles(self, shown: Expression | None) -> bool:
-        """Whether another feeling than the one that is shown has risen above it."""
+        """Whether a feeling other than the one shown has risen above it."""
         felt = self._felt()
         other = felt is not None and shown is not None and felt.feeling != shown.feeling
         return other and self._emotion is not None and self._emotion.rises
@@ -453,7 +453,7 @@ class Partner:
         yield from self._end(time, complete=performance.complete)
 
     def _gives_way(self, performance: Performance, time: float) -> bool:
-        """Whether it is broken off: for calm, for what somebody asks, for a feeling, or a beat."""
+        """Whether a performance is broken off: for calm, a request, a feeling or a beat."""
         shows = performance.expression is not None
         if self._asked is not None and (not shows or self._interrupts):
             return True

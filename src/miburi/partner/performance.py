@@ -1,7 +1,7 @@
 """One performance: the key poses of a gesture in order, each with its hold.
 
-A :class:`Performance` takes a function from a mood to key poses. It answers when the next key
-pose is due, and which one it is. A gesture's key poses are computed anew for every move, at the
+A :class:`Performance` takes a function from a mood to key poses. It tells whether the next key
+pose is due, and which one it is. A gesture's key poses are recomputed for every move, at the
 mood of that moment; those of a request or of an act at rest stay the same.
 """
 
@@ -31,7 +31,7 @@ class Performance:
     rests
         The name of an act at rest, which gives way to whatever else there is; else empty.
     wish
-        What it is called by who asked for it.
+        The name given to it by whoever asked for it.
     turn
         rad to the robot's left by which all its key poses are turned, towards somebody.
     """

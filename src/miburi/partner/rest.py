@@ -1,6 +1,6 @@
-"""What the partner does while it shows nothing: it rests like something living.
+"""What the partner does while it shows nothing: it rests like a living thing.
 
-Breaths, glances, a sigh come as events with pauses between them, not at a period; most of the
+Breaths, glances and sighs come one by one with pauses between them, not periodically; most of the
 time nothing moves. Mood shows in them: a sad partner holds its head low, and its acts are small
 and slow. While it attends to somebody it faces them and only breathes, and now and then looks
 aside, as people do. ``rest.toml`` has the acts and all numbers.
@@ -28,11 +28,11 @@ Attention = Literal["listening", "thinking", "speaking"]
 
 #: After an interruption of this many s, rest begins with a pause (ours).
 _ANEW = 2.0
-#: s of a turn to a face, and one that is not worth making, rad (ours).
+#: How long a turn to a face takes, s, and the largest one not worth making, rad (ours).
 _TURNING, _FACED = 1.4, 0.02
-#: Moods together make acts deeper and quicker by e to the power of this at most (ours).
+#: Together, moods make acts deeper and quicker by at most e to the power of this (ours).
 _LIVELIEST = 0.3
-#: Shares by which size and tempo of an act vary (ours).
+#: Ranges of the factors by which the size and tempo of an act vary (ours).
 _SIZES, _TEMPOS = (0.8, 1.2), (0.85, 1.1)
 #: The smallest and the largest beat, how much of it the other hand makes, and the share of strokes
 #: that are tried: nobody beats to all (all ours).
@@ -134,7 +134,7 @@ class Rest:
         Parameters
         ----------
         time
-            Now, s; to be called again and again while the body rests.
+            The present time, s; call this repeatedly while the body rests.
         feelings
             The emotional model: its mood shows in the act; its temperament says how often one
             comes.
@@ -182,7 +182,7 @@ class Rest:
         )
         slower = np.exp(-tempo) / self._rng.uniform(*_TEMPOS)
         offset = size * np.array(act.offset)
-        # Nor does a glance turn the waist where the temperament lets nothing turn it.
+        # A glance, too, turns the waist no further than the temperament lets it turn.
         offset[_TURN] = min(offset[_TURN], allowed.turn - abs(turn))
         if self._rng.random() < 0.5:
             offset = offset[_MIRRORED] * np.where(np.arange(8) == _TURN, -1, 1)
@@ -198,7 +198,7 @@ class Rest:
     def _avert(
         self, time: float, feelings: FeelingModel, attends: Attention | None
     ) -> Performance | None:
-        """Return a look aside from whom it attends to, if one is due at ``time`` s."""
+        """Return a look aside from the person it attends to, if one is due at ``time`` s."""
         aversion = None if attends is None else _shipped().aversion.get(attends)
         if attends != self._attends:
             self._attends, self._averts = attends, float("inf")
@@ -223,7 +223,7 @@ class Rest:
         return max(mean + deviation * float(self._eyes.standard_normal()), _BRIEFEST)
 
     def choose(self, strokes: Sequence[float]) -> list[float]:
-        """Return the strokes, in their order, that the arms are to make; the first is one."""
+        """Return the strokes that the arms are to make, in their order, always with the first."""
         return [at for k, at in enumerate(strokes) if self._hands.random() < _TRIED or k == 0]
 
     def beat(self, feelings: FeelingModel, turn: float) -> Performance:
@@ -244,7 +244,7 @@ class Rest:
         return gestures.key_pose(self._robot, posture, float(duration), float(hold))
 
     def _tone(self, feelings: FeelingModel) -> tuple[float, float, float]:
-        """Return by how much the head is lifted, acts are deeper, and quicker."""
+        """Return how far the head is lifted, and how much deeper and quicker acts are."""
         resting = np.array([feelings.temperament.resting[name] for name in FEELINGS])
         above = np.clip((feelings.mood - resting) / (1 - resting), 0.0, 1.0)
         tones = _shipped().tone
@@ -258,7 +258,7 @@ class Rest:
 
 
 def may_go_on(act: str, attends: Attention | None) -> bool:
-    """Whether an act at rest fits what the partner does for somebody, else it is broken off.
+    """Whether an act at rest fits the partner's part in a conversation; else it is broken off.
 
     A sigh or a stretch ends by itself; only an act that turns away is followed by a turn back.
     """

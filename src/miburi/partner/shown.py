@@ -1,7 +1,7 @@
 """How much of an emotion a lively partner shows: at once, a few gestures, and then rest.
 
-As long as an emotion lasted, the same gesture used to come again and again: fourteen for one
-remark. The paper's experiment goes on so; a partner with life does not.
+As long as an emotion lasted, the same gesture used to repeat: fourteen times for one remark.
+The paper's experiment still does so; a partner with life does not.
 """
 
 from miburi.feelings import FEELINGS, Expression
@@ -11,7 +11,7 @@ __all__ = ["MOST", "ShownEmotion"]
 
 #: Gestures for one emotion (ours).
 MOST = 3
-#: An emotion that rises by more than this above where it was is another one (ours).
+#: An emotion that rises by more than this above where it was counts as a new one (ours).
 _RISES = 0.05
 
 
@@ -21,7 +21,7 @@ class ShownEmotion:
     Attributes
     ----------
     shown
-        Gestures that have shown it.
+        How many gestures have shown it.
     """
 
     def __init__(self) -> None:
@@ -31,7 +31,7 @@ class ShownEmotion:
         self._lowest = 0.0
 
     def left(self, felt: Expression | None, emotion: Array) -> Expression | None:
-        """Return what is felt if there is still something of it to show.
+        """Return what is felt if some of it is still to be shown, else None.
 
         ``emotion`` is the fastest level of all feelings, (n,) from 0 to 1.
         """

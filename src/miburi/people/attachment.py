@@ -1,9 +1,9 @@
-"""Attachment: how somebody has been to the partner, over weeks.
+"""Attachment: how somebody has treated the partner, over weeks.
 
-In go the stimuli and contacts of one person and the passing of time; out comes how far resting
-moods lie from the temperament's while that person is there. It follows the equations of the
-paper's three levels, beside them: an emotional model of its own whose time passes more slowly. So
-what lasts an hour in a mood lasts three weeks in an attachment. The temperament has the constants.
+The stimuli and contacts of one person, and the time that passes, decide how far resting moods lie
+from the temperament's while that person is there. An attachment is an emotional model of its own,
+with the equations of the paper's three levels, whose time passes more slowly: what lasts an hour
+in a mood lasts three weeks in an attachment. The temperament has the constants.
 """
 
 from collections.abc import Mapping
@@ -16,14 +16,14 @@ __all__ = ["Attachment"]
 
 
 class Attachment:
-    """How one person has been.
+    """How one person has treated the partner.
 
     Parameters
     ----------
     temperament
         The partner's own.
     state
-        What :meth:`save` returned, of this person; None: they are new.
+        What :meth:`save` returned for this person; None: they are new.
     """
 
     def __init__(self, temperament: Temperament, state: Mapping[str, Any] | None = None) -> None:
@@ -31,11 +31,11 @@ class Attachment:
         self._model = new if state is None else EmotionalModel.load(state, temperament)
 
     def stimulate(self, stimulus: Stimulus) -> None:
-        """Take what the person did."""
+        """Take in a stimulus from the person."""
         self._model.stimulate(stimulus)
 
     def contact(self) -> None:
-        """Take that the partner met something while the person was there."""
+        """Take in that the partner met something while the person was there."""
         self._model.contact()
 
     def step(self, seconds: float) -> None:

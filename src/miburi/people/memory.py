@@ -1,6 +1,6 @@
-"""Who the partner knows and what they told: one file, and nothing of it anywhere else.
+"""The people the partner knows and what they told it, kept in one file and nowhere else.
 
-The file is written anew, as a whole, at each change: what was deleted is in it no more. Unless
+The whole file is rewritten at each change, so what was deleted is no longer in it. Unless
 somebody allows it, there is no file, and what is known is forgotten when the partner ends.
 """
 
@@ -24,12 +24,12 @@ from miburi.people.recall import recall
 
 __all__ = ["MOST_FACTS", "MOST_PEOPLE", "STAYS", "Acquaintance", "Fact", "Memory", "People"]
 
-#: Somebody counts as there for so long after they spoke (ours).
+#: How long somebody counts as there after they last spoke (ours).
 STAYS = timedelta(hours=2)
-#: People and things told that are kept; beyond, the oldest of the latter go (ours).
+#: The most people, and things told by each, that are kept; beyond, the oldest told go (ours).
 MOST_PEOPLE, MOST_FACTS = 50, 500
 _NAME, _FACT = 40, 200  # letters
-#: How many remarks are kept for what "she" and "that" mean, and how old they may be (ours).
+#: How many remarks are kept to tell what "she" and "that" mean, and how old they may be (ours).
 _REMARKS, _MEANT = 3, timedelta(minutes=5)
 
 
@@ -62,7 +62,7 @@ class People(BaseModel):
     people: list[Acquaintance] = Field(default_factory=list)
 
     def find(self, name: str) -> Acquaintance | None:
-        """Return somebody by name, in whatever capitals."""
+        """Return somebody by name, whatever its capitals; None if nobody has it."""
         same = (one for one in self.people if one.name.casefold() == name.casefold())
         return next(same, None)
 
@@ -82,7 +82,7 @@ class Memory:
     Raises
     ------
     InputError
-        The file is none of ours.
+        The file is not one of Miburi's.
     """
 
     def __init__(
@@ -94,11 +94,11 @@ class Memory:
         if self.allowed and path is not None:
             self._known = _read(path)
         self._present: Acquaintance | None = None
-        #: What somebody told who has not said who they are; it is never written.
+        #: What was told by somebody who has not said who they are; it is never written.
         self._untold: list[Fact] = []
         #: When the person who is there said something, and what; never written either.
         self._remarks: deque[tuple[datetime, str]] = deque(maxlen=_REMARKS)
-        #: How often something was deleted: who remembers the talk elsewhere forgets it, too.
+        #: How often something was deleted; whatever else remembers the talk then forgets it, too.
         self.deleted = 0
         self._until = clock()
         self._attachment: Attachment | None = None
@@ -139,7 +139,7 @@ class Memory:
                 self._path.unlink(missing_ok=True)
 
     def meet(self, name: str) -> Acquaintance:
-        """Know from now on that somebody is there.
+        """Count somebody as there from now on; return what is known of them.
 
         Raises
         ------
@@ -168,13 +168,13 @@ class Memory:
         return person
 
     def leave(self) -> None:
-        """Know from now on that nobody is there."""
+        """Count nobody as there from now on."""
         self._present = self._attachment = None
         self._untold = []
         self._remarks.clear()
 
     def note(self, said: str) -> None:
-        """Keep a remark, for what "she" and "that" mean in the next ones."""
+        """Keep a remark, to tell what "she" and "that" mean in the next ones."""
         self._remarks.append((self._clock(), said))
 
     def noted(self) -> Iterator[str]:
@@ -183,7 +183,7 @@ class Memory:
             yield from reversed(re.split(r"[.!?]+", said))
 
     def last_noted(self) -> str | None:
-        """Return the latest remark, if it is not long ago."""
+        """Return the latest remark, if it is recent."""
         return next(self._remarks_now(), None)
 
     def _remarks_now(self) -> Iterator[str]:
@@ -196,7 +196,7 @@ class Memory:
         self.deleted += 1
 
     def hear(self, stimuli: tuple[Stimulus, ...] = (), contacts: int = 0) -> None:
-        """Take what the person who is there did, and contacts meanwhile, if somebody is."""
+        """Take in what the person who is there, if any, did, and the contacts meanwhile."""
         person, now = self.present, self._clock()
         if person is None or self._attachment is None:
             return
@@ -210,7 +210,7 @@ class Memory:
         self._write()
 
     def remember(self, text: str, language: Language, due: datetime | None = None) -> Fact | None:
-        """Keep something that was told: of the person who is there, else until they say who."""
+        """Keep something told, for the person who is there, or until somebody says who they are."""
         person, text = self.present, " ".join(text.split())[:_FACT]
         facts = self._facts_now()
         same = next((fact for fact in facts if fact.text == text), None)
@@ -226,7 +226,7 @@ class Memory:
         return fact
 
     def recall(self, question: str, language: Language) -> str | None:
-        """Return what the person who is there told that answers a question."""
+        """Return which thing told by the person who is there answers a question, if any."""
         told = [fact.text for fact in self._facts_now() if fact.language == language]
         found = recall(question, told, language)
         return None if found is None else found.rstrip(".。")
@@ -241,7 +241,7 @@ class Memory:
     def due(
         self, now: datetime, but: Set[tuple[str, int]] = frozenset()
     ) -> tuple[Acquaintance, Fact] | None:
-        """Return who is there, and what they told of today, ``but`` for some of it, by number."""
+        """Return who is there and a fact of theirs due today, none of ``but`` (name, number)."""
         person = self.present
         for fact in [] if person is None else person.facts:
             today = fact.due is not None and fact.due.date() == now.date() and fact.due <= now
@@ -252,7 +252,7 @@ class Memory:
     def correct(
         self, name: str, number: int, text: str | None, due: datetime | None = None
     ) -> None:
-        """Put another text, and day, in place of something told; None deletes it.
+        """Replace the text and day of something told; a text of None deletes it.
 
         Raises
         ------
@@ -270,7 +270,7 @@ class Memory:
             raise InputError(f"a fact must have 1 to {_FACT} letters, got {len(text.strip())}.")
         else:
             facts[place] = facts[place].model_copy(update={"text": text.strip(), "due": due})
-        self.forget_noted()  # it may have been told in these
+        self.forget_noted()  # the fact may have been told in these remarks
         self._write()
 
     def forget(self, name: str) -> None:
@@ -300,6 +300,6 @@ def _read(path: Path) -> People:
         return People.model_validate(json.loads(path.read_text(encoding="utf-8")))
     except (OSError, ValueError, RecursionError, ValidationError) as error:
         raise InputError(
-            f"{path}: this is no file of people ({type(error).__name__}); move it away, and the "
-            "partner begins to know people afresh."
+            f"{path}: this is no file of people ({type(error).__name__}); if you move it away, "
+            "the partner starts over with nobody known."
         ) from error

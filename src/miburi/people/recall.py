@@ -1,7 +1,7 @@
 """Recall: which of the things that somebody told answers a question.
 
-In goes a question and what was told; out comes the one that shares most of the question's rare
-words, or None. Whatever the question is about ("my dog") must be in it. Words are compared by their
+Of the things told, the one that shares most of the question's rare words is the answer; there may
+be none. Whatever the question is about ("my dog") must be in it. Words are compared by their
 beginnings, so that "comes" is "coming"; a language without spaces is compared by pairs of letters.
 """
 
@@ -15,12 +15,12 @@ from miburi.languages import Language, common_words, is_spaced, plain, same_word
 __all__ = ["recall"]
 
 #: Letters of a word that count; the share of a question's weight that an answer must have; and the
-#: weight of a word that nobody told, such as "time", against others (all ours).
+#: weight of a word that is in nothing told, such as "time", against others (all ours).
 _STEM, _ENOUGH, _UNTOLD = 6, 0.4, 0.3
 
 
 def recall(question: str, told: Sequence[str], language: Language) -> str | None:
-    """Return what was told that answers a question, the latest of equals; None if nothing does.
+    """Return the thing told that answers a question, the latest if equal; None if nothing does.
 
     >>> told = ["My daughter Anna comes on Sunday.", "I take my tablets at eight."]
     >>> recall("When does Anna come?", told, "en")

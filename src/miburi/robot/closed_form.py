@@ -1,8 +1,8 @@
-"""Closed-form inverse kinematics: in goes a target, out come all exact solutions.
+"""Closed-form inverse kinematics: all exact solutions for a target.
 
 It relies on the structure of this body: the head alone fixes the waist, and each arm is then a
 planar two-link chain that swings about its shoulder. Tests use it as the truth, and benchmarks as
-the fastest possible solver; nothing else does. The Bacterial Memetic Algorithm needs no such
+the fastest possible solver; nothing else uses it. The Bacterial Memetic Algorithm needs no such
 structure.
 """
 

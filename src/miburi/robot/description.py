@@ -1,4 +1,4 @@
-"""Read a robot's description: in goes one TOML file, out comes one immutable :class:`Robot`.
+"""Read a robot's description from one TOML file into one immutable :class:`Robot`.
 
 The file holds the lengths, joint limits, servo, guards, masses and outer shape. Everything that
 Miburi knows of a robot is derived from it.
@@ -100,7 +100,7 @@ class Joints(Table):
 
 
 def _servo(value: object, info: ValidationInfo) -> object:
-    """Load a servo that the file names; a path is from the description's own folder."""
+    """Load a servo that the file names; a path is relative to the description's own folder."""
     if not isinstance(value, str):
         return value
     folder = (info.context or {}).get("folder", Path())
@@ -208,13 +208,13 @@ def load_robot(path: Path | str) -> Robot:
     Parameters
     ----------
     path
-        A TOML file with the keys of ``iphonoid.toml``, all of them and no other.
+        A TOML file with exactly the keys of ``iphonoid.toml``.
 
     Raises
     ------
     DescriptionError
         The file cannot be read, is not TOML, or a key is missing, unknown or out of range; the
-        message names the file, every wrong key, what was got and what is allowed.
+        message names the file, every wrong key, its value and what is allowed.
     """
     return load_table(Robot, path)
 

@@ -1,7 +1,7 @@
 """Positions of a robot's joints, and the reach of its arms.
 
-In goes a :class:`~miburi.robot.Robot`; out come positions in the base frame (x forward, y to the
-robot's left, z up, the waist at 0) and distances, in m.
+The functions take a :class:`~miburi.robot.Robot` and return distances, or positions in the base
+frame (x forward, y to the robot's left, z up, the waist at 0), in m.
 """
 
 import numpy as np

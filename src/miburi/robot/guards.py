@@ -34,8 +34,8 @@ __all__ = [
 Value = TypeVar("Value")
 Other = TypeVar("Other")
 _Integers = NDArray[np.int64]
-#: The angle of an encoder step of the XL330 servos that a card drives, rad; the ranges are in it,
-#: whatever encoder a simulated servo has.
+#: The angle of an encoder step of the XL330 servos that a card drives, rad; the ranges are in
+#: such steps, whatever encoder a simulated servo has.
 CARD_STEP = 2 * np.pi / 4096
 
 
@@ -127,8 +127,8 @@ def check_ranges(guards: Guards[list[float]]) -> None:
     Raises
     ------
     ValueError
-        A guard is out of its range: so narrow that free motion is stopped, or so wide that it is
-        none. The message has the name, what was got and what is allowed.
+        A guard is out of its range: so narrow that free motion is stopped, or so wide that it
+        guards nothing. The message has the name, the value and what is allowed.
     """
     whole = in_whole_units(guards, CARD_STEP)
     for name, guard in GUARDS.items():

@@ -1,7 +1,7 @@
 """Forward kinematics and Jacobian of the body in Figs. 2 and 3.
 
-In go the eight joint angles; out come the positions of hands and head in the base frame, which
-has x forward, y to the robot's left and z up. With lat the direction out of a shoulder, fwd the
+The eight joint angles give the positions of hands and head in the base frame, which has x forward,
+y to the robot's left and z up. With lat the direction out of a shoulder, fwd the
 direction that the chest faces and d(S) = sin S · fwd − cos S · up:
 
     right hand = L01 up + L12 lat + L23 (cos RE lat + sin RE d(RS))
@@ -90,7 +90,7 @@ def jacobian(robot: Robot, angles: ArrayLike) -> Array:
 
 
 def _directions(waist: Array) -> tuple[Array, Array]:
-    """Return left and forward of the turned chest, each (..., 3)."""
+    """Return the left and forward directions of the turned chest, each (..., 3)."""
     cos, sin, zero = np.cos(waist), np.sin(waist), np.zeros_like(waist)
     return np.stack([-sin, cos, zero], axis=-1), np.stack([cos, sin, zero], axis=-1)
 

@@ -1,7 +1,7 @@
 """What the robot's own parts load its motors with: their weight and inertia, in closed form.
 
-The masses are the description's, each part's in its middle. Whoever drives the motors needs
-them: to aim a goal above the sag, to know what torque a move takes, to expect a motion.
+The masses are the description's, each centred in its part. Whoever drives the motors needs
+the loads: to aim a goal above the sag, to know what torque a move takes, to predict a motion.
 """
 
 from functools import lru_cache
@@ -34,7 +34,7 @@ class Loads(NamedTuple):
 
 
 class _Solids(NamedTuple):
-    """What of a robot's body does not change with its pose; n parts with a mass on 8 links."""
+    """What in a robot's body does not depend on its pose; n parts with a mass on 8 links."""
 
     order: list[int]  # the links' joints
     parents: list[int]  # the links' parents; -1 for the base
@@ -89,7 +89,7 @@ def loads(robot: Robot, angles: Array) -> Loads:
 
 @lru_cache(maxsize=64)
 def _solids(lengths: Lengths, masses: Masses, shape: Shape) -> _Solids:
-    # All that links and parts look at.
+    # These are all that ``links`` and ``parts`` use.
     robot = Robot.model_construct(lengths=lengths, masses=masses, shape=shape)
     table = links(robot)
     names = [link.name for link in table]

@@ -1,4 +1,4 @@
-"""Make the physical model: in goes the description, out comes MJCF for MuJoCo."""
+"""Make the physical model: turn the description into MJCF for MuJoCo."""
 
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
@@ -21,8 +21,8 @@ __all__ = [
     "to_mjcf",
 ]
 
-#: The share of a servo's dry friction that acts at the horn, after gears that play (ours): without
-#: any, a joint that carries nothing would never come to rest between their teeth.
+#: The share of a servo's dry friction that acts at the horn, after gears with play (ours): with no
+#: friction there, a joint that carries nothing would never come to rest between their teeth.
 HORN = 0.1
 #: How hard the teeth are at the end of the play: MuJoCo's defaults make them as soft as a servo.
 _TEETH = "0.99 0.999 0.0001"
@@ -52,7 +52,7 @@ def to_mjcf(
     """Return the robot on a table, with position servos and a movable human hand, as MJCF.
 
     Joints and actuators have the names in ``JOINTS``; the sites ``right``, ``left`` and ``head``
-    mark the extremities. Where the servo's gears play, a joint ``play_…`` lies between each motor
+    mark the extremities. Where servo gears have play, a joint ``play_…`` lies between each motor
     and what it moves; its limits are the gears' teeth. All pairs of parts can collide, except those
     that a joint connects.
 
@@ -143,7 +143,7 @@ def to_mjcf(
 
 
 def _horns(root: ET.Element, servo: Servo) -> None:
-    """Let each horn rub where gears play: a tendon along both joints acts on what it moves."""
+    """Add friction at the horns of gears with play: a tendon along both joints acts on the link."""
     if not servo.loop.backlash:
         return
     tendons = ET.SubElement(root, "tendon")

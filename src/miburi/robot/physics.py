@@ -1,7 +1,7 @@
 """Import MuJoCo from here, and only from here.
 
-MuJoCo reads how to draw when it is first loaded, and does not load at all if that cannot be;
-this module chooses before.
+MuJoCo reads how to draw when it is first loaded, and does not load at all if it cannot draw that
+way; this module chooses the way first.
 """
 
 import ctypes

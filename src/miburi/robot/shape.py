@@ -1,7 +1,7 @@
 """Links and parts: which link turns about which joint, and which solids it consists of.
 
-In goes a robot's description; out come two tables, from which the physical model, the URDF file
-and the pages draw the robot. At zero angles the arms point straight out to the sides and the head
+A robot's description gives two tables, from which the physical model, the URDF file and the pages
+draw the robot. At zero angles the arms point straight out to the sides and the head
 link points forward.
 """
 
@@ -110,7 +110,7 @@ class Part:
 
     @property
     def of_the_phone(self) -> bool:
-        """Whether it is a part of the phone; the rest may be drawn as it is printed."""
+        """Whether it is a part of the phone; other parts may be drawn in their printed shapes."""
         return self.name.startswith(("phone", "screen"))
 
     @property

@@ -1,8 +1,8 @@
-"""Robots as they leave a workshop: each differs from its description where nobody looks.
+"""Robots as they leave a workshop: each differs from its description in hidden ways.
 
-In go a description and a seed; out come robots whose servos and masses are spread as widely as may
-be expected of such servos, new and worn. Who drives them knows the description alone. All ranges
-are ours, but the two divisors: the e-manual and those who identified the servo differ.
+A description and a seed give robots whose servos and masses vary as widely as may be expected of
+such servos, new and worn. Whoever drives them knows only the description. All ranges are ours,
+except the two divisors, on which the e-manual and those who identified the servo differ.
 """
 
 from dataclasses import dataclass
@@ -15,17 +15,17 @@ from miburi.servos import Servo
 
 __all__ = ["Specimen", "specimens"]
 
-#: Stiffness and dry friction are up to so many times those of the description, or that part of it.
+#: Stiffness and dry friction are the description's times up to this, or divided by up to this.
 _FACTOR = 2.0
-#: By which share resistance (cold and hot), masses, the supply's voltage and the clock may be off.
+#: Shares by which resistance (cold and hot), masses, the supply's voltage and the clock may be off.
 _RESISTANCE, _MASS, _VOLTAGE, _CLOCK = 0.2, 0.1, 0.05, 0.005
-#: The most that a profile begins late, s, and that gears play, rad.
+#: The latest start of a profile, s after its command, and the most play of gears, rad.
 _DELAY, _BACKLASH = 0.003, radians(0.5)
 
 
 @dataclass(frozen=True)
 class Specimen:
-    """One robot, as it is.
+    """One robot, as it really is.
 
     Attributes
     ----------
@@ -48,8 +48,8 @@ def specimens(
     """Return robots that were built from a description; the same ones for the same seed.
 
     Every other one counts its P gain in half the description's divisor, which doubles its
-    stiffness: in the XL330, 256 were identified, and the e-manual says 128. ``play`` is that of
-    everybody's gears, rad; by default each robot has its own, up to half a degree.
+    stiffness: for the XL330, 256 was identified, and the e-manual says 128. ``play`` is that of
+    all robots' gears, rad; by default each robot has its own, up to half a degree.
     """
     rng = np.random.default_rng([seed, _STREAM])
     return tuple(_specimen(robot, rng, 2.0 if number % 2 else 1.0, play) for number in range(count))

@@ -1,7 +1,7 @@
 """The contact rule of Section 2: has the robot met something? Then all its motors must stop.
 
-In go the commanded profile of one move and then, at every reading of the encoders (10 ms apart in
-simulation, 20 ms on the card), the positions of the eight motors. Out comes a :class:`Contact`,
+The rule takes the commanded profile of one move and then, at every reading of the encoders (10 ms
+apart in simulation, 20 ms on the card), the eight motors' positions. It returns a :class:`Contact`,
 or None. All quantities are integers, in encoder steps and µs. The firmware's ``contact.h`` makes
 the same decision at every reading.
 
@@ -92,16 +92,16 @@ _READINGS = np.arange(20, dtype=np.int64) * (SECOND // 100)
 
 @dataclass(frozen=True)
 class Loading:
-    """What bears on the motors during one move, along each one's way: (8,) in 1/256 steps.
+    """What loads the motors during one move, along each one's direction: (8,) in 1/256 steps.
 
     Attributes
     ----------
     offset
         From where the motor is at the start to the origin of its profile.
     begin, end
-        The error of position that the load takes at the move's beginning, and at its end.
+        The position error that the load causes at the move's beginning, and at its end.
     most
-        The error at which the duty has its limit.
+        The error at which the duty reaches its limit.
     velocity
         How fast the motor is at the start, in 1/256 steps/s: it may still swing.
     gone
@@ -238,7 +238,7 @@ class Watch:
     start, direction
         (8,) positions in steps at the latest reading before the move began; (8,) +1 or −1.
     loading
-        What bears on the motors; the delayed profile does not look at it.
+        What loads the motors; the delayed profile ignores it.
     window
         What the rule compared at the latest reading; None before the first.
     came

@@ -1,9 +1,9 @@
-"""What servos are told beside a move: goals above the sag, and a ceiling for their push.
+"""What servos are told besides a move: goals above the sag, and a ceiling for their push.
 
 A position control without an integral is a spring: a motor hangs below its goal by its load over
-its stiffness. The load is known from the description, so goals are aimed so much higher. And as
-it is known what a move takes, the duty (Goal PWM) is limited to somewhat more: what then holds a
-motor feels no more than that, whatever else fails. Speeding up takes most, so there are two
+its stiffness. The load is known from the description, so goals are aimed that much higher. What a
+move takes is known, too, so the duty (Goal PWM) is limited to a little more: whoever holds a motor
+then feels no more than that, whatever else fails. Speeding up takes the most, so there are two
 ceilings: one while motors speed up, and a lower one after that.
 """
 
@@ -19,13 +19,13 @@ from miburi.servos import required_torque
 
 __all__ = ["EASES_AFTER", "Demand", "aim", "demand", "uneased"]
 
-#: Ceilings leave room for so many times the links' inertia, since nobody says what the hands carry
+#: Ceilings leave room for this many times the links' inertia, as nobody says what the hands carry
 #: (ours). 10 g in each makes the waist's up to 1.3 times as large, and an arm's 1.4 to 1.6 times.
 LADEN = 1.6
-#: µs after the longest ramp until which motors may push as they may to speed up: they follow behind
+#: µs after the longest ramp for which motors may still push as hard as to speed up: they lag behind
 #: their profiles, and what they carry swings (ours).
 EASES_AFTER = 60_000
-#: The shares of the way at which the loads are looked at.
+#: The shares of the way at which the loads are computed.
 _SHARES = np.linspace(0.0, 1.0, 9)
 
 
@@ -43,7 +43,7 @@ def aim(robot: Robot, angles: Array) -> Array:
 def uneased(robot: Robot) -> Robot:
     """Return a robot whose motors keep their first ceilings to the end, for calibrations.
 
-    A lower one would hold back a servo that nobody knows yet, and be taken for friction.
+    A lower one would hold back a servo that is not measured yet, and be taken for friction.
     """
     servo = robot.servo.model
     drive = servo.drive.model_copy(update={"room": 1.0})
@@ -60,9 +60,9 @@ class Demand(NamedTuple):
     cruise
         (8,), the same after ``eases_at``; no more than ``ceiling``.
     eases_at
-        µs since the move's start: all have sped up.
+        µs from the move's start; by then all have sped up.
     loading
-        What bears on them.
+        What loads them.
     """
 
     ceiling: Array
@@ -118,9 +118,9 @@ def _needed(robot: Robot, profile: Profile, along: Array, inertia: Array) -> Arr
     servo, step, ramp = robot.servo.model, robot.servo.step, robot.servo.acceleration
     moves = (profile.distance != 0) | (profile.initial != 0)
     fastest = np.where(moves, profile.fastest, 0) * step / FINE
-    # A motor that rests must hold out while the others ramp, wherever its weight pulls.
+    # A motor that rests must hold out while the others ramp, whichever way its weight pulls.
     against = np.where(moves, along, np.abs(along))
-    # A motor speeds up over the first part of its way, looked at to the next share beyond it, and
+    # A motor speeds up over the first part of its way, taken up to the next share beyond it, and
     # slows down over the last.
     way = np.where(profile.distance != 0, np.abs(profile.distance) * step, 1.0)
     part = fastest**2 / (2 * ramp) / way

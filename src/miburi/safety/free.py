@@ -1,9 +1,9 @@
-"""The contact rule against what the free servo would have done.
+"""The contact rule that compares motors with what the free servo would have done.
 
 The rule compares each motor's speed with the one it should have. The delayed profile is what a
 stiff servo would do; :mod:`miburi.servos.free` is what *this* servo with *this* load does if nobody
-is in its way. It is at nominal voltage, with each joint's inertia in the middle of the joints'
-ranges, and the load straight between what it is at the move's start and at its end. It begins with
+is in its way. The model has nominal voltage, each joint's inertia in the middle of the joints'
+ranges, and a load that varies linearly from the move's start to its end. It begins with
 the speed that the motor has: one that still swings from the last move has met nobody.
 
 What the model misses grows with the speed, up to some 500 steps/s. So the guards ``slack``,
@@ -40,15 +40,15 @@ SETTLES = 200_000
 class FreeRule(Rule):
     """The paper's period and ratio, against the speed that the free servo would have had.
 
-    The lag is the one of the servo that fits the model best. For the identified XL330 that is
-    5.5 ms: half of it is what steps of 5 ms are early, the rest the servo's own delay.
+    The lag is the one with which the model fits the servo best. For the identified XL330 that is
+    5.5 ms: half of it is how early steps of 5 ms are, the rest is the servo's own delay.
 
     Attributes
     ----------
     servo
         The motors, as they move if nobody is in their way.
     sag
-        (8,) in 1/256: what of the error that the description's weight takes these motors take.
+        (8,) in 1/256: what the error due to the described weight is multiplied by for these motors.
     """
 
     servo: FreeServo = field(kw_only=True)
@@ -71,7 +71,7 @@ class FreeRule(Rule):
 
 
 def granted_share(profile: Profile, velocity: Steps | int = 0) -> Steps:
-    """Return what each motor is granted of its guards in this move, (8,) in 1/256."""
+    """Return the share of its guards that each motor is granted in this move, (8,) in 1/256."""
     top = np.maximum(profile.fastest, np.abs(velocity))
     share: Steps = (FINE + FINE * np.minimum(top, FAST) // FAST) // 2
     return share
@@ -115,14 +115,14 @@ class _FreeWatch(Watch):
         self._grant(*map(np.maximum, self._granted, before._granted))
 
     def look(self, positions: Steps, time: int) -> Contact | None:
-        """Judge the positions; until ``SETTLES`` more is granted, as to motors that swing."""
+        """Judge the positions; until ``SETTLES``, more is granted, as motors may swing."""
         if self._swings and time >= SETTLES:
             self._swings = False
             self._grant(granted_share(self.profile), lag_doubt(self.profile))
         return super().look(positions, time)
 
     def expected_travel(self, time: int) -> Steps:
-        """Travel that the free servo would have brought, (8,) in 1/256 steps."""
+        """Return how far the free servo would have travelled, (8,) in 1/256 steps."""
         servo, loading = self.rule.servo, self.loading
         steps = (time - self._model_time) // STEP
         if steps > 0:

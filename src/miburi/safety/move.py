@@ -28,8 +28,8 @@ class Move:
     speeds
         (8,) rad/s, the largest speed of each motor; not negative.
     slows_at, ends_at
-        s after its start: the first motor slows down for its goal, and all have arrived. 0 where
-        nobody planned it.
+        s after its start at which the first motor slows down for its goal, and all have arrived;
+        0 if nobody planned the move.
 
     Raises
     ------
@@ -64,7 +64,7 @@ class Course(NamedTuple):
 
     @classmethod
     def of(cls, robot: Robot, place: Steps, velocity: Steps) -> "Course":
-        """Return it from places, (8,) 1/256 steps, and velocities, 1/256 steps/s."""
+        """Return a course from places, (8,) 1/256 steps, and velocities, 1/256 steps/s."""
         step = robot.servo.step / FINE
         return cls(np.multiply(place, step), np.multiply(velocity, step))
 
@@ -113,7 +113,7 @@ def plan_move(robot: Robot, start: Array, end: Array, duration: float) -> Move:
 def plan_on(robot: Robot, course: Course, end: Array, duration: float) -> Move:
     """Plan a move of motors that are under way, in which all arrive together.
 
-    A motor that comes with the speed u along its way of d cruises at v: where it has to speed up,
+    A motor that starts with the speed u, with d to go, cruises at v: where it has to speed up,
     v = (aT + u − √((aT + u)² − 4ad − 2u²)) / 2; where it has to slow down,
     v = (d − u² / 2a) / (T − u / a).
 

@@ -1,7 +1,7 @@
 """Profiles: the ramped motion that the servos make of a move.
 
-In go start, goal and speed of each motor; out comes a :class:`Profile`, which gives the commanded
-position at any time. Positions are whole encoder steps and times whole µs. All arithmetic is
+The start, goal and speed of each motor give a :class:`Profile`, which has the commanded position
+at any time. Positions are whole encoder steps and times whole µs. All arithmetic is
 integer, so that the firmware, in C++ on an 8-bit card, gets the same numbers to the last bit.
 
 A move that begins before the last one has ended goes on with the speed that each motor has. So does
@@ -45,7 +45,7 @@ def to_steps(robot: Robot, angles: Array) -> Steps:
 
 
 def truncated(number: Steps, by: Steps | int) -> Steps:
-    """Return the quotient towards zero, as C++ has it; ``by`` is more than 0."""
+    """Return the quotient rounded towards zero, as in C++; ``by`` is more than 0."""
     quotient: Steps = np.sign(number) * np.floor_divide(np.abs(number), by, dtype=np.int64)
     return quotient
 
@@ -66,11 +66,11 @@ class Profile:
     speed, acceleration
         (n,) the cruising speed in 1/256 steps/s, and the ramps' acceleration in steps/s².
     ramp, fall, total
-        (n,) how long it takes to its cruising speed, from there to rest, and in all, µs.
+        (n,) how long a motor takes to reach cruising speed, from there to rest, and in all, µs.
     initial
         (n,) speed at the start, 1/256 steps/s along the direction; 0 from rest.
     shift
-        (n,) µs by which a motor is behind one that began at its cruising speed, twice.
+        (n,) twice the µs by which a motor is behind one that began at its cruising speed.
     """
 
     distance: Steps
@@ -183,7 +183,7 @@ def plan_profile(
 ) -> tuple[Profile, Steps]:
     """Plan the servos' motion from ``origin`` to ``goal``, (8,) steps, at ``speeds`` in steps/s.
 
-    ``velocity`` is what each motor's profile has at the origin, (8,) 1/256 steps/s; None at rest.
+    ``velocity`` is that of each motor's profile at the origin, (8,) 1/256 steps/s; None at rest.
     ``before`` is the direction until now, which a motor that is to stay keeps.
 
     Returns

@@ -1,7 +1,7 @@
 """Senses: what somebody does becomes an impression, and that becomes stimuli for the partner.
 
-A sense takes what somebody did and returns an :class:`Impression`; :func:`stimuli` says what that
-does to a partner of some temperament. ``words`` is the sense for what is said; it is loaded when
+A sense takes what somebody did and returns an :class:`Impression`; :func:`stimuli` gives what that
+does to a partner of a given temperament. ``words`` is the sense for what is said; it is loaded when
 it is first used.
 """
 

@@ -1,7 +1,7 @@
-"""What happens to the partner beside words: touches, motion, sounds, faces.
+"""What happens to the partner besides words: touches, motion, sounds, faces.
 
-In goes the kind of a happening and how clear it was; out comes an impression. What each kind
-brings stands in ``happenings.toml``, beside this module.
+The kind of a happening and how clear it was give an impression. What each kind brings is in
+``happenings.toml``, beside this module.
 """
 
 import tomllib
@@ -51,7 +51,7 @@ def notice(kind: Kind, clearness: float = 1.0, *, since_contact: float | None = 
     kind
         What happened.
     clearness
-        How clear, or how sudden, it was, 0 to 1; it weighs the strength.
+        How clear, or how sudden, it was, 0 to 1; the strength is multiplied by it.
     since_contact
         s since the latest contact stop; None: there was none.
 

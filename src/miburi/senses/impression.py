@@ -34,7 +34,7 @@ class Impression:
     Parameters
     ----------
     feeling
-        Theirs, one of ``FEELINGS``; none if they showed nothing clear.
+        Their feeling, one of ``FEELINGS``; None if they showed nothing clear.
     strength
         0 to 1; 0 without a feeling.
     source
@@ -42,7 +42,7 @@ class Impression:
     why
         What spoke for it, the most telling first.
     topic
-        What is answered whatever it showed: ``asked`` where they asked what the partner feels.
+        What to answer, whatever they showed: ``asked`` if they asked what the partner feels.
     distress
         What they need help with now, if they do; then no feeling is looked for.
     worry

@@ -1,4 +1,4 @@
-"""Small linear models of words: groups of words and letters in, how likely each meaning is out.
+"""Small linear models of words: from groups of words and letters to each meaning's likelihood.
 
 ``tools/linear_model.py`` trains them. A model is a file of arrays: the numbers of the groups, their
 weights in eight bits, and a bias for each meaning.
@@ -35,14 +35,14 @@ def groups_of(said: str, language: Language) -> set[str]:
 
 
 def numbered(groups: Iterable[str]) -> list[int]:
-    """Return the numbers by which a model knows some groups, rising."""
+    """Return the numbers by which a model knows some groups, in ascending order."""
     return sorted({crc32(group.encode()) for group in groups})
 
 
 def load_model(
     file: Traversable, language: Language
 ) -> Callable[[list[int]], NDArray[np.float64]] | None:
-    """Return what weighs numbers of groups: (n,) likelihoods; None where there is no model."""
+    """Return a function from groups' numbers to likelihoods, (n,); None where there is no model."""
     with file.open("rb") as opened:
         stored = dict(np.load(opened))
     if f"{language}_keys" not in stored:

@@ -1,6 +1,6 @@
 """Lists written by hand: questions, cries of alarm, smileys, and Japanese word stems.
 
-A sentence in, an impression out, with the phrase or the stems that spoke. The lists are
+A sentence gives an impression, with the phrase or the stems that it is based on. The lists are
 ``asked.toml``, ``alarms.toml``, ``smileys.toml`` and ``stems-ja.toml``, beside
 this module.
 """
@@ -67,7 +67,7 @@ class Smileys(Table):
 
 
 class Stems(Table):
-    """Parts of Japanese words by feeling, and what denies them."""
+    """Parts of Japanese words by feeling, and what negates them."""
 
     strength: Share
     denial: str
@@ -118,7 +118,7 @@ def _whole_words(phrases: list[str]) -> re.Pattern[str]:
 
 
 def alarm_in(text: str) -> Impression | None:
-    """Return the fright of a sentence that cries, warns or calls for help; none of any other."""
+    """Return fright if a sentence cries out, warns or calls for help; None for any other."""
     strength, cries = _alarms()
     found = _find_undenied(cries, text)
     if found is None:
@@ -133,7 +133,7 @@ def smiley_weight() -> float:
 
 
 def smileys_alone(text: str) -> Impression | None:
-    """Return what a text shows that is nothing but smileys, by the first; None of any other."""
+    """Return what a text of nothing but smileys shows, by the first; None for any other."""
     rest, smileys = cut_smileys(text)
     if not smileys or any(sign.isalnum() for sign in rest):
         return None
@@ -155,7 +155,7 @@ def cut_smileys(text: str) -> tuple[str, dict[str, str]]:
 
 
 def cut_elsewhere(text: str, language: Language) -> str:
-    """Return a text without what it tells of somebody else's feelings, or of what is over.
+    """Return a text without its sentences about somebody else's feelings, or about what is over.
 
     >>> cut_elsewhere("My son is angry. I am sad.", "en")
     'I am sad.'
@@ -191,7 +191,7 @@ def cut_questions(text: str, language: Language) -> str | None:
 
 
 def _find_undenied(phrases: re.Pattern[str], text: str) -> re.Match[str] | None:
-    """Return the first phrase of a sentence that is not denied."""
+    """Return the first phrase of a sentence that is not negated."""
     sentence = _plain(text)
     for match in phrases.finditer(sentence):
         if not _DENIED.search(sentence[: match.start()].rstrip()):

@@ -1,11 +1,11 @@
 """Spoken words: sound in, text out, on this computer alone.
 
 :class:`Recogniser` is the interface; :class:`PhraseRecogniser` is the one that ships: PocketSphinx
-with everyday phrases (``spoken-en.toml``, beside this module). Beside the phrases a loop of phones
-listens: what any phones say better than the phrases do is none of them. So a sentence that it does
-not know becomes silence, and not some phrase.
+with everyday phrases (``spoken-en.toml``, beside this module). A loop of phones listens as well:
+a sound that it fits clearly better than any phrase does is rejected. So an unknown sentence becomes
+silence rather than some phrase.
 
-This module needs the extra ``ears``; nothing loads it before somebody wants it.
+This module needs the extra ``ears``; it is loaded only when needed.
 """
 
 import re
@@ -25,12 +25,12 @@ except ModuleNotFoundError as error:
 
 __all__ = ["PhraseRecogniser", "Phrases", "Recogniser", "load_phrases"]
 
-#: Log-likelihood over the phone loop's, a frame of 10 ms; below it a phrase is none (ours, from
-#: synthetic voices: of 150 phrases it kept 136 and let 5 wrong ones pass, of 40 others 1).
+#: Log-likelihood above the phone loop's, per 10 ms frame; below this a phrase is rejected (ours,
+#: from synthetic voices: of 150 phrases it kept 136 and let 5 wrong ones pass, of 40 others 1).
 _CLEAR = -8.0
 #: How much the loop's phone sequences weigh beside their sound (PocketSphinx's own advice).
 _LOOP_WEIGHT = 2.0
-#: What PocketSphinx writes to the terminal by itself: an utterance that fits no phrase is no error.
+#: The lowest level that PocketSphinx logs to the terminal: an utterance without a phrase is normal.
 _LOUD = "FATAL"
 _SLOT = re.compile(r"\{(\w+)\}")
 
@@ -40,7 +40,7 @@ _Phrase = Annotated[str, StringConstraints(pattern=r"^[a-z{][a-z'_{} ]{0,79}$")]
 
 
 class Phrases(Table):
-    """What is known: ``spoken-en.toml`` says what its keys mean."""
+    """The known phrases and their slots; ``spoken-en.toml`` explains them."""
 
     phrases: Annotated[list[_Phrase], Field(min_length=1, max_length=1000)]
     slots: dict[
@@ -63,14 +63,14 @@ class Phrases(Table):
 
     @property
     def words(self) -> list[str]:
-        """All words."""
+        """All words in the phrases and slots, sorted."""
         texts = [_SLOT.sub(" ", text) for text in self.phrases]
         texts += [text for words in self.slots.values() for text in words]
         return sorted({word for text in texts for word in text.split()})
 
     @property
     def grammar(self) -> str:
-        """The same in the JSpeech Grammar Format."""
+        """The phrases and slots in the JSpeech Grammar Format."""
 
         def slot(match: re.Match[str]) -> str:
             return f" [<{match[1]}>] " if "" in self.slots[match[1]] else f" <{match[1]}> "
@@ -89,7 +89,7 @@ def load_phrases(path: Path | None = None) -> Phrases:
     Raises
     ------
     DescriptionError
-        The file cannot be read or is none such; the message names what is wrong.
+        The file cannot be read or is not a valid phrase file; the message says what is wrong.
     """
     with resources.as_file(resources.files(__package__) / "spoken-en.toml") as shipped:
         return load_table(Phrases, path or shipped)
@@ -114,12 +114,12 @@ class PhraseRecogniser:
     Parameters
     ----------
     phrases
-        What it knows.
+        The phrases it knows.
 
     Raises
     ------
     InputError
-        A word does not stand in the CMU dictionary.
+        A word is not in the CMU dictionary.
     """
 
     def __init__(self, phrases: Phrases) -> None:
@@ -127,8 +127,8 @@ class PhraseRecogniser:
         unknown = [word for word in phrases.words if self._phrases.lookup_word(word) is None]
         if unknown:
             raise InputError(
-                f"{', '.join(unknown)} must stand in the CMU dictionary of English; write it in "
-                "words that do."
+                f"{', '.join(unknown)} must be in the CMU dictionary of English; use words that "
+                "are."
             )
         self._phrases.add_jsgf_string("phrases", phrases.grammar)
         self._phrases.activate_search("phrases")
@@ -136,7 +136,7 @@ class PhraseRecogniser:
         self._loop = Decoder(lm=None, allphone=phones, lw=_LOOP_WEIGHT, loglevel=_LOUD)
 
     def recognise(self, sound: bytes) -> str | None:
-        """Return the phrase, or None if it was another or none."""
+        """Return the phrase, or None if no known phrase was clearly said."""
         text, score = _decode(self._phrases, sound) if sound else ("", 0.0)
         if not text:
             return None
@@ -145,7 +145,7 @@ class PhraseRecogniser:
 
 
 def _decode(decoder: Decoder, sound: bytes) -> tuple[str, float]:
-    """Return what a decoder takes a sound for, and its log-likelihood."""
+    """Return the text that a decoder hears in a sound, and its log-likelihood."""
     decoder.start_utt()
     decoder.process_raw(sound, full_utt=True)
     decoder.end_utt()

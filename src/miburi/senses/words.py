@@ -1,17 +1,17 @@
 """Words: a sentence in, an impression out, with what each word brought.
 
-A model and lists listen. The first list that finds its words speaks, else the model:
+A model and lists judge a sentence. The first list that finds its words decides, else the model:
 
 - a linear model of the eight feelings and none, for English (``words.npz``, trained by
   ``tools/train_words.py``): a weight for each word, each pair of words, each group of letters and
   each word's meaning (a word vector, folded into nine numbers);
-- distress: what people say who need help now (:mod:`miburi.senses.distress`);
+- distress: what people say when they need help now (:mod:`miburi.senses.distress`);
 - what somebody else feels, or what is over, which is left out (a language's ``elsewhere``);
 - questions about the partner's own feelings, which show nobody's (``asked.toml``);
-- what people cry when they are startled or warn (``alarms.toml``), as no data holds it;
+- what people shout when startled or as a warning (``alarms.toml``), which no data set covers;
 - word stems for Japanese (``stems-ja.toml``), for which there is no model.
 
-Smileys (``smileys.toml``) speak beside the model and the stems.
+Smileys (``smileys.toml``) count alongside the model and the stems.
 
 The strength is the model's probability, calibrated on sentences that it was not trained on.
 Below ``SILENT`` nothing is shown: a sentence that says little about anybody's feelings.
@@ -58,7 +58,7 @@ LABELS = (
 )  # fmt: skip
 #: Below this probability a sentence shows nothing.
 SILENT = 0.4
-#: Characters of a sentence that are read; more say no more about it.
+#: Characters of a sentence that are read; any more would add nothing.
 LONGEST = 1000
 
 _NEUTRAL = LABELS.index("neutral")
@@ -91,21 +91,21 @@ class WordTable:
     idf: NDArray[np.uint8]
 
     def look_up(self, numbers: list[int]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Return which of the numbers are known, and where they stand."""
+        """Return which of the numbers are known, and their places in the table."""
         wanted = np.array(numbers, dtype=np.uint32)
         place = np.minimum(np.searchsorted(self.keys, wanted), len(self.keys) - 1)
         known = np.flatnonzero(self.keys[place] == wanted)
         return known, place[known]
 
     def row(self, place: NDArray[np.intp]) -> Array:
-        """Return the weights of some keys, (…, 9): stored as the roots of their sizes."""
+        """Return the weights of some keys, (…, 9), which are stored as signed square roots."""
         root = self.weights[place] / 127.0
         return root * np.abs(root) * self.scale
 
     def evidence(self, numbers: list[int]) -> tuple[NDArray[np.intp], Array]:
         """Return which numbers are known, and what each occurrence brings, (known, 9).
 
-        TF-IDF with sublinear counts, the sentence's length taken out.
+        TF-IDF with sublinear counts, normalised for the sentence's length.
         """
         known, place = self.look_up(numbers)
         distinct, back, count = np.unique(place, return_inverse=True, return_counts=True)
@@ -130,7 +130,7 @@ class Model:
         known, each = self.words.evidence(numbers)
         single = known < len(words)
         np.add.at(brought, known[single], each[single])
-        for word in (0, 1):  # half of a pair's evidence is each word's
+        for word in (0, 1):  # each word gets half of a pair's evidence
             np.add.at(brought, known[~single] - len(words) + word, each[~single] / 2)
         groups = [letters(word) for word in words]
         owner = np.repeat(np.arange(len(words)), [len(group) for group in groups])
@@ -172,9 +172,9 @@ def hear(text: str, usual: Language = FALLBACK) -> Impression:
     text
         What they said. Only the first ``LONGEST`` characters count.
     usual
-        The language of a text that could be of any.
+        The language assumed for a text that could be in any.
     """
-    text = text[:LONGEST].encode(errors="ignore").decode()  # half a character is none
+    text = text[:LONGEST].encode(errors="ignore").decode()  # drop lone surrogates
     distress = judge_distress(text, usual)
     if distress is not None and distress.doubtful:
         return Impression(None, 0.0, "speech", worry=distress.kind)
@@ -213,9 +213,9 @@ def _shown(text: str, language: Language) -> Impression:
 def judge(text: str) -> tuple[list[str], Array, Array]:
     """Return the n words, signs and smileys, what each brings, (n, 9), and the likelihoods, (9,).
 
-    What is denied is taken back. Who recognises speech, or types in haste, leaves the signs out,
-    so that none is no evidence: such a sentence is read twice, as it is and with "!" behind it,
-    and the mean counts.
+    What is denied is taken back. Speech recognisers, and people who type in haste, leave the signs
+    out, so their absence is no evidence: such a sentence is read twice, as it is and with "!"
+    after it, and the mean counts.
     """
     model = load_model()
     text, smileys = cut_smileys(text)
@@ -235,8 +235,8 @@ def deny(words: list[str], evidence: Array) -> Array:
     """Take back what is denied: "I am not happy" says nothing of happiness.
 
     The word of denial itself, which quarrels are full of, counts half. Of the next words, up to a
-    sign or a "but", the clearest is taken back more than whole, if it is clear: half of that goes
-    to none, and half of what was glad to sadness.
+    sign or a "but", the clearest, if clear enough, loses more than all of its evidence: half of
+    that goes to none and, if the feeling was a glad one, half to sadness.
     """
     evidence = evidence.copy()
     for place, word in enumerate(words):
@@ -265,7 +265,7 @@ def _name_reasons(words: list[str], brought: Array) -> tuple[Brought, ...]:
     for word, weight in zip(words, brought.tolist(), strict=True):
         if len(word) > 1 or word in "!?" or category(word)[0] != "P":  # no comma says anything
             most[word] = most.get(word, 0.0) + weight
-    # A word that stands everywhere explains nothing to a reader, unless there is no other.
+    # A word that occurs everywhere explains nothing to a reader, unless there are no others.
     clear = {word: weight for word, weight in most.items() if word not in common_words("en")}
     ordered = sorted((clear or most).items(), key=lambda item: -item[1])[:_TOLD]
     return tuple(

@@ -1,10 +1,10 @@
 """Who may talk to the server, how much, and how often: one gate in front of every route.
 
 On the loopback address anybody at this computer may; on any other address a token is needed
-everywhere but on the pairing and the privacy page. Requests from other sites' pages are refused on
-both, unless the user lets an origin use the interface. Where the server listens by https, too, no
-token passes unencrypted: plain http is for this computer itself, and tells others only where https
-is.
+everywhere but on the pairing and privacy pages. Requests from other sites' pages are refused in
+both cases, unless the user lets an origin use the interface. If the server also listens by https,
+it accepts no token unencrypted: plain http is for this computer itself, and tells others only where
+https is.
 """
 
 import asyncio
@@ -55,46 +55,46 @@ __all__ = [
 ]
 
 COOKIE = "miburi_token"
-#: The only paths that answer without a token: how to come in, what becomes of what one says, and by
-#: https, whom to trust.
+#: The only paths that answer without a token: how to get in, what becomes of what one says and, if
+#: there is https, whom to trust.
 PAIRING, PRIVACY, AUTHORITY = "/pair", "/privacy", "/ca.pem"
-#: What no limit holds up, for those who may use the partner.
+#: The path of Stop: no limit delays it, for those who may use the partner.
 STOP = "/api/v1/stop"
-#: A stream of events, which lasts as a WebSocket does.
+#: A stream of events, which stays open as a WebSocket does.
 EVENTS = "/api/v1/events"
-#: In a request's state: when it came, s on the clock of all processes, where a reception knows.
+#: Key in a request's state: when it came, s on the clock all processes share, if a reception knows.
 CAME = "came"
 #: Where agents come in, if the partner lets them.
 AGENTS = "/mcp"
-#: Since this revision of MCP headers say what an agent asks for, and its server holds them against
-#: the body. Calls of older clients wait their turn, whatever they ask for.
+#: From this revision of MCP on, headers say what an agent asks for, and its server checks them
+#: against the body. Older clients' calls wait their turn, whatever they ask for.
 _REVISION = {b"mcp-protocol-version": b"2026-07-28"}
 #: An agent's call of its tool `stop`: no limit holds it up either.
 _AGENTS_STOP = _REVISION | {b"mcp-method": b"tools/call", b"mcp-name": b"stop"}
 _AGENTS_LIST = _REVISION | {b"mcp-method": b"tools/list"}
 #: The largest body of a request, and the largest message on a WebSocket, bytes.
 LARGEST = 65_536
-#: Bytes that a request's headers may have, and s within which they must have come (ours).
+#: The most bytes that a request's headers may have, and s within which they must arrive (ours).
 HEADERS, HEADER_TIME = 16_384, 10.0
 #: Connections that an address may have open, sockets not counted (ours).
 CONNECTIONS = 200
-#: Requests to the interface a second and at once, from one address.
+#: Requests to the interface per second, and at once, from one address.
 RATE, BURST = 50.0, 150.0
-#: Pages a second and at once, to one address; the server makes each of them anew.
+#: Pages per second, and at once, to one address; the server builds each one afresh.
 PAGE_RATE, PAGE_BURST = 1.0, 12.0
 #: The same to all addresses together: a page takes about 0.8 MB for some seconds (ours).
 _PAGES_RATE, _PAGES_BURST = 1.5, 15.0
-#: s between the end of a page's making and the next: what waits meanwhile may be a Stop (ours).
+#: s between finishing one page and starting the next: a Stop may be waiting meanwhile (ours).
 PAGE_BREATH = 0.05
-#: s for which a page may keep others waiting: whoever asks for one may take it in slowly.
+#: s for which a page may keep others waiting: whoever asked for it may receive it slowly.
 _PAGE_TIME = 1.0
-#: Wrong tokens a second and at once, from one address.
+#: Wrong tokens per second, and at once, from one address.
 WRONG_RATE, WRONG_BURST = 0.2, 10.0
 #: WebSockets and streams of events that may be open at the same time.
 SOCKETS = 200
 #: The most keys that one request may present: cookies of one name can exist for several paths.
 _LOOKED_AT = 4
-#: s between two looks at the key of an open socket (ours).
+#: s between two checks of an open socket's key (ours).
 _KEY_LOOK = 1.0
 _FORGOTTEN = "this device was forgotten; pair it again."
 _PAGES = ("/", "/face")
@@ -125,7 +125,7 @@ class Allowance:
     rate, burst
         How much comes back a second, and how much there is at most.
     clock
-        Gives s.
+        Returns the time, s.
     """
 
     rate: float
@@ -154,18 +154,18 @@ class RefusedError(Exception):
 
 
 class Gate:
-    """Lets through what may pass, and limits the rest; an ASGI application around another.
+    """Refuses what may not pass and limits the rest: an ASGI application around another.
 
     Parameters
     ----------
     app
-        What is behind the gate.
+        The application behind the gate.
     keys
-        One of them is needed by everybody when given; None on the loopback address, where instead
-        the request must have been sent to a loopback name (a page elsewhere could make its own name
+        If given, everybody needs one of them; None on the loopback address, where instead the
+        request must have been sent to a loopback name (a page elsewhere could make its own name
         point here).
     clock
-        Gives s.
+        Returns the time, s.
     https
         Whether the server listens by https, too.
     origins
@@ -255,10 +255,10 @@ class Gate:
                     await send({"type": "websocket.close", "code": 1008, "reason": _FORGOTTEN})
 
     async def _agents_turn(self, who: str, *, calls: bool) -> None:
-        """Let calls of agents wait their turn, those of each address behind each other.
+        """Make agents' calls wait their turn, in a separate queue for each address.
 
-        A refusal would look to an agent like a broken tool; a moment is nothing to it. Lists of
-        tools have turns of their own: a client asks for one before its first Stop.
+        To an agent, a refusal would look like a broken tool; a short wait does no harm. Lists of
+        tools have their own queue: a client asks for one before its first Stop.
         """
         lane = f"{who} {calls}"
         async with self._agents_turns.setdefault(lane, asyncio.Lock()):
@@ -286,7 +286,7 @@ class Gate:
         Raises
         ------
         RefusedError
-            It may not, and why.
+            It may not pass; the message says why.
         """
         headers = _headers(scope)
         who = _asker(scope)
@@ -301,7 +301,7 @@ class Gate:
         unlocked = path in (PAIRING, PRIVACY) or (self._https and path == AUTHORITY)
         if keys is not None and plain and not (unlocked and method in ("GET", "HEAD")):
             raise RefusedError(
-                426, "no token is taken by plain http; use the https address of this partner."
+                426, "no token is accepted by plain http; use this partner's https address."
             )
         if self.origin_of(path, headers) is not None:  # its pages bring a token, and no cookie
             headers.pop(b"cookie", None)
@@ -309,7 +309,7 @@ class Gate:
         if path == STOP and method == "POST":
             return key
         if method not in _METHODS:
-            raise RefusedError(405, f"{method[:20]} is not for this address.")
+            raise RefusedError(405, f"{method[:20]} is not allowed at this address.")
         limited = path.startswith("/api") or path in (PAIRING, PRIVACY, AUTHORITY)
         if limited and not self._requests.take(who):
             raise RefusedError(429, f"too many requests; at most {RATE:g} a second, please.")
@@ -351,7 +351,7 @@ class Gate:
         async def guarded(message: Message) -> None:
             nonlocal began
             if received > LARGEST and not began:
-                # Whoever reads the body may have taken our refusal for a mistake in it.
+                # The reader of the body may have mistaken our refusal for an error in it.
                 raise RefusedError(413, f"a request may have {LARGEST} bytes at most.")
             if message["type"] == "http.response.start":
                 began = True
@@ -373,7 +373,7 @@ def _headers(scope: Scope) -> dict[bytes, str]:
 
 
 def _check_host(headers: dict[bytes, str], *, near: bool) -> None:
-    """Refuse names that only point here; ``near`` is this computer's own door."""
+    """If ``near`` (on the loopback address), refuse a name that merely points here."""
     host = headers.get(b"host", "")
     if near and not is_loopback(_split(f"//{host}").hostname or ""):
         raise RefusedError(
@@ -383,16 +383,16 @@ def _check_host(headers: dict[bytes, str], *, near: bool) -> None:
 
 
 def _check_site(headers: dict[bytes, str], *, encrypted: bool) -> None:
-    """Refuse what a page of another site has sent; ``encrypted`` is what came by https."""
+    """Refuse a request from another site's page; ``encrypted`` says that it came by https."""
     host, origin = headers.get(b"host", ""), headers.get(b"origin")
-    # A browser names no origin where a page shows an image or a script of ours, but the site.
+    # For an image or a script of ours on a page, a browser sends no origin, but it sends the site.
     foreign = headers.get(b"sec-fetch-site", "none") not in ("same-origin", "none")
     if origin is not None:
         page = _split(origin)
-        # Anybody on the way can make a page of ours by plain http.
+        # Over plain http, anybody on the way can forge a page of this server.
         foreign |= page.netloc != host or (encrypted and page.scheme != "https")
     if foreign:
-        named = "; `miburi run --allow-origin` lets pages use the interface that you name"
+        named = "; `miburi run --allow-origin` lets the pages that you name use the interface"
         raise RefusedError(403, f"requests from other sites' pages are refused{named}.")
 
 
@@ -402,7 +402,7 @@ def int_or(text: str | None, otherwise: int) -> int:
 
 
 def _lasts(scope: Scope) -> bool:
-    """Whether a connection stays: a WebSocket, or a stream of events."""
+    """Whether a connection stays open: a WebSocket, or a stream of events."""
     return bool(scope["type"] == "websocket" or scope["path"] == EVENTS)
 
 
@@ -417,9 +417,9 @@ def _is_own(scope: Scope) -> bool:
 
 
 def _tokens_of(headers: dict[bytes, str]) -> list[str]:
-    """Return the tokens that a request brings, in its header or in cookies of our name.
+    """Return the tokens that a request brings, in its header or in cookies with our name.
 
-    Other cookies of this host are others' matter: whatever stands in them, ours is found.
+    This host's other cookies are skipped: whatever is in them, ours is found.
     """
     scheme, _, value = headers.get(b"authorization", "").partition(" ")
     if scheme.lower() == "bearer" and value:
@@ -432,7 +432,7 @@ def _split(url: str) -> SplitResult:
     try:
         return urlsplit(url)
     except ValueError:
-        raise RefusedError(403, "the host or the origin is not a name.") from None
+        raise RefusedError(403, "the host or the origin is malformed.") from None
 
 
 def _has(scope: Scope, headers: dict[bytes, bytes]) -> bool:
@@ -440,7 +440,7 @@ def _has(scope: Scope, headers: dict[bytes, bytes]) -> bool:
 
 
 def _wants_page(scope: Scope) -> bool:
-    """Whether a person opens a page, whom words in JSON would not help."""
+    """Whether a person is opening a page, and so would not be helped by words in JSON."""
     accepted = b"".join(value for name, value in scope["headers"] if name == b"accept")
     return scope.get("method") == "GET" and scope["path"] in _PAGES and b"text/html" in accepted
 
@@ -458,7 +458,7 @@ async def _tell(status: int, headers: Headers, send: Send) -> None:
 
 
 def _with(headers: Headers, send: Send) -> Send:
-    """Send with more headers."""
+    """Return a ``send`` that adds headers to the answer."""
 
     async def sending(message: Message) -> None:
         if message["type"] == "http.response.start":
@@ -475,7 +475,7 @@ def _farewell(scope: Scope) -> list[tuple[bytes, bytes]]:
 
 async def _refuse(scope: Scope, receive: Receive, send: Send, refused: RefusedError) -> None:
     if scope["type"] == "websocket":
-        await receive()  # the client's wish to connect
+        await receive()  # the client's request to connect
         await send({"type": "websocket.close", "code": 1008, "reason": str(refused)[:100]})
         return
     body = json.dumps({"detail": str(refused)}).encode()

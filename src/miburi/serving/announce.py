@@ -1,7 +1,7 @@
 """Tell the local network where the partner's pages are, by multicast DNS (``_miburi._tcp``).
 
-It tells an address and a name, and no token: whoever finds a partner must still be let in. It is
-done where other devices reach the partner at all, if the extra ``https`` is installed.
+It gives an address and a name, but no token: whoever finds a partner must still be let in. It runs
+only where other devices can reach the partner, and only if the extra ``https`` is installed.
 """
 
 import asyncio
@@ -34,12 +34,12 @@ def add_announcement(app: FastAPI, name: str, address: str) -> None:
 
 
 async def announce(name: str, address: str) -> None:
-    """Tell the network until cancelled; what fails is logged, and nobody is found.
+    """Announce a partner until cancelled; a failure is logged, and the partner is not found.
 
     Parameters
     ----------
     name
-        The partner's name; where another has it, a number is added.
+        The partner's name; if another partner has it, a number is added.
     address
         The URL of its pages. If its host is not an IP address, nothing is announced.
     """
@@ -58,7 +58,7 @@ async def announce(name: str, address: str) -> None:
         service = AsyncZeroconf(interfaces=[str(host)])
         await service.async_register_service(info, allow_name_change=True)
         await asyncio.Event().wait()
-    except Exception as error:  # whatever the network does not allow, the partner lives on
+    except Exception as error:  # the partner runs on, whatever the network forbids
         log_once("the partner cannot be announced by mDNS", error)
     finally:
         if service is not None:

@@ -1,12 +1,12 @@
 """A home authority, made on this computer, that vouches for its pages on a phone.
 
-A browser grants camera, microphone and motion to pages over https alone, and no authority of the
-internet vouches for an address at home. So this computer makes an authority of its own, which a
-phone may learn to trust, and with it a certificate for the addresses that it has now. X.509 name
-constraints bind the authority to names and networks at home: a stolen key can imitate no site of
-the internet.
+A browser grants camera, microphone and motion only to pages over https, and no public authority
+vouches for an address at home. So this computer makes an authority of its own, which a phone can
+be told to trust, and with it a certificate for the addresses that it has now. X.509 name
+constraints bind the authority to names and networks at home: a stolen key cannot imitate any site
+on the internet.
 
-This module needs the extra ``https``; nothing loads it before somebody wants it.
+This module needs the extra ``https``; it is loaded only when needed.
 """
 
 import os
@@ -36,7 +36,7 @@ except ModuleNotFoundError as error:
 
 __all__ = ["NAMES", "NETWORKS", "Certificates", "is_at_home", "kept_certificates", "own_names"]
 
-#: Domains that the authority may vouch for, each with what is below it.
+#: Domains that the authority may vouch for, each with its subdomains.
 NAMES = ("local", "localhost")
 #: Networks at home (RFC 1918, 4193), of one's own VPN (RFC 6598), of this link and computer, and
 #: of test machines (RFC 5737). None of them leads to the internet.
@@ -47,11 +47,11 @@ NETWORKS = tuple(
         *("127.0.0.0/8", "192.0.2.0/24", "fd00::/8", "fe80::/10", "::1/128"),
     )
 )
-#: How long both are valid. Phones refuse a certificate of more than 398 days; the rest is ours.
+#: How long each is valid. Phones refuse a certificate of more than 398 days; the rest is ours.
 _AUTHORITY_LASTS, _CERTIFICATE_LASTS = timedelta(days=3650), timedelta(days=396)
 #: A certificate is renewed when less than this is left: the partner may run for a while.
 _LEFT = timedelta(days=60)
-#: The clocks of two devices at home may differ by so much.
+#: The clocks of two devices at home may differ by this much.
 _SKEW = timedelta(days=1)
 
 
@@ -66,8 +66,8 @@ def _usage(*, signs: bool) -> x509.KeyUsage:
 
 
 _FOR_SERVERS = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH])
-#: What an authority of ours says about itself, and whether who does not understand it must refuse;
-#: strict verifiers want the last without that.
+#: The extensions of an authority that we make, and whether each is critical; strict verifiers want
+#: the last one not to be.
 _BOUNDS = {
     x509.BasicConstraints(ca=True, path_length=0): True,
     _usage(signs=True): True,
@@ -107,7 +107,7 @@ class _Identity:
 
 
 class _UnfitError(Exception):
-    """What is in a file serves no longer; the message ends the sentence "it ..."."""
+    """A file's content can no longer be used; the message completes the sentence "it ..."."""
 
 
 def is_at_home(host: str) -> bool:
@@ -127,10 +127,10 @@ def own_names() -> list[str]:
 
 
 def kept_certificates(folder: Path, hosts: Iterable[str], now: datetime) -> Certificates:
-    """Return the certificates in a folder; make those that are missing or serve no longer.
+    """Return the certificates in a folder; make those that are missing or no longer usable.
 
-    The authority is made once, and anew only where its file is broken, not ours, open to others,
-    or near its end. The server's certificate is made anew for other hosts, too.
+    The authority is made once, and replaced only if its file is broken, not ours, open to others,
+    or near its end. The server's certificate is also replaced when the hosts change.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ def kept_certificates(folder: Path, hosts: Iterable[str], now: datetime) -> Cert
     InputError
         A host is not at home: the authority may not vouch for it.
     OutputError
-        The folder can be neither read nor written.
+        The folder cannot be read or written.
     """
     names = sorted(set(hosts))
     for host in names:
@@ -201,10 +201,10 @@ def _load(path: Path) -> _Identity:
     Raises
     ------
     OSError, _UnfitError
-        The file cannot be read; it serves no longer.
+        The file cannot be read; its content can no longer be used.
     """
     content = path.read_bytes()
-    # Windows knows no such bits: there a user's own folder is closed to others.
+    # Windows has no such bits; there a user's own folder is closed to others.
     if os.name == "posix" and path.stat().st_mode & 0o077:
         raise _UnfitError("could be read by others")
     try:
@@ -228,11 +228,11 @@ def _check_authority(found: _Identity, now: datetime) -> None:
     except (ValueError, TypeError, InvalidSignature, x509.ExtensionNotFound):
         bound = False
     if not bound:
-        raise _UnfitError("is no authority that is bound to this home")
+        raise _UnfitError("is not an authority bound to this home")
     if certificate.not_valid_before_utc > now:
         raise _UnfitError("is not valid yet")
     if certificate.not_valid_after_utc < now + _CERTIFICATE_LASTS:
-        raise _UnfitError("ends too soon")
+        raise _UnfitError("expires too soon")
 
 
 def _check_server(found: _Identity, authority: _Identity, names: list[str], now: datetime) -> None:
@@ -308,7 +308,7 @@ def _pem(identity: _Identity) -> bytes:
 
 
 def _write(path: Path, content: bytes, mode: int) -> None:
-    """Write a file that is whole, and never open to more than ``mode``, at every moment."""
+    """Write a file that is complete, and never more open than ``mode``, at every moment."""
     draft = path.with_name(f".{path.name}.new")
     draft.unlink(missing_ok=True)
     with os.fdopen(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode), "wb") as file:

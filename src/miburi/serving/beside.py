@@ -1,4 +1,4 @@
-"""Work that lives and ends with the server of an application."""
+"""Work that starts and ends with the server of an application."""
 
 import asyncio
 from collections.abc import AsyncIterator, Callable, Coroutine

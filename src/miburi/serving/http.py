@@ -1,12 +1,12 @@
-"""How a server takes connections: what it grants them before anybody knows who asks.
+"""How a server takes connections: what it grants them before it knows who is asking.
 
-Headers are limited in size, and must come within a time. An address has so many connections:
-when one more comes, its oldest silent one gives way, so that who opens many and says nothing
-keeps nobody out. An encrypted connection counts from its first moment, not from its handshake's
-end, so the same holds for it.
+Headers are limited in size, and must arrive in time. An address may have only a limited number of
+connections: one more closes its oldest silent one, so that nobody keeps others out by opening many
+and saying nothing. An encrypted connection counts from its first moment, not from the end of its
+handshake, so the same holds for it.
 
-Where a :mod:`reception <miburi.serving.reception>` listens for the server, each request by http
-comes through a :class:`Passage` with a connection of its own, which ends with the answer.
+If a :mod:`reception <miburi.serving.reception>` listens for the server, each request by http comes
+through a :class:`Passage` with a connection of its own, which ends with the answer.
 """
 
 import asyncio
@@ -32,13 +32,13 @@ from miburi.serving.passing import ENCRYPTED, Note, Passed, taken_in
 
 __all__ = ["Passage", "configure", "encryption", "listen_encrypted"]
 
-#: s for which a closed connection waits for a farewell by the other side, which may be asleep; less
-#: than the server's own end.
+#: s for which a closed connection waits for the other side, which may be asleep, to say farewell;
+#: less than the server's own shutdown may take.
 _FAREWELL = 0.5
 _BACKLOG = 2048
-#: In a request's state: what a reception knows of it.
+#: Key in a request's state: what a reception knows of it.
 _NOTE = "note"
-#: Connections that are taken in at once: what waits meanwhile is served between them.
+#: Connections that are taken in at once; between such batches, whatever is waiting is served.
 _AT_ONCE = 16
 
 
@@ -72,7 +72,7 @@ class _Connection(H11Protocol):
     def on_response_complete(self) -> None:
         super().on_response_complete()
         if self.note is not None and self.note.kind != ENCRYPTED:
-            self.transport.close()  # by this the reception knows that the answer is whole
+            self.transport.close()  # this tells the reception that the answer is complete
 
     def handle_websocket_upgrade(self, event: h11.Request) -> None:
         self._leave()
@@ -110,11 +110,11 @@ _CROWDS = WeakKeyDictionary()
 class _Handshake(SSLProtocol):
     """Encrypts a connection, which counts as a silent one until its handshake is over.
 
-    ``create_server(ssl=…)`` does the same, but tells nobody of the connection before that: who
-    opens many and shakes no hand would be without a limit.
+    ``create_server(ssl=…)`` does the same, but tells nobody of the connection before that: there
+    would be no limit to connections that never complete a handshake.
     """
 
-    max_size = 16_384  # of a buffer that each connection has; asyncio's 256 KiB are a flood's gain
+    max_size = 16_384  # of each connection's buffer; asyncio's 256 KiB would help a flood
 
     def __init__(self, connection: _Connection, context: ssl.SSLContext) -> None:
         super().__init__(
@@ -138,35 +138,35 @@ class _Handshake(SSLProtocol):
 
 
 def configure(app: ASGIApp, *, lifespan: bool = True) -> uvicorn.Config:
-    """Return how an application is served; every server of ours is configured by this.
+    """Return the configuration of an application's server; all our servers use it.
 
     Parameters
     ----------
     app
-        What answers, behind its :class:`~miburi.serving.access.Gate`.
+        The application, behind its :class:`~miburi.serving.access.Gate`.
     lifespan
         Whether it is told of the server's start and end.
     """
 
     async def known(scope: Scope, receive: Receive, send: Send) -> None:
         note = scope.get("state", {}).pop(_NOTE, None)
-        if note is not None:  # a WebSocket's protocol knows only whom the server has connected to
+        if note is not None:  # a WebSocket's protocol only knows the server's own peer
             scope = {**scope, "client": note.client, "server": note.server}
-            if note.kind != ENCRYPTED:  # else many requests come
+            if note.kind != ENCRYPTED:  # otherwise it carries many requests
                 scope["state"] = {**scope["state"], CAME: note.came}
         await app(scope, receive, send)
 
     config = uvicorn.Config(
         known,
         http=_Connection,
-        log_level="error",  # what strangers send wrong is no news
+        log_level="error",  # strangers' malformed requests are no news
         lifespan="on" if lifespan else "off",
         ws="websockets-sansio",
         ws_max_size=LARGEST,
-        ws_per_message_deflate=False,  # a state is small; to pack it costs more than to send it
+        ws_per_message_deflate=False,  # a state is small; packing it costs more than sending it
         timeout_graceful_shutdown=2,
         server_header=False,
-        proxy_headers=False,  # who asks is who has connected, whatever a header says
+        proxy_headers=False,  # the client is whoever connected, whatever a header says
         h11_max_incomplete_event_size=HEADERS,
         backlog=_BACKLOG,
     )
@@ -175,7 +175,7 @@ def configure(app: ASGIApp, *, lifespan: bool = True) -> uvicorn.Config:
 
 
 def _tells_more_than_the_end(record: logging.LogRecord) -> bool:
-    """Leave out that requests were cancelled because the server ended: it is no error."""
+    """Return False for requests cancelled because the server ended: that is no error."""
     error = record.exc_info[1] if record.exc_info else None
     cancels = str(record.msg).startswith("Cancel %s running task(s)")
     return not (cancels or isinstance(error, asyncio.CancelledError))
@@ -200,16 +200,16 @@ async def listen_encrypted(
 
 
 class Passage:
-    """The server's end of what leads to a reception.
+    """The server's end of the socket that connects it to a reception.
 
     Parameters
     ----------
     end
         A Unix socket that never blocks.
     server
-        It has started.
+        The server, already started.
     context
-        Encrypts connections by https; None: none come.
+        Encrypts connections by https; None if none come.
     """
 
     def __init__(
@@ -221,7 +221,7 @@ class Passage:
         self._loop.add_reader(end.fileno(), self._take_in)
 
     def close(self) -> None:
-        """Take in no more."""
+        """Take in no more connections."""
         self._loop.remove_reader(self._end.fileno())
 
     def _take_in(self) -> None:
@@ -253,7 +253,7 @@ class Passage:
 
 
 def encryption(certificate: Path) -> ssl.SSLContext:
-    """Return what encrypts the connections of a server with its key and certificate, PEM."""
+    """Return the TLS context of a server, from the file with its key and certificate, PEM."""
     context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
     context.load_cert_chain(certificate)
     context.set_alpn_protocols(["http/1.1"])

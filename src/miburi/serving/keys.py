@@ -52,14 +52,14 @@ def same(given: str, token: str) -> bool:
 def kept_token(path: Path) -> str:
     """Return the token in a file that only its owner can read.
 
-    A missing, malformed or readable-by-others token is replaced by a new one.
+    A token that is missing, malformed or readable by others is replaced by a new one.
 
     Raises
     ------
     OutputError
-        It can be neither read nor written.
+        The file cannot be read or written.
     """
-    # Windows knows no such bits: there a user's own folder is closed to others.
+    # Windows has no such bits; there a user's own folder is closed to others.
     try:
         open_to_others = os.name == "posix" and path.is_file() and path.stat().st_mode & 0o077
         token = "" if open_to_others else _read(path)
@@ -152,7 +152,7 @@ class Keys:
         Raises
         ------
         OutputError
-            It cannot be kept.
+            The key cannot be kept.
         """
         now = time.time() if now is None else now
         name, secret = secrets.token_hex(4), secrets.token_urlsafe(32)
@@ -177,7 +177,7 @@ class Keys:
         self._drop(key.partition(".")[0])
 
     def devices(self, now: float | None = None) -> list[Device]:
-        """Return the devices whose keys are good, the latest here first."""
+        """Return the devices whose keys are good, the most recently seen first."""
         now = time.time() if now is None else now
         found = []
         for path in self._devices.glob("*.json"):
@@ -252,7 +252,7 @@ def _kept(path: Path) -> _Kept | None:
 
 
 def _kind(agent: str) -> str:
-    """Name machine and browser in words of ours, never in the browser's own."""
+    """Name the machine and the browser in our own words, never in the browser's."""
     machine = next((word for sign, word in _MACHINES.items() if sign in agent), "a device")
     browser = next((word for sign, word in _BROWSERS.items() if sign in agent), "")
     return f"{machine}, {browser}" if browser else machine

@@ -1,4 +1,4 @@
-"""Pages of other origins that a user lets use the interface, by the rules of CORS."""
+"""Other origins whose pages the user allows to use the interface, by the rules of CORS."""
 
 import re
 from collections.abc import Mapping
@@ -26,7 +26,7 @@ def check_origin(text: str) -> str:
     Raises
     ------
     InputError
-        It is none: ``*`` would let in every page that a user ever opens.
+        The text is not an origin; nor is ``*``, which would let in every page a user ever opens.
     """
     origin = text.lower()
     if not _ORIGIN.fullmatch(origin):
@@ -50,6 +50,6 @@ def cors(origin: str) -> Headers:
 
 
 def permit(origin: str, headers: Mapping[bytes, str]) -> Headers:
-    """Return the headers that answer a browser which asks what a page may send."""
+    """Return the headers that answer a browser's question of what a page may send."""
     near = [(b"access-control-allow-private-network", b"true")] if _NEAR in headers else []
     return [*cors(origin), *_PERMITTED, *near]

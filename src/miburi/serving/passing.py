@@ -13,14 +13,14 @@ __all__ = ["CAN_PASS", "ENCRYPTED", "PLAIN", "Note", "Passed", "pass_on", "taken
 CAN_PASS = hasattr(socket, "send_fds")
 #: What a connection speaks: http, or https.
 PLAIN, ENCRYPTED = b"p", b"e"
-#: The other side takes nothing at the moment: its socket, or the kernel, has enough.
+#: The other side takes nothing at the moment: its socket, or the kernel, is full.
 _FULL = (errno.EAGAIN, errno.EWOULDBLOCK, errno.ENOBUFS, errno.ETOOMANYREFS)
 #: Bytes of a note; an IPv6 address with its zone has at most 62.
 _SIZE = 256
 
 
 class Note(NamedTuple):
-    """What is known of a connection: when its request had come, s, who asks, and which address."""
+    """A connection's kind, when its request came, s, and the client's and the server's address."""
 
     kind: bytes
     came: float
@@ -48,7 +48,7 @@ def pass_on(passage: socket.socket, line: int, note: Note) -> bool:
 
 
 def taken_in(passage: socket.socket, most: int) -> Iterator[Passed | None]:
-    """Yield the connections that wait in a passage, so many at most; None if its end has come."""
+    """Yield up to ``most`` connections that wait in a passage; None once its end has come."""
     for _ in range(most):
         try:
             words, lines, _, _ = socket.recv_fds(passage, _SIZE, 1)

@@ -1,8 +1,8 @@
 """The content security policy of our pages.
 
 The studio is NiceGUI's page, which needs inline scripts and ``eval`` (Vue compiles its templates in
-the browser). Every other page is our own: it may run the scripts that stand in it, known by their
-hashes, and those of our folder, and nothing else.
+the browser). Every other page is our own: it may run its inline scripts, known by their hashes, and
+those in our folder, and nothing else.
 """
 
 import re
@@ -21,7 +21,7 @@ _SHARED = (
     "font-src 'self' data:; connect-src 'self'; frame-ancestors 'none'; base-uri 'self'; "
     "form-action 'self'"
 )
-#: For whatever does not bring a policy of its own.
+#: For every answer without a policy of its own.
 NICEGUI = _SHARED.format(
     scripts="script-src 'self' 'unsafe-inline' 'unsafe-eval' blob:",
     styles="style-src 'self' 'unsafe-inline'",

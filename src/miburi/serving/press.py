@@ -1,8 +1,8 @@
 """Who presses Stop, and who may end it.
 
-A Stop is a person's unless it says that a program pressed it: a button that somebody built for
-themselves need not know that there is a difference. A release is a program's unless it comes from
-a page or another place where a person acts.
+A Stop is a person's unless it says that a program pressed it: a home-made button need not know
+that there is a difference. A release is a program's unless it comes from a page or another place
+where a person acts.
 """
 
 from typing import Literal, NamedTuple, get_args
@@ -30,7 +30,7 @@ _HELD = (
 
 
 def who(claim: str) -> By:
-    """Return who presses Stop, as a request says; a claim that we do not know is ignored."""
+    """Return who presses Stop, as a request says; an unknown claim counts as a person's."""
     for known in get_args(By):
         if claim == known != "partner":
             return known  # type: ignore[no-any-return]
@@ -59,7 +59,7 @@ class Press(NamedTuple):
         return Press(by, before.names | later.names)
 
 
-#: A press whose maker is not known.
+#: A press by somebody unknown.
 PRESSED = Press()
 
 
@@ -87,7 +87,7 @@ class Hold:
         self._by: By | None = None  # while nobody has pressed
 
     def press(self, by: By) -> bool:
-        """Take a press in; return whether it changes who holds the body."""
+        """Record a press; return whether it changes who holds the body."""
         before, self._by = self._by, outlasting(self._by, by)
         return self._by != before
 
@@ -102,7 +102,7 @@ class Hold:
         Raises
         ------
         BodyError
-            It is one.
+            A program tries to release a person's Stop.
         """
         free = self._by is None or self._by in _PROGRAMS_MAY_END
         if not (free or by_person or self._programs_may_release):

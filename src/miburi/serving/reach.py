@@ -18,9 +18,9 @@ class Reach:
     Attributes
     ----------
     addresses
-        Where, the likeliest first; none on the loopback address.
+        The server's addresses, the likeliest first; none on the loopback address.
     keys
-        What they need one of; None on the loopback address.
+        Keys, of which each device needs one; None on the loopback address.
     authority
         The certificate of the home authority, PEM, if they come by https; else None.
     fingerprint

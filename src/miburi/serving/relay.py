@@ -5,9 +5,9 @@ request the server gets the other end of a pair of Unix sockets, answers there, 
 
     client ══ line ══ Guest ══ relay ══ server
 
-An answer is held back until the server has closed its end, as far as it is small: so a client that
-has an answer is one whose next request is read here. What lasts, or has no end that is seen from
-here (https, WebSockets, bodies in chunks), is relayed byte by byte until either side closes.
+Up to 64 KiB of an answer are held back until the server has closed its end: so once a client has
+its answer, its next request is read here. What lasts, or has no end that can be seen from here
+(https, WebSockets, bodies in chunks), is relayed byte by byte until either side closes.
 """
 
 import json
@@ -35,7 +35,7 @@ Address = tuple[str, int]
 
 
 class Framing(NamedTuple):
-    """How a request ends: bytes of its body, infinite if unknown; and whether no other follows.
+    """How a request ends: bytes of its body, infinite if unknown; and whether it is the last.
 
     ``lasts`` is a WebSocket or a stream of events.
     """
@@ -71,14 +71,14 @@ class Guest:
     Attributes
     ----------
     line
-        It never blocks.
+        The client's socket, which never blocks.
     client, kind
-        Who has connected, and what it speaks.
+        The client's address, and what it speaks.
     since
         When it came, or last began or ended something; s.
     silent
-        Whether it has not said all that must be known of it: a request's head, or by https its
-        second word, which ends the handshake.
+        Whether it has yet to say what must be known first: a request's head or, by https, its
+        second message, which ends the handshake.
     known
         Whether it has been answered before.
     stop
@@ -101,7 +101,7 @@ class Guest:
     apart: bool = False  # a WebSocket or a stream of events: it is counted by the gate
     seen: int = 0  # bytes of a head that has not ended yet
     head: bytes = b""  # of a request that waits for the server
-    waits: bool = False  # whether one does
+    waits: bool = False  # whether a request does
     relay: socket.socket | None = None
     begun: bool = False  # whether something of the present answer has left
     body: float = 0.0  # bytes of the request that are still to come
@@ -123,7 +123,7 @@ class Guest:
     @property
     def line_wants(self) -> tuple[bool, bool]:
         """Whether to read from the client now, and whether to write to it."""
-        if self.waits:  # of these methods' requests we know that no body comes
+        if self.waits:  # requests with these methods have no body
             more = self.head.startswith((b"GET ", b"HEAD ")) and not self.looked
         elif self.body:
             more = not self._back
@@ -133,11 +133,11 @@ class Guest:
 
     @property
     def relay_wants(self) -> tuple[bool, bool]:
-        """The same for the server."""
+        """Whether to read from the server now, and whether to write to it."""
         return not self._out, bool(self._back)
 
     def wait(self, head: int) -> None:
-        """Take a request's head of so many bytes, which waits for the server; a tunnel has none."""
+        """Take in a request's head of ``head`` bytes, to wait for the server; a tunnel has none."""
         self.head = (_receive(self.line, head) if head else None) or b""
         self.waits, self.looked, self.begun = True, False, False
 
@@ -151,13 +151,13 @@ class Guest:
         self.push()
 
     def close(self) -> None:
-        """Close it, and the server's end."""
+        """Close the connection, and the relay to the server."""
         self.line.close()
         self.waits = False
         self.drop()
 
     def drop(self) -> None:
-        """Let the server go; what is still to come of the request is for nobody."""
+        """Close the relay to the server; the rest of the request goes to nobody."""
         if self.relay is not None:
             self.relay.close()
             self.relay = None
@@ -179,12 +179,12 @@ class Guest:
         return bool(piece)
 
     def push(self) -> None:
-        """Send to the server what it takes."""
+        """Send the server as much as it takes."""
         if self.relay is None or not _send(self.relay, self._back):
             self._back.clear()  # it has answered already, and needs no more
 
     def fetch(self) -> None:
-        """Take in more of an answer; at its end, let the server go."""
+        """Take in more of an answer; at its end, close the relay to the server."""
         while self.relay is not None and not self._out:
             if (piece := _receive(self.relay, _PIECE)) is None:
                 return
@@ -205,17 +205,17 @@ class Guest:
                 self.drop()
 
     def tell(self, answer: bytes) -> bool:
-        """Send an answer of our own; False if the client has gone."""
+        """Send the reception's own answer; False if the client has gone."""
         self._out += answer
         return self.flush()
 
     def flush(self) -> bool:
-        """Send to the client what it takes; False if it has gone."""
+        """Send the client as much as it takes; False if it has gone."""
         return _send(self.line, self._out)
 
 
 def _receive(line: socket.socket, most: int) -> bytes | None:
-    """Return what has come, empty at the end; None if nothing has."""
+    """Return the bytes that have come, empty at the end; None if nothing has come."""
     try:
         return line.recv(most)
     except BlockingIOError:
@@ -225,7 +225,7 @@ def _receive(line: socket.socket, most: int) -> bytes | None:
 
 
 def _send(line: socket.socket, waiting: bytearray) -> bool:
-    """Send what is taken of what waits; False if nobody takes it any more."""
+    """Send as much of what waits as the other side takes; False if that side has gone."""
     with suppress(BlockingIOError):
         try:
             while waiting:

@@ -1,8 +1,8 @@
 """How other devices reach the server, now and later: addresses change, and certificates end.
 
-At the start, and each minute while it runs, this looks at the computer's addresses. Where they
-have changed, or where the certificate is near its end, the certificate is made anew; the pages'
-codes and links follow, and connections that begin from then on get the new certificate.
+At the start, and each minute while it runs, this looks at the computer's addresses. If they have
+changed, or the certificate is near its end, the certificate is renewed; the pages' codes and links
+follow, and connections that begin from then on get the new certificate.
 """
 
 import ssl
@@ -23,14 +23,14 @@ EVERY = 60.0
 
 
 def reach_of(listeners: Listeners, folder: Path, now: datetime) -> tuple[Reach, Path | None]:
-    """Return how others reach the server now, and its certificate, if it listens by https.
+    """Return how others reach the server now, and its certificate's file, if it listens by https.
 
     Parameters
     ----------
     listeners
         Where it listens.
     folder
-        Where token and certificates are kept; what is missing is made.
+        Where the token and the certificates are kept; missing ones are made.
     now
         The time, with its zone.
 
@@ -86,7 +86,7 @@ class Renewal:
         self._trouble = ""
 
     def look(self, now: datetime) -> None:
-        """Renew what no longer serves at a time; what fails is said once, and tried again."""
+        """Renew what is out of date at ``now``; what fails is reported once, and tried again."""
         try:
             self._renew(now)
         except (MiburiError, OSError) as error:

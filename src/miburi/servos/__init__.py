@@ -1,7 +1,7 @@
 """What a servo is: constants that say where they come from, and a model in the voltage domain.
 
 A servo is a TOML file; :func:`load_servo` reads one that ships with Miburi by its name, or your
-own by its path. This room knows no robot: angles, speeds and torques are those at the horn.
+own by its path. This package knows no robot: angles, speeds and torques are those at the horn.
 """
 
 from miburi.servos.axis import Axis

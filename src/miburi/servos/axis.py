@@ -1,8 +1,8 @@
-"""One servo with its load, alone: the whole model in plain Python, finely in time.
+"""One servo with its load, alone: the whole model in plain Python, in fine time steps.
 
 It has what the physical body leaves out for speed: the control's own rate and whole encoder
-steps, the PWM's slope, and the play between gears and horn. It says what these bring, and moves
-emulated servos.
+steps, the PWM's slope, and the play between gears and horn. It shows what difference these make,
+and moves emulated servos.
 """
 
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ class Axis:
     angle, speed
         Of the horn, where the encoder sits; rad and rad/s.
     low, high
-        Angles that the horn does not pass: something stiff is there.
+        The angles at which something stiff stops the horn.
     duty
         What the control sets now, −1 to 1.
     current
@@ -113,6 +113,6 @@ class Axis:
 
 
 def _stopped(speed: float, torque: float, friction: float, inertia: float) -> float:
-    """Return the speed after a step; friction takes no more than what brings it to rest."""
+    """Return the speed after a step; friction can bring it to rest, but no further."""
     free = speed + torque / inertia * _STEP
     return copysign(max(0.0, abs(free) - friction / inertia * _STEP), free)

@@ -1,14 +1,14 @@
-"""How free servos would move: a model in whole numbers, as the card works it out.
+"""How free servos would move: a model in whole numbers, as the card computes it.
 
 Motors are springs between their commanded profiles and their joints, with back EMF, friction and
 the weight of what they carry (:mod:`miburi.servos.model`). Each step of 5 ms
 
     motor  = a1 · (profile − x, at most ± most) − a2 · v
-    v     += motor − a1 · sag, then less the dry friction, that stops it at most
+    v     += motor − a1 · sag, then less the dry friction, which at most stops it
     x     += v
 
-Positions are in 1/65536 encoder step, v in these for each 5 ms. Shifts round down, as C's do; all
-fits into 32 bits. Import it where it is first needed: it loads Numba.
+Positions are in 1/65536 encoder step, v in these per 5 ms. Shifts round down, as in C; everything
+fits into 32 bits. Import it only where it is needed: it loads Numba.
 """
 
 from typing import NamedTuple
@@ -26,8 +26,8 @@ Steps = NDArray[np.int64]
 
 #: µs of one step of the model.
 STEP = 5000
-#: What the model may come to, so that it fits: 128 encoder steps in 5 ms, and four turns away. No
-#: free servo does; one without any friction at its ceiling would.
+#: The model's limits, so that it fits: 128 encoder steps in 5 ms, and four turns away. No free
+#: servo reaches them; one without any friction at its ceiling would.
 FASTEST, FARTHEST = 0x7FFFFF, 0x40000000
 #: The coefficients' unit, and that of the share of a torque that the gears take.
 _ONE, _SHARE = 1 << 16, 1 << 8
@@ -39,9 +39,9 @@ class FreeServo(NamedTuple):
     Attributes
     ----------
     pull, brake
-        a1 and a2 in 1/65536: what an error, and a speed, change of the speed in a step.
+        a1 and a2 in 1/65536: how much an error, and a speed, change the speed in a step.
     friction
-        1/65536 encoder step for each 5 ms that dry friction takes of the speed in a step.
+        The speed that dry friction takes away in a step, in 1/65536 encoder step per 5 ms.
     lost
         Share of the motor's torque that the gears take as friction, in 1/256.
     """
@@ -71,7 +71,7 @@ class FreeServo(NamedTuple):
         )
 
     def scaled(self, stiffness: Array, damping: Array, friction: Array) -> "FreeServo":
-        """Return motors with so many times, (8,) each, this one's constants."""
+        """Return motors with this one's constants times these factors, (8,) each."""
         times = ((self.pull, stiffness), (self.brake, damping), (self.friction, friction))
         pull, brake, dry = (np.rint(each * share).astype(np.int64) for each, share in times)
         return FreeServo(pull, brake, dry, self.lost)
@@ -88,10 +88,10 @@ def advance(
     most: Steps,
     servo: FreeServo,
 ) -> None:
-    """Let ``x`` and ``v`` (8,) pass ``steps`` steps, while the profile goes on.
+    """Advance ``x`` and ``v`` (8,) by ``steps`` steps, while the profile goes on.
 
-    It goes from ``before`` to ``now``, (8,) in 1/256 encoder step, as ``sag`` and ``most`` are:
-    the error that the load takes, and the one at which the duty has its limit.
+    The profile goes from ``before`` to ``now``, (8,) in 1/256 encoder step, as are ``sag`` and
+    ``most``: the error that the load takes, and the one at which the duty reaches its limit.
     """
     for j in range(len(x)):
         for k in range(1, steps + 1):
@@ -107,7 +107,7 @@ def advance(
 
 @compiled
 def travel(profile: Steps, sag: Steps, most: Steps, servo: FreeServo) -> Steps:
-    """Return the way through a whole move, (n, 8) in 1/256 encoder step, from rest at 0.
+    """Return the positions through a whole move, (n, 8) in 1/256 encoder step, from rest at 0.
 
     ``profile`` and ``sag`` (n, 8) are those at the end of each step of the model.
     """

@@ -1,6 +1,6 @@
-"""The servos' dry friction at every physics step, compiled: MuJoCo knows a constant one only.
+"""The servos' dry friction at every physics step, compiled: MuJoCo's own is only constant.
 
-Import it where it is first needed: it loads Numba.
+Import it only where it is needed: it loads Numba.
 """
 
 import numpy as np
@@ -27,7 +27,7 @@ def set_friction(
     row_forces: Array,
     places: NDArray[np.int64],
 ) -> None:
-    """Write what dry friction may hold until the next step into ``bound`` (nv,) N·m.
+    """Write the most that dry friction may hold until the next step into ``bound`` (nv,) N·m.
 
     Parameters
     ----------
@@ -42,8 +42,8 @@ def set_friction(
     speed, bias, constraint
         (nv,), MuJoCo's qvel, qfrc_bias and qfrc_constraint.
     row_forces, places
-        MuJoCo's efc_force, and where the friction of each joint, (8,), stands there: friction is a
-        constraint too, but no load.
+        MuJoCo's efc_force, and the place of each joint's friction in it, (8,): friction is a
+        constraint too, but not a load.
     """
     for joint, dof in enumerate(dofs):
         load = constraint[dof] - bias[dof] - row_forces[places[joint]]

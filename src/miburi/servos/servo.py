@@ -71,7 +71,7 @@ class Friction(Origin):
 
     @property
     def row(self) -> tuple[float, float, float, float, float, float]:
-        """The constants of the dry friction, in the order of ``dry_friction``'s."""
+        """The constants of the dry friction, in the order in which ``dry_friction`` takes them."""
         return (
             self.dry, self.stiction, self.motor_load, self.load_stiction,
             self.stribeck_speed, self.stribeck_shape,
@@ -79,7 +79,7 @@ class Friction(Origin):
 
 
 class DataSheet(Origin):
-    """What its maker says: N·m, rad/s and A at the nominal voltage."""
+    """What the servo's maker says: N·m, rad/s and A at the nominal voltage."""
 
     stall_torque: Positive
     no_load_speed: Positive
@@ -103,20 +103,20 @@ class Gains(Origin):
 
 
 class Divisor(Origin):
-    """What a unit of the P gain is a part of."""
+    """What the P gain is divided by."""
 
     p_divisor: Positive
 
 
 class ProfileTable(Origin):
-    """What one unit of the profile's registers is, rad/s and rad/s²."""
+    """The units of the profile's registers, rad/s and rad/s²."""
 
     speed_unit: Positive
     acceleration_unit: Positive
 
 
 class Supply(Origin):
-    """V, and the Ω that all servos share."""
+    """The supply's voltage, V, and the resistance that all servos share, Ω."""
 
     voltage: Annotated[float, Field(gt=0, le=50)]
     resistance: NotNegative
@@ -136,9 +136,9 @@ class Drive(Origin):
     """How Miburi drives it: the P gain, and how a move's ceiling and goal are made.
 
     ``headroom`` times the torque that a move needs is the most that a motor may give. Once motors
-    have sped up, that is what the rest of the move needs, and the share ``room`` of the motor's
-    torque; with 1 nothing changes then. ``lift`` is the share of the load's sag by which goals are
-    corrected.
+    have sped up, the most is what the rest of the move needs, plus the share ``room`` of the
+    motor's torque; with 1 it stays as it was. ``lift`` is the share of the load's sag by which
+    goals are corrected.
     """
 
     gain: Positive
@@ -196,7 +196,7 @@ class Servo(Table):
 
     @property
     def damping(self) -> float:
-        """What back EMF and viscous friction take, whatever the duty, N·m·s/rad."""
+        """The damping by back EMF and viscous friction, whatever the duty, N·m·s/rad."""
         motor = self.motor
         return motor.torque_constant * motor.back_emf / motor.resistance + self.friction.viscous
 
@@ -208,7 +208,7 @@ class Servo(Table):
         damping: float = 1.0,
         friction: float = 1.0,
     ) -> "Servo":
-        """Return a servo with so many times this one's stiffness, damping and dry friction.
+        """Return a servo with this one's stiffness, damping and dry friction times these factors.
 
         Stiffness comes from the P gain, damping from the D gain and the motor's back EMF.
         """
@@ -242,7 +242,7 @@ def load_servo(name: str | Path) -> Servo:
     Raises
     ------
     InputError
-        There is no servo of that name, and it is no path of a TOML file.
+        There is no servo of that name, and it is not the path of a TOML file.
     DescriptionError
         The file cannot be read, is not TOML, or a key is missing, unknown or out of range; the
         message names the file, every wrong key, what was got and what is allowed.

@@ -118,7 +118,7 @@ class Camera:
             return
         self._drawn = face
         picture = BLANK if face is None else face
-        # A cube's textures; its first side faces forwards, seen in a mirror and lying on its side.
+        # A cube's textures; the first side faces forwards, mirrored left to right and transposed.
         sides = self._model.tex("face").data.reshape(6, FACE_PIXELS, FACE_PIXELS, 3)
         sides[:] = picture[0, 0]
         sides[0] = picture[:, ::-1].transpose(1, 0, 2)
@@ -130,11 +130,11 @@ class Camera:
 
 
 def _real_shapes(robot: Robot) -> tuple[dict[tuple[str, str], str] | None, dict[str, bytes]]:
-    """Return what is drawn of a robot that can be built: the shapes' files, and what is in them."""
+    """Return the shapes drawn of a robot that can be built: their files' names and contents."""
     solids = shapes_if_it_can_be_built(robot)
     if not solids:
         return None, {}
-    from miburi.hardware.files import stl  # needs the extra, which is there
+    from miburi.hardware.files import stl  # needs the extra, which is installed
 
     names = {key: f"{'-'.join(key)}.stl" for key in solids}
     return names, {names[key]: stl(solid) for key, solid in solids.items()}
@@ -209,7 +209,7 @@ def write_film(
                 raise OutputError("ffmpeg has no input")
             try:
                 for index, scene in enumerate(scenes):
-                    if scene is not shown:  # what is held is drawn once
+                    if scene is not shown:  # a held scene is drawn once
                         shown, drawn = scene, opened.picture(scene)
                     stdin.write(drawn.tobytes())
                     progress(index + 1)

@@ -30,7 +30,7 @@ __all__ = ["HERE", "forget_pages", "make_app"]
 
 HERE = Path(__file__).parent
 _CLOSED = Doors()
-#: s between two looks at pages that no browser has connected to; each takes about 0.8 MB. NiceGUI
+#: s between checks for pages that no browser has connected to; each takes about 0.8 MB. NiceGUI
 #: keeps them for 60 s, because a slow computer needs that long.
 _LOOKS = 5.0
 #: With more waiting pages than the first figure, pages older than the second, s, are dropped.
@@ -49,9 +49,9 @@ def make_app(
     reach
         How other devices reach this server, to show as a QR code.
     doors
-        The doors that are open beside HTTP.
+        The doors that are open besides HTTP.
     folder
-        Where it keeps whom it knows, and its manners; None: it knows them until it ends.
+        Where it keeps the people it knows, and its manners; None: it knows them until it ends.
     """
     app = make_api(runner, doors.talk, doors.care, doors.seed, folder)
     app.include_router(live_router(runner))
@@ -65,7 +65,7 @@ def make_app(
     app.include_router(privacy_router(runner, reach, doors))
     app.include_router(people_router())
     add_studio_page(runner, reach, sounded)
-    # Quasar would show a bar, without a name, at every request of its own.
+    # Quasar would show an unlabelled bar at every request of its own.
     pages.config.quasar_config["loadingBar"]["skipHijack"] = True
     # NiceGUI's own page would keep a client for each request, and log the visitor's URL.
     pages.add_exception_handler(404, missing_page)
@@ -92,7 +92,7 @@ def forget_pages() -> None:
 
 
 def _nothing(app: FastAPI) -> APIRouter:
-    """Return what answers where the interface has nothing: in JSON, not with NiceGUI's page."""
+    """Return routes that answer unknown addresses under ``/api`` with JSON, not NiceGUI's page."""
     router = APIRouter(include_in_schema=False)
     methods = ["GET", "HEAD", "POST", "DELETE"]  # the gate refuses others
 
@@ -101,7 +101,9 @@ def _nothing(app: FastAPI) -> APIRouter:
     async def nothing(request: Request) -> JSONResponse:
         scope = request.scope
         if any(route.matches(scope)[0] is Match.PARTIAL for route in app.routes):
-            return JSONResponse({"detail": f"{scope['method']} is not for this address."}, 405)
+            return JSONResponse(
+                {"detail": f"{scope['method']} is not allowed at this address."}, 405
+            )
         return JSONResponse({"detail": "there is nothing at this address."}, 404)
 
     return router

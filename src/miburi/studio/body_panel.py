@@ -27,7 +27,7 @@ __all__ = ["Update", "body_panel"]
 
 #: A motor is shown as warm from this many °C below the limit.
 _WARM = 5.0
-#: s between two looks at the recordings, and the length of their list.
+#: s between checks of the recordings, and the length of their list.
 _LOOK, _LISTED = 0.5, 20
 #: Bodies whose servos are simulated, and the word for where their constants come from.
 _SIMULATED = ("simulated", "emulated-card")
@@ -190,7 +190,7 @@ def _add_recording(recordings: Recordings, one: Kept, say: dict[str, str]) -> No
 
 
 async def _try(act: Callable[[], None]) -> None:
-    """Run what may wait for the disk in a thread; show the reason if it is refused."""
+    """Run ``act``, which may wait for the disk, in a thread; show the reason if it is refused."""
     try:
         await asyncio.to_thread(act)
     except MiburiError as error:

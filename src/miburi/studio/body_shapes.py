@@ -14,7 +14,7 @@ __all__ = ["shapes_router"]
 
 
 def shapes_router(runner: LivePartner) -> APIRouter:
-    """Return the router with the shapes: a list, empty where the description is all there is."""
+    """Return the router with the shapes: a list, empty where the parts cannot be built."""
     router = APIRouter(include_in_schema=False)
 
     @router.get("/api/page/shapes")

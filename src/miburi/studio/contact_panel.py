@@ -21,7 +21,7 @@ _LOG_LINES = 60
 #: N; the drawn hand can be pushed through an arm, which says nothing of the motors. In trials,
 #: hands that move as people's do felt 51 N at most (docs/safety.md).
 _FIRM = 60.0
-#: What spoke for a stimulus that its line names; the rest is seen with the weights.
+#: How many reasons for a stimulus its line names; the rest are shown with the weights.
 _WHYS = 3
 
 
@@ -161,7 +161,7 @@ def _log(entries: list[LiveEvent], words: Words) -> str:
 
 
 def _entry_html(entry: LiveEvent, words: Words) -> str:
-    """Return an entry as HTML; what spoke for it opens with its weights."""
+    """Return an entry as HTML; the reasons for it open with their weights."""
     text = escape(line(entry, words))
     if not entry.why:
         return f"<span>{text}</span>"
@@ -176,7 +176,7 @@ def _entry_html(entry: LiveEvent, words: Words) -> str:
 
 
 def _sign(part: Brought, entry: LiveEvent, words: Words) -> str:
-    """Return what spoke for a stimulus: a word as it was said, or what happened, in words."""
+    """Return one reason for a stimulus: a word as it was said, or what happened, in words."""
     if part.what == RAISED:
         return words["talk"]["raised"]
     if entry.source == "speech":

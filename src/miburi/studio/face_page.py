@@ -22,7 +22,7 @@ from miburi.studio.words import words
 __all__ = ["RELEASE", "add_face_page"]
 
 _PAGE = Path(__file__).with_suffix(".html")
-#: Where the page releases; no part of the interface for programs, which have ``/api/v1/release``.
+#: Where the page releases the body; not for programs, which have ``/api/v1/release``.
 RELEASE = "/api/page/release"
 
 
@@ -73,8 +73,8 @@ def add_face_page(app: FastAPI, runner: LivePartner, sounded: Sequence[str] = ()
 
     @app.post(RELEASE, status_code=204, include_in_schema=False)
     async def release(shown: _Shown, origin: Annotated[str | None, Header()] = None) -> None:
-        # Browsers name the page that asks, and the gate has compared it with ours. A program that
-        # says so, too, imitates a person on purpose.
+        # Browsers name the page that asks, and the gate has compared it with ours. A program
+        # that sends such a name, too, imitates a person on purpose.
         if origin is None:
-            raise BodyError("only a person at the partner's own page releases it here.")
+            raise BodyError("only a person at the partner's own page can release it here.")
         await granted(runner, Release(by_person=True, seen=shown.seen))

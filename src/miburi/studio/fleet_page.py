@@ -32,7 +32,7 @@ class StopIn(Message):
 
 
 def make_fleet_app(fleet: Fleet) -> FastAPI:
-    """Return the page of a fleet and what it asks; the fleet listens while it is served."""
+    """Return the app with a fleet's page and its routes; the fleet listens while it is served."""
     app = FastAPI(openapi_url=None)
     refuse_in_words(app)
 

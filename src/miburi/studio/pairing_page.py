@@ -1,8 +1,4 @@
-"""The pairing page, for a device that has no token yet: it can load nothing else of ours.
-
-By plain http, where there is https, it takes no token: it says what the browser will warn of, and
-leads there.
-"""
+"""The pairing page, for a device that has no token yet: such a device can load little else here."""
 
 from pathlib import Path
 

@@ -52,7 +52,7 @@ def heading(text: str) -> Element:
 
 
 def senses_form(words: Words, *names: str, sounded: Sequence[str] = ()) -> str:
-    """Return the switches of a voice and senses as HTML; ``static/senses.js`` obeys them.
+    """Return the switches for the voice and senses as HTML; ``static/senses.js`` acts on them.
 
     ``sounded`` are the languages that the partner's computer turns into sound itself.
     """
@@ -78,7 +78,7 @@ def senses_form(words: Words, *names: str, sounded: Sequence[str] = ()) -> str:
 
 
 def signs(words: Words) -> str:
-    """Return as HTML what shows while it listens or watches."""
+    """Return as HTML the signs shown while the partner listens or watches."""
     return "".join(
         f'<p class="sign sign-{name}">{escape(words["senses"][f"{name}_on"])}</p>'
         for name in _SIGNED
@@ -86,7 +86,7 @@ def signs(words: Words) -> str:
 
 
 def talk_form(words: Words) -> str:
-    """Return a line to type to the partner as HTML; ``static/page.js`` sends what is typed."""
+    """Return a field for typing to the partner, as HTML; ``static/page.js`` sends what is typed."""
     say = words["talk"]
     told = escape(
         json.dumps({**say, "feelings": words["feeling"], "distresses": words["distress"]})

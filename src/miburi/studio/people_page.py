@@ -1,6 +1,6 @@
-"""The page of people (``/people``): whom the partner knows, and when it begins by itself.
+"""The page of people (``/people``): the people the partner knows, and when it may speak first.
 
-A person allows that here, and sees, corrects, downloads and deletes everything that is known.
+A person allows this here, and can see, correct, download and delete everything that is known.
 """
 
 from pathlib import Path

@@ -21,7 +21,7 @@ class Preferences:
     language
         One of ``LANGUAGES``.
     dark
-        Dark or light; None: as the device does.
+        Whether they are dark; None: as the device is set.
     tab
         The open panel, one of ``TABS``.
     strength
@@ -38,7 +38,7 @@ class Preferences:
 
     @classmethod
     def of(cls, request: Request) -> "Preferences":
-        """Read a request's cookies; what makes no sense counts as not there."""
+        """Read a request's cookies; values that make no sense are ignored."""
         cookies = request.cookies
         wish = request.query_params.get("lang")
         accepted = request.headers.get("accept-language")

@@ -1,7 +1,7 @@
 """The privacy page (``/privacy``): what is on, what leaves a page or the computer, what is kept.
 
-It is made of the switches as they are now, and answers without a token: whoever stands before the
-partner may read it before they pair.
+It shows the switches as they are now, and needs no token: anybody in front of the partner may read
+it before pairing.
 """
 
 from dataclasses import dataclass
@@ -34,11 +34,11 @@ class Switch:
     Attributes
     ----------
     name
-        The words of the page have it with ``_on`` and ``_off``.
+        The key of its words on the page; with ``_on`` or ``_off``, of the words for that state.
     on
-        Whether it is.
+        Whether it is on.
     where
-        With whom; empty where its words say so.
+        The host or origins that it shares with; empty where its words say enough.
     """
 
     name: str
@@ -102,7 +102,7 @@ def _page(preferences: Preferences, now: list[Switch]) -> str:
 
 
 def _senses(all_words: Words) -> list[tuple[str, str]]:
-    """Return each sense of a page with what it says beside its own switch."""
+    """Return each of a page's senses, with the explanation beside its switch."""
     say = all_words["senses"]
     names = [key.removesuffix("_about") for key in say if key.endswith("_about")]
     return [(say[name], say[f"{name}_about"]) for name in names]

@@ -42,7 +42,7 @@ _TOGGLE_DARK = f"""() => {{
     {keep("dark", "dark ? 1 : 0")}
     emit(dark);
 }}"""
-#: What is released is the body as the page shows it: a Stop that it does not show yet holds.
+#: Releases the body only as the page shows it: a Stop that it does not show yet still holds.
 _RELEASE = "() => emit(Number(document.documentElement.dataset.serial))"
 _CHOOSE_LANGUAGE = f"""(event) => {{
     {keep("language", "event.target.value")}
@@ -113,7 +113,7 @@ class _Studio:
             ended = ui.label().classes("recording-ended").props('role="status"')
             distress = ui.label().classes("distress").props('role="alert"')
             ui.element("div").classes("grow")
-            # On a phone these are behind a button: Stop has the room.
+            # On a phone these are behind a button, to leave room for Stop.
             with ui.element("div").classes("bar-more").props('id="more" popover="auto"'):
                 pause = button(say["pause"], say["pause_hint"])
                 pause.on("click", self._toggle_pause)
@@ -121,7 +121,7 @@ class _Studio:
                 face.props('popovertarget="more" popovertargetaction="hide"')
                 face.on("click", self._pairing().open)
                 self._languages()
-                # The element is told, too: it sets its own value again whenever the page changes.
+                # Tell the element, too: it sets its own value again whenever the page changes.
                 dark = button(say["dark"], "")
                 dark.on(
                     "click", lambda event: self._dark.set_value(event.args), js_handler=_TOGGLE_DARK
@@ -156,7 +156,7 @@ class _Studio:
         self._updates.append(update)
 
     def _first_hint(self) -> None:
-        """Say what one can do here, until somebody has read it."""
+        """Show what one can do here, until the visitor confirms having read it."""
         say = self._words["studio"]
         with ui.element("div").classes("first"):
             steps = "".join(f"<li>{escape(say[f'first_{step}'])}</li>" for step in (1, 2, 3))
@@ -282,7 +282,7 @@ class _Studio:
         return dialog
 
     def _codes(self, token: str) -> None:
-        """Add a code to scan, and the choice of the network that the phone is in."""
+        """Add a code to scan, and a choice of the network that the phone is on."""
         say = self._words["pair"]
         urls = {address: pairing_url(address, token, "/face") for address in self._reach.addresses}
         first = self._reach.addresses[0]

@@ -15,13 +15,13 @@ from miburi.senses.linear import groups_of, load_model, numbered
 
 __all__ = ["NOTHING", "asked_for"]
 
-#: The name of what is asked for by somebody who only tells something.
+#: The name of the intent of somebody who asks for nothing, and only tells something.
 NOTHING = "nothing"
 _FILE = resources.files(__package__) / "intents.npz"
 
 
 def asked_for(said: str, language: Language) -> tuple[str, float]:
-    """Return the name of an intent, and how likely it is that a sentence asks for it."""
+    """Return the name of a sentence's likeliest intent, and how likely it is."""
     likelihoods = _model(language)
     if likelihoods is None:
         return NOTHING, 1.0

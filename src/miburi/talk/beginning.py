@@ -1,4 +1,4 @@
-"""Let the partner begin by itself: it looks around every few seconds, and seldom says something."""
+"""Let the partner speak first: it looks around every few seconds, and seldom says anything."""
 
 import asyncio
 import json
@@ -22,23 +22,23 @@ from miburi.talk.script import script
 
 __all__ = ["Beginning"]
 
-#: s between two looks, and for how long it is quiet when it was asked to (ours).
+#: s between looks around, and how long it stays quiet when asked to (ours).
 _LOOKS, _HUSHED = 5.0, timedelta(hours=1)
 
 
 class Beginning:
-    """Begins by itself, as a person allows.
+    """Lets the partner speak first, as far as a person allows.
 
     Parameters
     ----------
     partner
         The partner.
     memory
-        Whom it knows.
+        The people it knows.
     answerer
         Chooses what it says.
     clock
-        Tells the time of the place where the partner stands.
+        Returns the local time where the partner stands.
     path
         The file of its manners; None: they last until it ends.
     """
@@ -63,7 +63,7 @@ class Beginning:
         return self._initiative.manners
 
     def behave(self, manners: Manners) -> None:
-        """Take other manners, and keep them.
+        """Set new manners, and save them if they have a file.
 
         Raises
         ------
@@ -78,7 +78,7 @@ class Beginning:
         self._initiative.manners = manners
 
     def notice(self, language: Language | None = None) -> None:
-        """Take that somebody is there, and in which language they spoke, if they did."""
+        """Note that somebody is there, and in which language they spoke, if they did."""
         self._presence.notice(self._clock(), words=language is not None)
         self._language = language or self._language
 
@@ -96,7 +96,7 @@ class Beginning:
                 log_once("the partner could not begin by itself", error)
 
     async def look(self) -> None:
-        """Begin, if there is a reason to; what it says has its reason in the log."""
+        """Begin, if there is a reason to; the log gives the reason with what it says."""
         state, now = self._partner.snapshot.state, self._clock()
         busy = state.paused or state.stop is not None or state.distress is not None
         if busy or now < self._hushed:
@@ -115,7 +115,7 @@ class Beginning:
 
 
 def _read(path: Path | None) -> Manners:
-    """Return the manners in a file; without one, or one that is none of ours, it begins nothing."""
+    """Return the manners in a file; if it is missing or not valid, the partner begins nothing."""
     if path is None:
         return Manners()
     try:

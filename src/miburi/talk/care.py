@@ -1,8 +1,8 @@
 """What a partner says to somebody in distress, and what no language model may say through it.
 
-In go a kind of distress, a language and the user's region; out comes a calm sentence with the help
-that fits. The words, and what must not be said, are a language's ``care.toml``; the numbers are
-``regions.toml``, beside this module.
+For a kind of distress, a language and the user's region, :class:`Care` gives a calm sentence with
+the help that fits. The words, and what must not be said, are in a language's ``care.toml``; the
+numbers are in ``regions.toml``, beside this module.
 """
 
 import re
@@ -43,7 +43,7 @@ _Line = Annotated[str, Field(min_length=1, max_length=240)]
 
 
 class Numbers(Table):
-    """A region's emergency numbers, and a line that listens."""
+    """A region's emergency numbers, and a helpline."""
 
     medical: str
     fire: str
@@ -91,15 +91,15 @@ class Care:
     region: str | None = None
 
     def help(self, kind: Distress, language: Language, turn: int) -> str:
-        """Return the help that fits; ``turn`` counts what has been said of it, from 0."""
+        """Return the help that fits; ``turn`` counts how often it was given, from 0."""
         return self._fill(words_of_care(language).help[kind], language, turn)
 
     def ask(self, kind: Distress, language: Language, turn: int) -> str:
-        """Return the question whether somebody needs help, with what to do then."""
+        """Return the question whether somebody needs help, with what to do if they do."""
         return self._fill(words_of_care(language).ask[kind], language, turn)
 
     def stay(self, language: Language, turn: int) -> str:
-        """Return what is said in the ten minutes after."""
+        """Return a line for the ten minutes after a distress."""
         return self._fill(words_of_care(language).after, language, turn)
 
     def _fill(self, lines: list[str], language: Language, turn: int) -> str:

@@ -1,4 +1,4 @@
-"""When something is due that somebody told: "tomorrow", "on Sunday", "on May 2nd"."""
+"""Find when something that somebody mentioned is due: "tomorrow", "on Sunday", "on May 2nd"."""
 
 import re
 from datetime import datetime, time, timedelta
@@ -8,13 +8,13 @@ from miburi.talk.script import script
 
 __all__ = ["due_of", "local_time"]
 
-#: What is due is spoken of from this time of the day on (ours).
+#: The partner speaks of what is due from this time of day on (ours).
 _MORNING = time(9)
 _NUMBER = re.compile(r"(?<!\d)([12]?\d|3[01])(?:st|nd|rd|th|er|日)?(?!\d)")
 
 
 def local_time() -> datetime:
-    """Return the time of the place where this computer stands."""
+    """Return the local time where this computer stands."""
     return datetime.now().astimezone()
 
 

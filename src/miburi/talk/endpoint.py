@@ -18,18 +18,18 @@ __all__ = ["KEY", "Endpoint", "OvertakenError", "find_endpoint"]
 
 #: The variable with the key.
 KEY = "MIBURI_TALK_KEY"
-#: What the names of a home's own computers end with (RFC 6762, RFC 8375, and what routers use).
+#: Endings of the names of computers at home (RFC 6762, RFC 8375, and what routers use).
 _AT_HOME = (".local", ".home.arpa", ".lan", ".home", ".internal", ".localhost")
 _LONGEST = 200
 
 
 class OvertakenError(MiburiError):
-    """Somebody has said something else meanwhile, and that is thought about."""
+    """Somebody has since said something else, which is answered instead."""
 
 
 @dataclass(frozen=True)
 class Endpoint:
-    """A server, and who we are to it.
+    """A server, the model to use there, and the key to it.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ def find_endpoint(url: str, model: str, environment: Mapping[str, str] = os.envi
     Raises
     ------
     InputError
-        The address is none or not safe, or the model or the key is not allowed.
+        The address is not valid or not safe, or the model or the key is not allowed.
     """
     try:
         parts = urlsplit(url)
@@ -110,7 +110,7 @@ def _not_an_address(url: str) -> InputError:
 
 
 def _is_at_home(host: str) -> bool:
-    """Whether a host is this computer, or stands in a private network."""
+    """Whether a host is this computer, or is in a private network."""
     try:
         address = ip_address(host.partition("%")[0])
     except ValueError:

@@ -1,8 +1,8 @@
-"""It begins, too, with manners: a greeting, a question after silence, a date that it was told.
+"""When the partner speaks first: a greeting, a question after silence, a date that it was told.
 
-In go the time, who was seen and heard and when, and what is due; out comes a reason to begin, or
-None. It never begins in quiet hours, seldom otherwise, and half as often after two beginnings that
-nobody took up. All numbers are ours.
+Given when somebody was seen and heard, whether something is due, and the time, :class:`Initiative`
+finds a reason to begin, or None. It never begins in quiet hours, seldom otherwise, and half as
+often after two beginnings that nobody took up. All numbers are ours.
 """
 
 from dataclasses import dataclass, field
@@ -17,13 +17,13 @@ __all__ = ["REASONS", "Initiative", "Manners", "Presence", "Reason"]
 Reason = Literal["greeting", "date", "question"]
 REASONS: tuple[Reason, ...] = ("greeting", "date", "question")
 
-#: Nobody is greeted who was away for less, or asked after less silence.
+#: The shortest absence after which it greets, and the shortest silence after which it asks.
 _ABSENCE, _SILENCE = timedelta(hours=3), timedelta(minutes=45)
-#: Somebody noticed this lately is there; to be greeted or asked, they must be seen right now.
+#: Somebody noticed within the first time is there; greeting and asking need the second.
 _THERE, _GLIMPSED = timedelta(minutes=10), timedelta(seconds=10)
-#: Nothing begins sooner after the last time; whoever says nothing for so long has ignored it.
+#: The shortest time between beginnings, and the time without words after which one was ignored.
 _APART, _PATIENCE = timedelta(minutes=30), timedelta(minutes=10)
-#: After so many beginnings in a row that nobody took up, there are half as many a day.
+#: After this many beginnings in a row that nobody took up, there are half as many a day.
 _IGNORED = 2
 
 
@@ -40,7 +40,7 @@ class Manners(BaseModel):
         default=21, description="The hour at which quiet hours begin."
     )
     quiet_to: Annotated[int, Field(ge=0, le=23)] = Field(
-        default=8, description="And at which they end; the same hour: there are none."
+        default=8, description="The hour at which they end; if it is the same, there are none."
     )
 
     def quiet(self, now: datetime) -> bool:
@@ -66,7 +66,7 @@ class Presence:
     came: datetime | None = None
 
     def notice(self, now: datetime, *, words: bool = False) -> None:
-        """Take that somebody is there."""
+        """Note that somebody is there."""
         if self.seen is None or now - self.seen > _ABSENCE:
             self.came = now
         self.seen = now
@@ -88,24 +88,24 @@ class Initiative:
     _begun: list[datetime] = field(default_factory=list)  # today
     _ignored: int = 0  # in a row
     _open: datetime | None = None  # the latest beginning that nobody has taken up yet
-    _greeted: datetime | None = None  # when they had come
+    _greeted: datetime | None = None  # when the person greeted last had come
 
     @property
     def allowance(self) -> int:
-        """Beginnings that today may have, after those that nobody took up."""
+        """How many beginnings today may have; fewer after some that nobody took up."""
         return max(1, self.manners.most >> (self._ignored // _IGNORED))
 
     def look(self, now: datetime, presence: Presence, due: bool) -> Reason | None:
-        """Return why to begin now, if it should; call this every few seconds.
+        """Return a reason to begin now, or None; call this every few seconds.
 
         Parameters
         ----------
         now
-            The time of the place where the partner stands.
+            The local time where the partner stands.
         presence
             When somebody was there.
         due
-            Whether the person who is there told of today.
+            Whether something that the person who is there told of is due today.
         """
         self._take_up(now, presence)
         self._begun = [one for one in self._begun if one.date() == now.date()]

@@ -1,6 +1,6 @@
 """Read a language model's reply, whatever shape the model gave it.
 
-In goes the text that a model wrote; out come the words to say, a feeling and its strength. Servers
+It turns the text that a model wrote into the words to say, a feeling and its strength. Servers
 that know the schema return one JSON object. Small local models often do not: they add reasoning,
 code fences or a second object, quote a number, name a feeling of their own, forget a brace, or
 answer in plain text. All of these are understood; only a text without words is not.
@@ -17,7 +17,7 @@ from miburi.feelings import FEELINGS
 
 __all__ = ["LONGEST_REPLY", "Content", "read_reply", "tidy"]
 
-#: Characters that the partner says at once; what is longer is cut at the end of a sentence.
+#: The most characters that the partner says at once; a longer text is cut at a sentence's end.
 LONGEST_REPLY = 300
 
 #: Characters that are read, and braces that are tried as the beginning of an object (ours).
@@ -122,7 +122,7 @@ def _feeling(named: object) -> str | None:
 
 
 def _strength(given: object) -> float:
-    """Return a strength from 0 to 1; above 1 it is one of ten, above ten one of a hundred."""
+    """Return a strength from 0 to 1; above 1 it is read as out of 10, above 10 as out of 100."""
     try:
         value = float(given) if isinstance(given, int | float | str) else _USUAL
     except (ValueError, OverflowError):

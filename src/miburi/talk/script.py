@@ -1,6 +1,6 @@
 """A language's script: what people say to a partner, and what it answers.
 
-In goes a language's ``talk.toml``; out comes a :class:`Script`, whose cues find what was meant.
+A language's ``talk.toml`` becomes a :class:`Script`, whose cues find what was meant.
 """
 
 import re
@@ -24,11 +24,11 @@ Do = Literal["stop", "repeat", "name", "remember", "recall", "forget"]
 
 _Line = Annotated[str, Field(min_length=1, max_length=160)]
 _Lines = Annotated[list[_Line], Field(min_length=2)]
-#: How likely an intent must be that no pattern knows, and where the model must be sure (ours).
+#: How likely an intent from the model must be, and where the model must be sure (ours).
 _LIKELY, _SURE = 0.3, 0.8
-#: Words of a question that is answered though nobody knows what it asks (ours).
+#: The fewest words of a question that is answered although its intent is unknown (ours).
 _WORDS = 3
-#: Characters that are read; more say no more about what is wanted (ours).
+#: Characters that are read; the rest tells no more about what is wanted (ours).
 _READ = 300
 _SENTENCE = re.compile(r"[^.!?;。！？\n]+")
 _WHOLE = re.compile(r"[^.!?。！？\n]+[.!?。！？]*")
@@ -87,7 +87,7 @@ class Cue(Table):
     light
         Whether the model must be surer than elsewhere: a wrong one would be silly.
     own
-        Whether it asks for more of the partner's feelings than how it is now.
+        Whether it asks more about the partner's feelings than how it is now.
     capital
         Whether what it is about must be written with a capital, as a name is.
     tune
@@ -138,14 +138,14 @@ class Script(Table):
     topic
         What people speak of.
     again
-        Regular expression for words that go on about the thing before them; none by default.
+        Regular expression for words that refer to what was said before; none by default.
     grave, people
-        The same for words of a question that may be grave, and for those of somebody who speaks of
-        people or calls them; by default all do.
+        The same for words of a question that may be grave, by default none, and for those of
+        somebody who speaks of people or calls out, by default any.
     fact, question
         Regular expressions of sentences that tell something to remember, and of questions.
     begin
-        What is said by itself, by the reason.
+        What the partner says when it speaks first, by the reason.
     stopped, paused
         What is said where the body cannot move.
     weekdays, months, days, clock, date
@@ -195,7 +195,7 @@ class Script(Table):
         return self._find(self._intents, said)
 
     def topics_of(self, said: str) -> Iterator[Match]:
-        """Yield what was spoken of."""
+        """Yield the topics of what was said."""
         return self._find(self._topics, said)
 
     def _find(self, cues: list[tuple[Cue, re.Pattern[str]]], said: str) -> Iterator[Match]:
@@ -235,7 +235,7 @@ class Script(Table):
     ) -> Iterator[Match]:
         """Yield the intents of what matches no pattern, or only a broad one, ``than``.
 
-        Where a feeling was heard, or a topic was told of, the model must be sure. If it knows
+        Where a feeling was heard, or somebody told of a topic, the model must be sure. If it knows
         nothing, the intent is ``open``. If the question may be grave, the model is not asked, and
         the intent is ``grave``.
         """
@@ -268,11 +268,11 @@ class Script(Table):
         return written or bool(self._question.search(plain(said, self.language)))
 
     def tells_of_people(self, said: str) -> bool:
-        """Return whether somebody speaks of themselves or of others, or calls."""
+        """Return whether somebody speaks of themselves or of others, or calls out."""
         return bool(self._people.search(plain(said[:_READ], self.language)))
 
     def goes_on(self, said: str) -> bool:
-        """Whether this is a question about the thing before it."""
+        """Whether this is a question about what was said before."""
         words = plain(said[:_READ], self.language)
         return bool(self.asks(said[:_READ]) and self._again.search(words))
 
@@ -301,7 +301,7 @@ def script(language: Language) -> Script:
 
 
 def as_written(words: str, said: str) -> str:
-    """Return plain words as they stand in a text, with a name behind them.
+    """Return plain words as they stand in a text, with a name that follows them.
 
     >>> as_written("my sister", "Tell me when my sister Anna comes.")
     'my sister Anna'

@@ -1,4 +1,4 @@
-"""What is said to the partner: it hears the feeling of the words, feels with it, and answers."""
+"""Take what is said to the partner: hear the feeling of the words, feel with it, and answer."""
 
 import asyncio
 from collections import Counter
@@ -37,7 +37,7 @@ __all__ = ["Speech"]
 
 #: s for which it looks where somebody asks it to, and the mood of a feeling on demand (ours).
 _LOOKED, _SHOWN = 2.0, 0.8
-#: How long a "yes" answers its question whether somebody needs help (ours).
+#: How long a "yes" still answers the question whether somebody needs help (ours).
 _ANSWERED = timedelta(minutes=2)
 #: After a distress, this many answers to remarks stay with it; later one in this many does (ours).
 _STAYS, _EVERY = 3, 5
@@ -55,11 +55,11 @@ class Speech:
     care
         How it cares for somebody in distress.
     clock
-        Tells the time of the place where the partner stands.
+        Returns the local time where the partner stands.
     seed
         Chooses among its own answers.
     folder
-        Where it keeps whom it knows, and its manners; None: it knows them until it ends.
+        Where it keeps the people it knows, and its manners; None: it knows them until it ends.
     """
 
     def __init__(
@@ -72,29 +72,29 @@ class Speech:
         folder: Path | None = None,
     ) -> None:
         self._partner, self._care, self._clock = partner, care, clock
-        #: Whom it knows.
+        #: The people it knows.
         self.memory = Memory(folder and folder / "people.json", partner.own_temperament, clock)
         self._answerer, self._language = Answerer(seed), FALLBACK
-        #: Lets it begin by itself.
+        #: Lets it speak first.
         self.beginning = Beginning(
             partner, self.memory, self._answerer, clock, folder and folder / "manners.json"
         )
         self._turns: Counter[str] = Counter()  # of help, by kind
         self._since = 0  # remarks since a distress, without those that got another answer
-        self._asked: tuple[Distress, datetime] | None = None  # whether somebody needs help
+        self._asked: tuple[Distress, datetime] | None = None  # the distress asked about, and when
         self._conversation = None if endpoint is None else _converse(endpoint)
-        self._noted: tuple[str | None] | None = None  # of the conversation, in the log
+        self._noted: tuple[str | None] | None = None  # the conversation's trouble, as logged
         self._counted = partner.history.number
         self._leaning: Array | None = None
-        self._deleted = 0  # how often something was, when it was last looked at
+        self._deleted = 0  # the memory's count of deletions, when last checked
 
     async def take(self, said: str, *, tone: Tone = "plain", by: str = "person") -> SayOut:
-        """Let the partner feel with what was said, and answer it.
+        """Have the partner feel with what was said, and answer it; return what came of it.
 
-        "Stop" stops the body before anything else. What was overtaken by another sentence gets no
+        "Stop" stops the body before anything else. A sentence that another has overtaken gets no
         answer. Distress gets the help that fits; then, and for ten minutes after, no language
         model is asked, and it speaks of no feeling of its own. What may be distress is asked about
-        first, and a "yes" to that is distress.
+        first, and a "yes" then counts as distress.
 
         Parameters
         ----------
@@ -176,7 +176,7 @@ class Speech:
         return asks or self._since <= _STAYS or self._since % _EVERY == 0
 
     def _comfort(self, kind: Distress | None, language: Language) -> str:
-        """Return what is said to a distress, or after one."""
+        """Return the answer to a distress, or to a remark after one."""
         turn = self._turns[kind or ""]
         self._turns[kind or ""] += 1
         self._since = 0 if kind else self._since
@@ -193,7 +193,7 @@ class Speech:
     async def _answer(
         self, said: str, heard: Impression, language: Language, felt: tuple[Stimulus, ...]
     ) -> tuple[str, str | None]:
-        """Answer what is no distress, by a language model if there is one; tell what was meant."""
+        """Answer all but distress, by a language model if there is one; return text and intent."""
         acts = any(match.cue.acts for match in script(language).intents_of(said))
         distress = self._partner.snapshot.state.distress is not None
         if not (acts or distress):
@@ -212,7 +212,7 @@ class Speech:
         return text, None if answer.cue is None else answer.cue.name
 
     async def count(self, felt: tuple[Stimulus, ...]) -> None:
-        """Let what somebody did, and contacts meanwhile, count for how they are to the partner."""
+        """Count what somebody did, and contacts since, towards how they treat the partner."""
         events = self._partner.history.after(self._counted)
         self._counted = self._partner.history.number
         contacts = sum(one.kind == "stop" and one.name == StopReason.CONTACT for one in events)
@@ -250,7 +250,7 @@ class Speech:
         return answer
 
     async def _perform(self, answer: SmallAnswer) -> str:
-        """Perform what comes with an answer; return what to say, also where it cannot move."""
+        """Perform what comes with an answer; return what to say, even if it cannot move."""
         cue = answer.cue
         if answer.words and not await asyncio.to_thread(may_be_said, answer.text):
             return self._answerer.say(script(answer.language).feelings.lines("none", None))
@@ -272,7 +272,7 @@ class Speech:
         return None if cue.look is None else look(robot, cue.look, _LOOKED)
 
     async def _reply(self, said: str, felt: tuple[Stimulus, ...]) -> str | None:
-        """Say what a conversation brings, and feel it; None if it brings nothing."""
+        """Say and feel the language model's reply, and return it; None if there is none."""
         talk = self._conversation
         if talk is None:
             return None
@@ -299,6 +299,6 @@ class Speech:
 
 
 def _converse(endpoint: Endpoint) -> "Conversation":
-    from miburi.talk.conversation import Conversation  # the libraries of a client, only here
+    from miburi.talk.conversation import Conversation  # loads a client's libraries, so only here
 
     return Conversation(endpoint)

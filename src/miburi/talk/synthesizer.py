@@ -1,7 +1,7 @@
-"""A voice of the partner's own computer: a sentence goes in, sound comes out.
+"""A voice on the partner's own computer: it turns a sentence into sound.
 
-A synthesizer is a process of its own: it holds up nobody, it is ended when it takes too long, and
-its licence stays its own. No web library is loaded here, so that a partner wakes sooner.
+A synthesizer is a process of its own: it holds nothing up, it is ended when it takes too long, and
+its licence stays its own. No web library is loaded here, so that a partner starts sooner.
 """
 
 import asyncio
@@ -28,7 +28,7 @@ _SILENCE = "pau"
 #: Which of flite's voices, its pitch, Hz, which a feeling raises or lowers, and the lowest (ours).
 _VOICE, _PITCH, _LOWEST = "slt", 172.0, 60.0
 _PHONE = re.compile(r"([a-z]+):(\d+\.\d+)")
-#: Signs that others than typewriters have, for which it has no word.
+#: Typographic characters that it cannot read, and the plain ones to use instead.
 _PLAIN = str.maketrans({"‘": "'", "’": "'", "“": '"', "”": '"', "–": ",", "—": ",", "…": "..."})
 
 
@@ -55,9 +55,9 @@ class Synthesizer:
     Attributes
     ----------
     program
-        Its file.
+        The path of its executable.
     patience
-        s for a sentence; 25 s of speech take 0.5 s of a processor (ours).
+        s for a sentence; 25 s of speech take 0.5 s of processor time (ours).
     """
 
     program: str
@@ -92,7 +92,7 @@ class Synthesizer:
             )  # fmt: skip
             try:
                 with suppress(OSError, AttributeError):  # it has ended already; not a Unix
-                    os.setpriority(os.PRIO_PROCESS, process.pid, 0)  # it does not come first
+                    os.setpriority(os.PRIO_PROCESS, process.pid, 0)  # no priority over others
                 async with asyncio.timeout(self.patience):
                     phones, _ = await process.communicate()
                 if process.returncode:
@@ -110,7 +110,7 @@ class Synthesizer:
 
 
 def _rhythm(words: str, phones: str) -> Rhythm:
-    """Return the rhythm of a sound, of which each phone's name and end are known, as ``ay:0.392``.
+    """Return the rhythm of a sound from its phones, each a name and its end, as ``ay:0.392``.
 
     Each line is a sentence, and its times are from its own beginning.
     """

@@ -165,6 +165,6 @@ def test_other_conditions_are_kept(robot: Robot) -> None:
 
 def test_a_body_in_whose_way_no_hand_can_be_put_is_refused(robot: Robot) -> None:
     with pytest.raises(
-        InputError, match="puts a hand in the robot's way, and this body is no simulation"
+        InputError, match="puts a hand in the robot's way, and this body is not a simulation"
     ):
         experiment.conduct(RealBody(robot))

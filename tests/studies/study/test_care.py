@@ -131,7 +131,7 @@ def test_careless_participants_are_left_out_and_named(tmp_path: Path) -> None:
         17: ["0 of 8 films started"],
         18: ["fear in 8 of 8 films"],
         19: ["1 checks wrong"],
-        20: ["0.1 s for a page in the median"],
+        20: ["a median of 0.1 s for a page"],
     }
     # Practice and those who are left out count in no figure.
     assert found["choices"][0]["right"]["of"] == 16 * 8

@@ -99,7 +99,7 @@ def test_one_soft_servo_among_good_ones_is_refused_by_name(robot: Robot, found: 
     stiffness = found.stiffness.copy()
     stiffness[LEFT_ELBOW] = 0.3
     with pytest.raises(
-        BodyError, match=r"left elbow turns back with 1\.3 N.* others .* horn's screw"
+        BodyError, match=r"left elbow springs back with 1\.3 N.* others .* horn's screw"
     ):
         check(robot, replace(found, stiffness=stiffness))
     check(robot, found)
@@ -153,7 +153,7 @@ def test_gears_that_play_are_calibrated_named_and_still_notice_somebody(robot: R
     (one,) = specimens(robot, 1, 1, play=radians(0.5))
     done = calibrate_servos(robot, 1, one.robot)
     (words,) = done.words
-    assert words.startswith("Gears seem to play, by about ")
+    assert words.startswith("Gears seem to have play, of about ")
     assert "the waist" in words
     told = [float(angle) for angle in re.findall(r"(\d\.\d)°", words)]
     assert len(told) >= 4
@@ -202,7 +202,7 @@ def test_play_is_told_where_it_stops_the_calibration(
 
     monkeypatch.setattr(TrialPlant, "begin", jammed)
     with pytest.raises(
-        BodyError, match=r"at left_elbow\..*Gears seem to play, by about .*° at the waist"
+        BodyError, match=r"at left_elbow\..*Gears seem to have play, of about .*° at the waist"
     ):
         calibrate_servos(robot, 1, one.robot)
 

@@ -305,7 +305,7 @@ def test_another_body_is_connected_from_the_page(studio: Page, firmware: Path) -
     expect(studio.get_by_label("Port")).to_be_visible()
     studio.get_by_label("Port").fill("/dev/no-such-port")
     studio.get_by_role("button", name="Connect").click()
-    expect(studio.locator(".q-notification")).to_contain_text("is no serial port")
+    expect(studio.locator(".q-notification")).to_contain_text("is not a serial port")
     studio.get_by_label("Body", exact=True).select_option("Emulated card")
     studio.get_by_role("button", name="Connect").click()
     until(studio, lambda now: now["body"] == "emulated-card")

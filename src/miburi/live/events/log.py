@@ -1,4 +1,4 @@
-"""The log of a live partner: what happened, by number, over restarts.
+"""The log of a live partner: what happened, by number, across restarts.
 
 The latest events are in memory, older ones in an :class:`~miburi.live.events.store.EventStore`. The
 partner's loop only notes: a thread writes, so that no disk holds up the loop.
@@ -23,7 +23,7 @@ __all__ = ["LOGGED", "History", "Log"]
 #: Events that are kept in memory.
 LOGGED = 300
 _LOST = "events before this one are no longer kept"
-_UNKNOWN = "this partner does not know that event: it keeps its events in another folder, or anew"
+_UNKNOWN = "this partner does not know that event: it keeps its events in another folder, or afresh"
 #: A note in the store: whether what is said to the partner may be told.
 _WORDS = "words"
 #: s to wait for the disk.
@@ -40,7 +40,7 @@ class History:
     Parameters
     ----------
     boot, first
-        The present start, and the number of its first event.
+        The id of the present start, and the number of its first event.
     store
         Where older events are; None: there are none.
     """
@@ -54,7 +54,7 @@ class History:
         self._store = store
 
     def add(self, events: Iterable[LiveEvent]) -> None:
-        """Add events that have happened since."""
+        """Add new events."""
         for event in events:
             self._events.append(event)
             self.number = event.number
@@ -67,7 +67,7 @@ class History:
         return self._events[-1] if self._events else None
 
     def after(self, number: int) -> list[LiveEvent]:
-        """Return those in memory above a number, the oldest first."""
+        """Return the events in memory above a number, the oldest first."""
         return [event for event in self._events.copy() if event.number > number]
 
     def reaches(self, cursor: Cursor) -> bool:
@@ -76,10 +76,10 @@ class History:
         return ours and cursor.number >= self._oldest - 1
 
     def since(self, cursor: Cursor, most: int) -> list[LiveEvent]:
-        """Return at most so many events after a cursor, the oldest first.
+        """Return at most ``most`` events after a cursor, the oldest first.
 
-        If some that came after it are no longer kept, or it is of another folder, the first is a
-        ``gap``.
+        If some that followed the cursor are no longer kept, or it belongs to another folder, the
+        first is a ``gap``.
         """
         if self.reaches(cursor):
             return self.after(cursor.number)[:most]
@@ -102,12 +102,12 @@ class History:
         return told
 
     def recall(self, who: str) -> Cursor | None:
-        """Return up to where somebody has been told, as :meth:`remember` has kept it."""
+        """Return the cursor up to which somebody has been told, if :meth:`remember` kept one."""
         kept = self._store.note(f"told {who}") if self._store else None
         return None if kept is None else Cursor.of(kept)
 
     def remember(self, who: str, cursor: Cursor) -> None:
-        """Keep up to where somebody has been told; it waits for the disk."""
+        """Keep the cursor up to which somebody has been told; this waits for the disk."""
         if self._store is not None:
             try:
                 self._store.set_note(f"told {who}", str(cursor))
@@ -128,7 +128,7 @@ class History:
         return start if self._store else max(start, pruned), missing
 
     def _gap(self, number: int, after: LiveEvent | None, why: str) -> LiveEvent:
-        """Return what tells that events up to a number are missing."""
+        """Return an event that says that events up to a number are missing."""
         after = after or self.latest
         boot, wall = (after.boot, after.wall) if after is not None else (self.boot, _now())
         time = 0.0 if after is None else after.time
@@ -136,7 +136,7 @@ class History:
 
 
 class Log:
-    """Takes down what happens; the loop's thread alone notes.
+    """Records what happens; only the loop's thread adds to it.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ class Log:
         return self._words
 
     def allow_words(self, allowed: bool) -> None:
-        """Let what is said be told from now on, or forget what was; it waits for the disk."""
+        """Let what is said be told from now on, or forget what was said; waits for the disk."""
         self._words = allowed
         if self._store is not None:
             self._store.set_note(_WORDS, "1" if allowed else "0")
@@ -183,7 +183,7 @@ class Log:
                 self._store.forget_words()
 
     def holds(self, kind: str, name: str, seconds: float = math.inf) -> bool:
-        """Whether one of the latest events, of so many s, is of this kind and names this."""
+        """Whether any of the latest events, at most ``seconds`` s old, has this kind and name."""
         since = self._now() - timedelta(seconds=min(seconds, 1e9))
         events = self.history.after(0)
         return any(e.kind == kind and e.name == name and e.wall >= since for e in events)
@@ -207,7 +207,7 @@ class Log:
         return event
 
     def close(self, patience: float = _PATIENCE) -> None:
-        """Write what waits."""
+        """Write the events that wait, and end the writing thread."""
         if self._thread is not None:
             self._told.put(None)
             self._thread.join(patience)

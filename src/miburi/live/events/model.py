@@ -1,4 +1,4 @@
-"""One event of a live partner, and the cursor that says up to where somebody has heard."""
+"""One event of a live partner, and the cursor that says how far somebody has heard."""
 
 import re
 from datetime import UTC, datetime
@@ -57,7 +57,7 @@ class Cursor(NamedTuple):
         Raises
         ------
         InputError
-            It is none.
+            The text is not a cursor.
         """
         found = re.match(CURSOR, text.strip())
         if found is None:
@@ -77,7 +77,7 @@ class LiveEvent(BaseModel):
         description="Which start of the partner it belongs to.", examples=["5f2c9a10"]
     )
     number: int = Field(
-        ge=0, description="Counts up by one, over all starts with the same folder.", examples=[42]
+        ge=0, description="Counts up by one, across starts with the same folder.", examples=[42]
     )
     wall: Wall = Field(description="When, by the computer's clock, UTC.")
     time: float = Field(description="When, by the robot's clock, s since this start.")
@@ -91,7 +91,7 @@ class LiveEvent(BaseModel):
         default=None, description="The id of the wish that it belongs to, if somebody asked."
     )
     feeling: str | None = Field(default=None, description="The feeling that is felt or shown.")
-    mood: float | None = Field(default=None, description="The mood with which it shows, 0 to 1.")
+    mood: float | None = Field(default=None, description="The mood with which it is shown, 0 to 1.")
     strength: float | None = Field(default=None, description="A stimulus's strength, 0 to 1.")
     source: str | None = Field(default=None, description="What a stimulus came from.")
     name: str | None = Field(
@@ -100,7 +100,7 @@ class LiveEvent(BaseModel):
     )
     text: str | None = Field(
         default=None,
-        description="What the partner said. What was said to it stands here only if the user "
+        description="What the partner said. What was said to it appears here only if the user "
         "allows that.",
     )
     reason: EndReason | None = Field(default=None, description="Why a recording ended by itself.")
@@ -114,7 +114,7 @@ class LiveEvent(BaseModel):
     @computed_field(description="BOOT:NUMBER, which names it over restarts.")  # type: ignore[prop-decorator]
     @property
     def id(self) -> str:
-        """Return what names it over restarts."""
+        """Return the id that names it across restarts."""
         return f"{self.boot}:{self.number}"
 
     @property
@@ -141,7 +141,7 @@ class EndOfWish:
     Raises
     ------
     InputError
-        It is none.
+        It is not such an id.
     """
 
     def __init__(self, wish: str) -> None:
@@ -150,23 +150,23 @@ class EndOfWish:
             raise InputError(f"a wish's id is BOOT:NUMBER, got {wish!r}.")
 
     def is_in(self, event: LiveEvent) -> bool:
-        """Whether this event ends the wish; take the events in their order.
+        """Whether this event ends the wish; pass the events in their order.
 
         Raises
         ------
         BodyError
-            The partner was started anew, or no longer has these events: nobody knows how the wish
+            The partner was restarted, or no longer has these events: nobody knows how the wish
             ended.
         """
         if event.boot != self._boot:
-            raise BodyError("the partner was started anew, so nobody knows how that wish ended.")
+            raise BodyError("the partner was restarted, so nobody knows how that wish ended.")
         if event.kind == "gap":
             raise BodyError(f"nobody knows how that wish ended: {event.detail}.")
         if event.wish != self._wish:
             return False
         what, _, how = event.kind.partition("_")
         if how == "begun" and not self._what:
-            self._what = what  # of a performance the acts begin and end, too
+            self._what = what  # a performance's acts begin and end, too
         return event.kind == "wish_dropped" or (
             how in ("ended", "broken_off") and what == (self._what or what)
         )

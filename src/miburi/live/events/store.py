@@ -21,12 +21,12 @@ from miburi.live.events.model import LiveEvent
 
 __all__ = ["KEPT", "MONTH", "SURE", "YEAR", "EventStore", "kept_events"]
 
-#: Events that are kept, and for how long; what is about stops is kept for a year (ours).
+#: How many events are kept, and for how long; those about stops are kept for a year (ours).
 KEPT, MONTH, YEAR = 100_000, timedelta(days=30), timedelta(days=365)
 #: The latest events are kept whatever the clock says: a computer may wake in 1970 and then learn
 #: the time.
 SURE = 1_000
-#: Events between two looks at what is too old.
+#: Events written between two prunings.
 _PRUNED_EVERY = 1_000
 _STOPS = ("stop", "pressed", "release_begun")
 _TABLES = """
@@ -51,7 +51,7 @@ class EventStore:
     Parameters
     ----------
     path
-        The file; one that is no database of ours is put aside, and a new one begun.
+        The file; if it is not our database, it is put aside and a new one begun.
 
     Raises
     ------
@@ -68,7 +68,7 @@ class EventStore:
                 self._file = self._open()
             except sqlite3.DatabaseError as error:
                 if isinstance(error, sqlite3.OperationalError):
-                    raise  # no room, no right: the file itself may be good
+                    raise  # no room, or no permission: the file itself may be good
                 path.replace(path.with_name(f"{path.name}.bad"))
                 for suffix in ("-wal", "-shm"):
                     path.with_name(path.name + suffix).unlink(missing_ok=True)
@@ -101,7 +101,7 @@ class EventStore:
 
     @property
     def pruned(self) -> int:
-        """The highest number of what has been left out because it was too old, or 0."""
+        """The highest number of the events deleted because they were too old, or 0."""
         return int(self.note("pruned") or 0)
 
     def begin(self, boot: str) -> int:
@@ -151,13 +151,13 @@ class EventStore:
                 self._prune()
 
     def read(self, after: int, most: int) -> list[LiveEvent]:
-        """Return at most so many events above a number, the oldest first."""
+        """Return at most ``most`` events above a number, the oldest first."""
         query = "SELECT content FROM events WHERE number > ? ORDER BY number LIMIT ?"
         with self._lock:
             rows = self._file.execute(query, (after, most)).fetchall()
         events = []
         for (content,) in rows:
-            with suppress(ValidationError):  # of another version; whoever asks is told of a gap
+            with suppress(ValidationError):  # of another version; readers see a gap
                 events.append(LiveEvent.model_validate_json(content))
         return events
 
@@ -212,7 +212,7 @@ class EventStore:
 
 
 def kept_events(folder: Path, *, quiet: bool = False) -> EventStore | None:
-    """Return the events of a partner's folder; None where none can be kept, and a line says so."""
+    """Return a partner's event store; None, with a message unless ``quiet``, if it cannot open."""
     try:
         return EventStore(folder / "events.sqlite")
     except OutputError as error:

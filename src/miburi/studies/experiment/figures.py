@@ -23,7 +23,7 @@ from miburi.studies.experiment.procedure import (
 __all__ = ["experiment_figure"]
 
 _INK, _CORAL, _BLUE, _GREY = "#2b2b2b", "#d9553f", "#2f6f9f", "#9a9a9a"
-#: So many stops are drawn close up.
+#: How many stops are drawn close up.
 _CLOSE_UPS = 4
 
 
@@ -81,7 +81,7 @@ def _draw_course(result: Experiment, mood: Axes, speed: Axes, extent: Axes) -> N
             hatch=None if gesture.complete else "///",
             linewidth=0.6,
         )
-        if len(result.gestures) <= 30:  # so many numbers can be read
+        if len(result.gestures) <= 30:  # more numbers could not be read
             extent.annotate(
                 str(number),
                 (middle, 1e3 * gesture.extent),
@@ -130,18 +130,18 @@ def _draw_healing(healing: Healing, axes: Axes) -> None:
     axes.plot(minutes, healing.untouched, color=_GREY, label="untouched twin")
     axes.plot(minutes, healing.moods, color=_INK, label="touched")
     axes.legend(fontsize=7, loc="lower right", frameon=False, borderpad=0)
-    axes.set(xlabel="min after it", ylim=(0, 1.05))
+    axes.set(xlabel="min after the gestures", ylim=(0, 1.05))
     axes.set_title("the mood heals", fontsize=8)
 
 
 def _say_what_it_is(figure: Figure, result: Experiment) -> None:
     at = result.setup
     figure.suptitle(
-        f"{at.feeling.capitalize()} at μ = {at.mood:g}, a gesture each {at.period:g} s, seed "
+        f"{at.feeling.capitalize()} at μ = {at.mood:g}, a gesture every {at.period:g} s, seed "
         f"{at.seed}. Dashed: contact stop, with the motor that met the hand.\n"
-        "Extent: farthest that a hand went in a gesture; hatched: broken off. Below: the first "
+        "Extent: farthest a hand went in a gesture; hatched: broken off. Below: the first "
         "stops;\ndotted: first touch. By speed: the ratio crosses its limit; by tracking: the "
-        "motor lags\nbehind its way by more than a free servo does.",
+        "motor lags\nfarther behind its course than a free servo does.",
         fontsize=9,
         x=0.01,
         ha="left",

@@ -105,13 +105,13 @@ def _summary(result: experiment.Experiment) -> list[str]:
         longest = max(gesture.end - gesture.start for gesture in result.too_long)
         lines.append(
             f"{len(result.too_long)} gestures did not fit into {result.setup.period:g} s (the "
-            f"longest took {longest:.2f} s): the multiples that they cover are left out"
+            f"longest took {longest:.2f} s): no gesture starts at the multiples they cover"
         )
     if result.healing is not None:
         healed = result.healing
         lines.append(f"healing, in the partner's own time (constant {healed.time_constant:g} s):")
         lines += [
-            f"  after {time:6.0f} s  mood {mood:.3f}, of an untouched twin {untouched:.3f}"
+            f"  after {time:6.0f} s  mood {mood:.3f}, an untouched twin's {untouched:.3f}"
             for time, mood, untouched in zip(
                 healed.times, healed.moods, healed.untouched, strict=True
             )
@@ -130,7 +130,7 @@ def _summary(result: experiment.Experiment) -> list[str]:
         )
     touched = result.missed or any(stop.contact_time is not None for stop in result.stops)
     if result.setup.hand and not touched:
-        lines.append("nothing was touched: no contact was there to notice or to miss")
+        lines.append("nothing was touched: there was no contact to notice or to miss")
     lines.append(
         f"false stops: {result.false_stops}, missed contacts: {len(result.missed)}; "
         f"inverse kinematics: median {timing['ik_median_ms']:.3g} ms; "

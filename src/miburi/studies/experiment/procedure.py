@@ -4,8 +4,8 @@
 stop and gesture. The robot makes a gesture every 2 s, and a human hand blocks an arm now and
 then. The paper claims that the robot stops when, and only when, it is blocked; that each encounter
 lowers the mood by 20 %; and that the gestures after it are smaller and slower. The loss "will be
-able to be erased within some time, at the same rhythm as the mood value" (Section 4): to see that,
-let the feelings go on after the gestures, beside those of a twin that nobody touched.
+able to be erased within some time, at the same rhythm as the mood value" (Section 4): to show that,
+the feelings can go on after the gestures, beside those of a twin that nobody touched.
 """
 
 from collections import deque
@@ -46,9 +46,9 @@ __all__ = [
 STEP = 0.02
 #: A contact that no stop follows within this many seconds is missed (ours).
 PATIENCE = 0.3
-#: s before a stop in which its motor is drawn (ours).
+#: For how many s before a stop its motor is drawn (ours).
 _APPROACH = 0.4
-#: Healing is watched for twice the mood's time constant, at so many moments (ours).
+#: Healing is watched for twice the mood's time constant, at this many moments (ours).
 _HEALING, _MOMENTS = 2.0, 9
 #: A film shows every third step: about 17 pictures a second.
 STEPS_PER_FRAME = 3
@@ -149,7 +149,7 @@ class Experiment:
 
     @property
     def false_stops(self) -> int:
-        """The number of stops without a hand on the robot in the ``PATIENCE`` before them."""
+        """The number of stops without a hand on the robot within ``PATIENCE`` before them."""
         return sum(stop.contact_time is None for stop in self.stops)
 
     def report(self) -> dict[str, object]:
@@ -212,7 +212,7 @@ def conduct(
     body
         The body to move; it must be at neutral.
     setup
-        What is set before it begins; by default what the paper says.
+        The experiment's setup; by default what the paper says.
     recorder
         Takes states, feelings, commands and contacts as they happen.
     progress
@@ -221,7 +221,7 @@ def conduct(
     Raises
     ------
     InputError
-        The body is no simulation.
+        The body is not a simulation.
     """
     set_to = setup or Setup()
     robot = body.robot
@@ -237,7 +237,7 @@ def conduct(
     touchable = body.touchable
     if touchable is None:
         raise InputError(
-            "the experiment puts a hand in the robot's way, and this body is no simulation: take "
+            "the experiment puts a hand in the robot's way, and this body is not a simulation: use "
             "the simulated body or an emulated card."
         )
     feelings = set_to.feelings()
@@ -327,12 +327,12 @@ class _Observer:
                     pass
 
     def met(self, events: list[Event], touch: Touch) -> Touch | None:
-        """Return what the stop of a step met, if it had one: the largest force, and the part."""
+        """Return what a step's stop met, if there was a stop: the largest force, and the part."""
         stopped = any(isinstance(event, Stopped) for event in events)
         return Touch(self._result.stops[-1].peak_force, part=touch.part) if stopped else None
 
     def _approach(self, stop: Stop) -> Iterator[WindowRecord]:
-        """Yield what the rule saw lately of the motor that it stopped for."""
+        """Yield what the rule recently saw of the motor that caused a stop."""
         if stop.motor is None:
             return
         i, step = JOINTS.index(stop.motor), self._robot.servo.step / FINE

@@ -29,7 +29,7 @@ class Setup:
     temperament
         The feelings' constants; the mood's time constant is that of healing.
     settings
-        Of the inverse kinematics; see :func:`miburi.ik.solve`.
+        Settings of the inverse kinematics; see :func:`miburi.ik.solve`.
     repertoire
         The gestures; by default those that ship with Miburi.
     hand
@@ -57,7 +57,7 @@ class Setup:
     def __post_init__(self) -> None:
         if self.seed < 0:
             raise InputError(f"the seed must be 0 or more, got {self.seed}.")
-        Expression(self.feeling, self.mood)  # refuses what is no feeling or no mood
+        Expression(self.feeling, self.mood)  # refuses an unknown feeling or an invalid mood
         if not (np.isfinite(self.period) and 0.5 <= self.period <= 60):
             raise InputError(f"the period must be from 0.5 to 60 s, got {self.period:g}.")
         if not (np.isfinite(self.seconds) and self.period <= self.seconds <= 86_400):

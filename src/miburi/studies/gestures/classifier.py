@@ -28,7 +28,7 @@ def features(robot: Robot, rehearsal: Rehearsal) -> Array:
 
     The measures are logarithms, as they span decades. The mean posture is the mean of the joint
     angles, and the widest posture the joint angles at their farthest, both relative to neutral.
-    Each posture is divided by its largest angle: it tells the shape, and the measures the size.
+    Each posture is divided by its largest angle: it gives the shape, the measures give the size.
     """
     offset = rehearsal.angles - robot.neutral
     mean = offset.mean(axis=0)

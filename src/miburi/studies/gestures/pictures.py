@@ -37,7 +37,7 @@ __all__ = [
 _PIXELS = 320
 #: A film shows every third record: 16.7 pictures a second.
 _FILM_EVERY = 3
-#: A strip shows twelve moments, this many s apart: a weak thrill takes so long to repeat itself.
+#: A strip shows twelve moments, this many s apart: a weak thrill needs that long to repeat itself.
 STRIP_MOMENTS, STRIP_STEP = 12, 0.4
 _STRIP_COLUMNS = 6
 #: Each moment fades into those 0.08, 0.16 and 0.24 s before it, so a still picture shows motion.
@@ -121,7 +121,7 @@ def film(
 ) -> Path:
     """Write a film of a performance in real time; see :func:`miburi.studies.film.write_film`.
 
-    It is ``pixels`` wide and high, and shows one of ``every`` records: 1 gives 50 pictures a
+    It is ``pixels`` wide and high, and shows one in ``every`` records: 1 gives 50 pictures a
     second.
     """
     rate = 1 / (every * PERIOD)

@@ -22,9 +22,9 @@ class Claim:
     Attributes
     ----------
     section
-        Where the sentence stands.
+        The section that has the sentence.
     sentence
-        In the paper's words where they are quoted.
+        The sentence, in the paper's own words where it is in quotation marks.
     verdict
         The run's answer.
     number

@@ -1,8 +1,7 @@
 """Carry out what the paper says, sentence by sentence, and judge it by what came out.
 
-In goes a :class:`~miburi.studies.paper.runs.Runs`; out comes a
-:class:`~miburi.studies.paper.claim.Claim` for each sentence. Each has a name, by which
-``miburi paper --claim NAME`` carries it out alone.
+A :class:`~miburi.studies.paper.runs.Runs` gives a :class:`~miburi.studies.paper.claim.Claim` for
+each sentence. Each claim has a name, with which ``miburi paper --claim NAME`` carries it out alone.
 """
 
 from collections.abc import Callable
@@ -18,7 +17,7 @@ from miburi.studies.paper.runs import Runs
 
 __all__ = ["ABSENT", "CLAIMS"]
 
-#: Each claim's name, and what carries it out, in the paper's order.
+#: Each claim's name, and the function that carries it out, in the paper's order.
 CLAIMS: dict[str, Callable[[Runs], Claim]] = {
     carry_out.__name__.replace("_", "-"): carry_out
     for carry_out in (

@@ -1,8 +1,8 @@
 """The Denavit-Hartenberg table of the paper's body (Figs. 2 and 3), which the paper does not print.
 
 :data:`TABLES` has a chain for each extremity. A row turns about z by ``sign`` · angle + ``offset``,
-goes ``d`` along z and ``a`` along the new x, and tilts about that by ``tilt`` (the classic
-convention). The rows are ours; a test holds them against :func:`miburi.robot.forward`.
+goes ``d`` along z and ``a`` along the new x, and tilts about the new x by ``tilt`` (the classic
+convention). The rows are ours; a test checks them against :func:`miburi.robot.forward`.
 """
 
 from dataclasses import dataclass

@@ -14,7 +14,7 @@ from miburi.studies.trials.summary import summarise
 
 __all__ = ["period", "right_positions", "slower_and_smaller", "whenever_and_only_when"]
 
-#: A contact is never missed where fewer than one in a thousand are, at 95 % (ours).
+#: "Never missed" means that fewer than one contact in a thousand is, at 95 % (ours).
 _NEVER = 0.001
 
 
@@ -39,7 +39,7 @@ def whenever_and_only_when(runs: Runs) -> Claim:
         f"{trials.free} + {trials.blocked} trials: {trials.false_stops} false, {trials.missed} "
         f"contacts missed ({low:.2f} to {high:.2f} %)"
         + (f", {trials.missed_above_2N} of them with 2 N or more" if trials.missed else ""),
-        "the condition: who presses with less than 2 N may be missed ([contact safety](safety.md))",
+        "the condition: a press of less than 2 N may be missed ([contact safety](safety.md))",
     )
 
 
@@ -62,7 +62,7 @@ def slower_and_smaller(runs: Runs) -> Claim:
 
 
 def period(runs: Runs) -> Claim:
-    """Look when gestures begin, and which feelings' fit into a period."""
+    """Check when gestures begin, and which feelings' gestures fit into a period."""
     starts = [g.start for run in runs.experiments for g in run.gestures if g.start > 0.1]
     late = max((abs(start - 2 * round(start / 2)) for start in starts), default=np.inf)
     fit = [feeling for feeling, run in runs.undisturbed.items() if not run.too_long]
@@ -84,7 +84,7 @@ def period(runs: Runs) -> Claim:
 
 
 def right_positions(runs: Runs) -> Claim:
-    """Look how far the inverse kinematics is off, by default and as printed."""
+    """Measure how far the inverse kinematics is off, by default and as printed."""
     errors = 1e3 * np.array([solution.error for solution in runs.printed_solver.solutions])
     medians = np.median(errors, axis=0)
     default = 1e3 * max(s.error.max() for s in runs.experiments[0].solutions)

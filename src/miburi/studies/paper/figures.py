@@ -1,4 +1,4 @@
-"""Draw the paper's figures anew, from the running code."""
+"""Redraw the paper's figures from the running code."""
 
 from collections import Counter
 from collections.abc import Callable, Mapping
@@ -59,7 +59,7 @@ def _join(axes: Axes, before: Text, after: Text, colour: str, **bent: object) ->
 
 
 def _loop(axes: Axes, box: Text, start: XY, end: XY, rad: float, colour: str) -> None:
-    """Draw an arrow from one place at a box's edge to another, in its own size (0 to 1)."""
+    """Draw an arrow from one place on a box's edge to another, in fractions of the box (0 to 1)."""
     arrow = _ARROW | {"color": colour, "connectionstyle": f"arc3,rad={rad}"}
     patch = _edge(box)
     axes.annotate("", end, start, xycoords=patch, textcoords=patch, arrowprops=arrow)
@@ -71,7 +71,7 @@ def safety_figure(path: Path) -> None:
         "the host sends final positions and speeds",
         "the card orders each motor to its place",
         "at each reading (20 ms):\nevery motor's travel over 0.1 s",
-        "is one slower than 0.9372 of what is due,\nor farther behind than a free one?",
+        "is one slower than 0.9372 of its due speed,\nor farther behind than a free one?",
         "stop all motors, give way,\nhold softly",
     )
     figure = Figure(figsize=(4.6, 5.2), layout="constrained")
@@ -102,7 +102,7 @@ def safety_figure(path: Path) -> None:
     _save(figure, path)
 
 
-#: Where the name of a joint stands beside its axis, in points.
+#: Where a joint's name is written beside its axis, in points.
 _BESIDE = {
     "waist": (6, 8), "right_shoulder": (-8, 16), "right_elbow": (-30, 2),
     "right_fingertip": (-14, 4), "left_shoulder": (8, 16), "left_elbow": (30, 2),

@@ -39,7 +39,7 @@ _TABLE_1 = {
     "left_fingertip": (-1.744, 0.174),
     "head": (0.174, 1.22),
 }
-#: rad: as near to one another are poses that count as one.
+#: Poses this near to one another count as one, rad.
 _ALIKE = 1e-3
 
 
@@ -93,7 +93,7 @@ def equations(runs: Runs) -> Claim:
 
 
 def eight_solutions(runs: Runs) -> Claim:
-    """Count the poses of both arms that put hands on a place if no joint has limits."""
+    """Count both arms' poses that put a hand in the same place, if no joint has limits."""
     joints = runs.robot.joints
     free = {
         name: Joint(symbol=joint.symbol, min=-np.pi, max=np.pi, neutral=joint.neutral)
@@ -120,7 +120,7 @@ def eight_solutions(runs: Runs) -> Claim:
 
 
 def _distinct(poses: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> int:
-    """Count poses that differ; a turn by 2π is none."""
+    """Return how many poses differ; a turn by 2π makes no difference."""
     kept: list[np.ndarray[tuple[int, ...], np.dtype[np.float64]]] = []
     for pose in poses:
         around = [np.abs(np.angle(np.exp(1j * (pose - other)))).max() for other in kept]
@@ -178,7 +178,7 @@ def promise(runs: Runs) -> Claim:
 
 
 def promise_of_reference_9(runs: Runs) -> Claim:
-    """Solve them with the search of the paper's reference 9."""
+    """Solve the same targets with the search of the paper's reference 9."""
     settings = replace(Settings.paper(), local_search="residual")
     shares = {unit: runs.promise(settings, unit) for unit in UNITS}
     kept = shares["cm"] > 0.99 and shares["mm"] > 0.99
@@ -192,7 +192,7 @@ def promise_of_reference_9(runs: Runs) -> Claim:
 
 
 def within_a_second(runs: Runs) -> Claim:
-    """Time each solution of an experiment that is solved as printed, and of the others."""
+    """Time each solution of the experiment solved as printed, and of the others."""
     slowest = 1e3 * max(runs.printed_solver.solve_seconds)
     default = 1e3 * max(max(run.solve_seconds) for run in runs.experiments)
     return Claim(
@@ -201,7 +201,7 @@ def within_a_second(runs: Runs) -> Claim:
         "1 second of calculation.”",
         holds(max(slowest, default) < 1000),
         f"with Table 2 as printed {slowest:.0f} ms at most, of "
-        f"{len(runs.printed_solver.solutions)} solutions; the default, which is no evolutionary "
+        f"{len(runs.printed_solver.solutions)} solutions; the default, not an evolutionary "
         f"search, {default:.2g} ms",
         "on this computer, not on a phone",
     )

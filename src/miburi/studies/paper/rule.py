@@ -1,9 +1,9 @@
-"""Where the printed contact rule (Eqs. 1 and 2) lets a free move pass: over a servo's lag and ramp.
+"""When the printed contact rule (Eqs. 1 and 2) lets a free move pass, by a servo's lag and ramp.
 
-In goes a move at a speed v; out comes whether the rule stops it. The servo follows a trapezoid with
-the ramp a, late by a lag. In the first window of p = 0.1 s it covers v (p − lag − v / 2a), so it
-passes that window only if lag + v / 2a is at most 0.0628 p, 6.28 ms. No motor that has arrived is
-judged.
+For a move at a speed v, :func:`is_stopped` says whether the rule stops it. The servo follows a
+trapezoid with the ramp a, late by a lag. In the first window of p = 0.1 s it covers
+v (p − lag − v / 2a), so it passes that window only if lag + v / 2a is at most 0.0628 p, 6.28 ms. A
+motor that has arrived is not judged.
 """
 
 from collections.abc import Sequence
@@ -27,11 +27,11 @@ def is_stopped(distance: float, speed: float, ramp: float, lag: float) -> bool:
     Parameters
     ----------
     distance, speed
-        Of the move, rad and rad/s; the speed is what was sent.
+        The move's, rad and rad/s; the speed is the one sent.
     ramp
         Acceleration at both ends, rad/s²; inf for none.
     lag
-        s by which the servo follows.
+        s by which the servo is late.
     """
     rise = speed / ramp
     if distance < speed * rise:  # it never reaches its speed
@@ -58,8 +58,8 @@ def is_stopped(distance: float, speed: float, ramp: float, lag: float) -> bool:
 def fastest(robot: Robot, moves: Sequence[tuple[Array, Move]]) -> list[tuple[float, float]]:
     """Return distance, rad, and speed, rad/s, of each move's fastest motor.
 
-    A move comes with the pose (8,) rad in which it begins; one of a step of the encoder is left
-    out.
+    Each move comes with the pose (8,) rad in which it begins; moves of one encoder step at most
+    are left out.
     """
     found = []
     for start, move in moves:

@@ -31,15 +31,15 @@ __all__ = ["MOODS", "UNITS", "Blocked", "Met", "OnCard", "Runs"]
 #: The moods at which gestures are measured, and those whose moves are looked at.
 MOODS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
 _PLAIN_MOODS = (0.3, 0.6, 0.9)
-#: Units of length in m.
+#: Units of length, and how many of each make a metre.
 UNITS = {"m": 1.0, "cm": 100.0, "mm": 1000.0}
 #: The promised precision of the inverse kinematics, rad (Section 3).
 _PROMISE = 0.015
 #: s within which a blocked body must stop; s for which it is watched after the stop.
 _PATIENCE, _WATCHED = 1.5, 1.0
-#: A move that raises both arms to the front, rad and s, and the share of its way that is blocked.
+#: A move that raises both arms to the front, rad and s; a hand blocks it at this share of its way.
 _RAISED, _SECONDS, _SHARE = 1.4, 0.8, 0.6
-#: Registers from which a card reads places, and what comes with them.
+#: Registers at which a card's reading of the servos' places may begin.
 _PLACES = range(120, 136)
 
 
@@ -96,13 +96,13 @@ class Runs:
     robot
         The robot.
     progress
-        Called with what begins.
+        Called with the name of a run as it begins.
     targets
         How many random targets the inverse kinematics solve for.
     seeds
         How many experiments there are.
     trials
-        How many contact trials there are with somebody in the way, and as many without.
+        How many contact trials there are with somebody in the way; there are as many without.
     """
 
     def __init__(
@@ -145,7 +145,7 @@ class Runs:
 
     @cached_property
     def outcomes(self) -> list[Outcome]:
-        """Contact trials, as on docs/safety.md: half of them with nobody in the way."""
+        """Contact trials, as in docs/safety.md: half of them with nobody in the way."""
         self._progress(f"{2 * self.trials} contact trials")
         subject = Subject(self.robot, FreeRule.of(self.robot))
         plan = Plan((subject,), seed=1, free=self.trials, blocked=self.trials)
@@ -162,7 +162,7 @@ class Runs:
 
     @cached_property
     def moves(self) -> list[tuple[Array, Move]]:
-        """Where each move of the gestures at moods of 0.3, 0.6 and 0.9 begins, and the move."""
+        """The gestures' moves at moods of 0.3, 0.6 and 0.9: where each one begins, and the move."""
         found = []
         for feeling in FEELINGS:
             for mood in _PLAIN_MOODS:
@@ -275,8 +275,8 @@ class Runs:
         return met / len(self.poses)
 
 
-#: The links that :func:`_gaps` tells of, and how near an obstacle is met, m (ours: half an arm's
-#: width and a finger's).
+#: The links in the order of :func:`_gaps`, and how near an obstacle counts as met, m (ours: half an
+#: arm's width and a finger's).
 _LINKS = ("upper_arm", "forearm", "upper_arm", "forearm", "phone")
 _SKIN = 0.02
 
@@ -313,14 +313,14 @@ def _from_line(start: Array, end: Array, points: Array) -> Array:
 
 
 def _across_the_way(robot: Robot, start: Array, end: Array) -> tuple[Array, Array]:
-    """Return where a hand blocks the right arm between two poses, and along what it lies."""
+    """Return where a hand blocks the right arm between two poses, and the direction it lies in."""
     here, ahead = (forward(robot, start + part * (end - start))[:3] for part in (_SHARE, 0.65))
     shoulder = shoulders(robot)[0]
     return shoulder + 0.9 * (here - shoulder), np.cross(ahead - here, here - shoulder)
 
 
 def _readings(body: EmulatedBody) -> list[float]:
-    """Return a list that takes the times, s, at which the card asks the servos for their places."""
+    """Return a list that collects the times, s, at which the card asks for the servos' places."""
     heard: list[float] = []
 
     def hear(data: bytes) -> bytes:

@@ -27,7 +27,7 @@ __all__ = [
 ]
 
 _NOT_BUILT = "the emulated card has not been built here (`make firmware`)"
-#: rad/s: a motor that is slower has stopped; s within which it must (ours).
+#: rad/s below which a motor has stopped; s within which it must have stopped (ours).
 _STILL, _SOON = 0.1, 0.3
 #: s after the first touch within which a stop is direct, for 95 of 100 contacts and for all (ours).
 _DIRECT, _LATEST = 0.15, 0.3
@@ -81,20 +81,20 @@ def period_and_card(runs: Runs) -> Claim:
     sentence = "p is “balanced by the Arduino card's computing power”."
     if (card := runs.on_card) is None:
         return Claim("2", sentence, ClaimVerdict.UNKNOWN, _NOT_BUILT)
-    # To the next 20 ms: it depends on the compiler that built the firmware.
+    # Rounded up to the next 20 ms: it depends on the compiler that built the firmware.
     median, longest = 1e3 * np.median(card.gaps), 20 * ceil(50 * card.gaps.max())
     return Claim(
         "2",
         sentence,
         holds(longest < 100),
-        f"the card reads all eight servos each {median:.0f} ms (at most {longest} ms), so a "
+        f"the card reads all eight servos every {median:.0f} ms (at most {longest} ms), so a "
         f"period of 0.1 s has {100 / longest:.0f} to {100 / median:.0f} readings",
         "ATmega2560 at 16 MHz, emulated; bus at 1 Mbit/s",
     )
 
 
 def one_motor_stops_all(runs: Runs) -> Claim:
-    """Look at all motors after a stop in a move and in a way back."""
+    """Look at all motors after a stop in a move, and after one on the way back."""
     waits, named = [], []
     for blocked in (runs.moving, runs.returning):
         if blocked.stop is None:
@@ -136,7 +136,7 @@ def stops_at_once(runs: Runs) -> Claim:
 
 
 def period_and_limit(runs: Runs) -> Claim:
-    """Hold the rule as printed against free moves, without and with a lag."""
+    """Test the rule as printed on free moves, without and with a lag."""
     moves = fastest(runs.robot, runs.moves)
     ideal, lagging = (
         float(pass_map(moves, np.array([lag]), np.array([ramp]))[0, 0])
@@ -181,7 +181,7 @@ def upper_arms(runs: Runs) -> Claim:
         "2",
         "“It is very unlikely for it to be blocked somewhere else than at the upper arms.”",
         holds(share > 0.9),
-        f"of {sum(met)} random obstacles within 5 cm of the gestures' ways {share:.0%} meet an "
+        f"of {sum(met)} random obstacles within 5 cm of the gestures' paths {share:.0%} meet an "
         f"upper arm first, {met.forearm / sum(met):.0%} a forearm or hand, "
         f"{met.phone / sum(met):.0%} the phone",
         "lengths and movement functions; an arm is taken as 2 cm thick to either side, and its "

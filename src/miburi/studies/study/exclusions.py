@@ -22,7 +22,7 @@ class LeftOut:
 def left_out(
     study: Study, answers: Sequence[StudyAnswer], paces: Mapping[tuple[int, int], AnswerPace]
 ) -> tuple[LeftOut, ...]:
-    """Return whom the study's table ``[exclude]`` leaves out, in the order of their numbers."""
+    """Return the participants that the study's table ``[exclude]`` leaves out, sorted by number."""
     each: dict[int, list[StudyAnswer]] = defaultdict(list)
     for answer in answers:
         each[answer.participant].append(answer)
@@ -46,7 +46,7 @@ def _reasons(study: Study, own: list[StudyAnswer], pace: Mapping[int, AnswerPace
         taken for step in about_films if (taken := pace.get(step, AnswerPace()).seconds) is not None
     ]
     if rule.fastest is not None and seconds and median(seconds) < rule.fastest:
-        yield f"{median(seconds):.1f} s for a page in the median"
+        yield f"a median of {median(seconds):.1f} s for a page"
     choices = {question.name for question in study.question if question.kind == "choice"}
     for name in sorted(choices):
         given = [answer.value for answer in own if answer.question == name]

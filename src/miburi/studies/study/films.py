@@ -17,14 +17,14 @@ __all__ = ["FILMS", "draw_missing", "find_films"]
 
 #: The folder of films in a study's folder.
 FILMS = "films"
-#: Its width and height; it shows every record, so that people see 50 pictures a second.
+#: A film's width and height; it shows every record, so that people see 50 pictures a second.
 _PIXELS = 640
-#: How a drawn film ends: without ffmpeg a film is a sheet of pictures.
+#: The endings of a drawn film's name: without ffmpeg a film is a sheet of pictures.
 _ENDINGS = (".mp4", ".sheet.png")
 
 
 def find_films(study: Study, folder: Path) -> dict[str, Path]:
-    """Return the files of a study's films that are there, by the films' names."""
+    """Return the existing files of a study's films, by the films' names."""
     files = {
         film.name: [
             folder / FILMS / name
@@ -44,7 +44,7 @@ def draw_missing(
     repertoire: Repertoire,
     progress: Callable[[int, int], None] = lambda _done, _of: None,
 ) -> dict[str, Path]:
-    """Draw the films that are missing, one after another; each is whole or not there.
+    """Draw the films that are missing, one after another; each is written whole or not at all.
 
     Returns
     -------

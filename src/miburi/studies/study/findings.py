@@ -38,16 +38,16 @@ Value = TypeVar("Value", bool, float)
 
 @dataclass(frozen=True)
 class Share:
-    """So many hits of so many.
+    """Hits, out of a number of answers.
 
     Attributes
     ----------
     hits, of
         The numbers.
     low, high
-        The 95 % interval of the share, clustered by participant; None of fewer than two people.
+        The 95 % interval of the share, clustered by participant; None for fewer than two people.
     p
-        The exact probability of as many hits by guessing; None where nobody answered.
+        The exact probability of at least as many hits by guessing; None if nobody answered.
     """
 
     hits: int
@@ -58,7 +58,7 @@ class Share:
 
     @property
     def value(self) -> float:
-        """The share; 0 of none."""
+        """The share; 0 if there are no answers."""
         return self.hits / self.of if self.of else 0.0
 
 
@@ -69,11 +69,11 @@ class ChoiceFindings:
     Attributes
     ----------
     question
-        Its name.
+        The question's name.
     labels
         Rows and columns of ``confusion``: intended (row) and chosen (column).
     right
-        How often the intended feeling was chosen; ``by_feeling`` of each, and ``by_mood``.
+        How often the intended feeling was chosen; also ``by_feeling``, ``by_mood`` and ``by_face``.
     chance
         The share that guessing gives.
     unbiased
@@ -113,7 +113,7 @@ class MeanRating:
 
 @dataclass(frozen=True)
 class PairOrder:
-    """So many pairs of one person's films of one feeling have their ratings in the moods' order.
+    """How many pairs of one person's films of one feeling are rated in the order of their moods.
 
     ``low`` and ``high`` are the share's 95 % interval, clustered by participant.
     """
@@ -125,7 +125,7 @@ class PairOrder:
 
     @property
     def share(self) -> float | None:
-        """The share; guessing gives 0.5; None of no pair."""
+        """The share; guessing gives 0.5; None if there is no pair."""
         return self.right / self.pairs if self.pairs else None
 
 
@@ -133,7 +133,7 @@ class PairOrder:
 class RatingFindings:
     """How people rated; the value of an answer is the mean of its items.
 
-    Items in ``turned`` are reversed: their values stand here as points + 1 - value. ``means`` by
+    Items in ``turned`` are reversed: their values here are points + 1 - value. ``means`` by
     feeling and mood, and ``order``, are empty where the question is about all films.
     """
 
@@ -176,15 +176,15 @@ class Findings:
     Attributes
     ----------
     counts
-        Who took part.
+        How many people took part.
     left_out
         Who is in no figure below, and why.
     wordings
-        From which participants on the study's words were others than before.
+        The participant numbers from which the study's wording changed.
     seconds
-        How long a page about a film took, s: the quartiles; None where it was not kept.
+        How long a page about a film took, s: the quartiles; None if that was not recorded.
     shown
-        Counts live gestures.
+        How often live gestures were seen.
     """
 
     counts: Counts
@@ -206,9 +206,9 @@ def find(
     paces: Mapping[tuple[int, int], AnswerPace] | None = None,
     wordings: Sequence[int] = (),
 ) -> Findings:
-    """Sum up the answers of a study; people who have not finished count as far as they came.
+    """Sum up the answers of a study; people who have not finished count as far as they got.
 
-    Practice counts nowhere, and neither do people whom the study's own rule leaves out.
+    Practice is not counted, and neither are people whom the study's own rule leaves out.
     """
     paces = paces or {}
     films = {film.name: film for film in study.films}
@@ -313,7 +313,7 @@ def _ratings(
     table = [[page[name] for name in names] for page in pages.values()]
     value_of = {page: _mean(list(values.values())) for page, values in pages.items()}
     cells: dict[str, dict[str, list[tuple[int, float]]]] = defaultdict(lambda: defaultdict(list))
-    # Pairs are one person's, of one feeling, with or without the face, or live.
+    # A pair is one person's and of one feeling; both have the face, or neither, or both are live.
     groups: dict[tuple[int, str, str], list[tuple[float, float]]] = defaultdict(list)
     for page, film in film_of.items():
         if film is not None:
@@ -348,7 +348,7 @@ def _words(question: Question, answers: list[StudyAnswer], films: dict[str, Film
     for answer in answers:
         about = films[answer.film].feeling if answer.film is not None else ""
         counts[about][answer.value.casefold()] += 1
-    # The same number: in the order of the alphabet, so that the same answers give the same page.
+    # Equal counts are in alphabetical order, so that the same answers give the same page.
     return WordFindings(
         question.name,
         {
@@ -379,7 +379,7 @@ def _rating(values: list[tuple[int, float]]) -> MeanRating:
 
 def _sum(orders: list[tuple[int, float, int]]) -> PairOrder:
     right, pairs = sum(one for _, one, _ in orders), sum(one for _, _, one in orders)
-    # Each pair of a person is worth their share of right ones: the total is the same.
+    # Each of a person's pairs counts as their share of right ones: the total stays the same.
     each = [(who, one / of) for who, one, of in orders if of for _ in range(of)]
     low, high = mean_interval(
         _by_person([who for who, _ in each], [value for _, value in each])
@@ -397,7 +397,7 @@ def _by_person(people: Sequence[int], values: Sequence[Value]) -> list[list[Valu
 
 
 def _quartiles(values: list[float]) -> tuple[float, float, float] | None:
-    """Return the quartiles; None of no values."""
+    """Return the quartiles; None if there are no values."""
     if not values:
         return None
     if len(values) == 1:

@@ -1,7 +1,7 @@
 """Live gestures: a running partner makes one, and the study sees whether it was whole.
 
-:func:`show` goes through the client that every program uses. It asks for one gesture and looks
-on; it never stops, releases or resumes a partner. :class:`Turns` gives one robot to one
+:func:`show` goes through the client that every program uses. It asks for one gesture and only
+watches; it never stops, releases or resumes a partner. :class:`Turns` gives one robot to one
 participant at a time.
 """
 
@@ -21,9 +21,9 @@ from miburi.safety.stop import StopReason
 
 __all__ = ["IDLE", "Ending", "Perform", "Performer", "Showing", "Turn", "Turns", "show"]
 
-#: s for which a robot stays with a participant who does nothing (ours).
+#: How long a robot stays with an idle participant, s (ours).
 IDLE = 300.0
-#: States a second to look at, and the most of them for one showing: half a minute (ours).
+#: States read per second, and the most read for one showing: half a minute (ours).
 _RATE, _LOOKS = 20, 600
 
 
@@ -32,21 +32,21 @@ class Ending(StrEnum):
 
     #: It was made from its first key pose to its last.
     WHOLE = "whole"
-    #: It was stopped, and goes on by itself: it was touched.
+    #: The partner was touched and stopped; it goes on by itself.
     TOUCHED = "touched"
     #: It was stopped, and waits for a person.
     STOPPED = "stopped"
-    #: Somebody lets the partner rest.
+    #: Somebody has paused the partner.
     PAUSED = "paused"
     #: The partner cannot be reached, or refuses.
     ABSENT = "absent"
-    #: Something else came between: another wish, another body, no time for it in half a minute.
+    #: Something else interfered: another wish, another body, or no chance for it in half a minute.
     BROKEN = "broken"
 
 
 @dataclass(frozen=True)
 class Showing:
-    """What became of a gesture, and whether it began: then somebody saw a part of it at least."""
+    """What became of a gesture, and whether it began: if so, at least part of it was seen."""
 
     ending: Ending
     begun: bool
@@ -65,17 +65,17 @@ class Performer(Protocol):
         """Perform a gesture once."""
 
     def log(self, after: str | None = None) -> list[LiveEvent]:
-        """Return the events after one, by its id."""
+        """Return the events after the one with this id."""
 
 
 def show(
     robot: Performer, expression: Expression, is_over: Callable[[], bool] = lambda: False
 ) -> Showing:
-    """Let the robot make a gesture, and wait until it has, or until it is clear that it has not.
+    """Have the robot make a gesture, wait until it has or cannot, and return what became of it.
 
-    A gesture of its own comes to its end before. Nothing is asked of a robot that is stopped or
-    paused: it would make the gesture later, when nobody looks. Once ``is_over`` says so, nobody
-    waits any more.
+    A gesture that the robot is already making ends first. Nothing is asked of a robot that is
+    stopped or paused: it would make the gesture later, when nobody is watching. Once ``is_over``
+    returns true, this stops waiting.
     """
     view = _View(expression, is_over)
     try:
@@ -97,7 +97,7 @@ class _View:
         self.begun = False
 
     def follow(self, robot: Performer, states: Iterator[State]) -> Ending:
-        """Ask for the gesture as soon as the robot is free, and say what becomes of it."""
+        """Ask for the gesture as soon as the robot is free, and return what becomes of it."""
         latest = None
         for looks, state in enumerate(states):
             if looks == _LOOKS or self._is_over():
@@ -105,7 +105,7 @@ class _View:
             if (hindered := _hindrance(state)) is not None:
                 return hindered
             if latest is None:
-                # A Stop is answered a step before states show it, so the first one may be too old.
+                # A Stop is answered a step before states show it: the first state may be too old.
                 if looks and state.expressed is None and state.phase != "returning":
                     latest = state.cursor
                     robot.express(self._expression)
@@ -128,7 +128,7 @@ def _hindrance(state: State) -> Ending | None:
 
 
 def _stopped(stop: StopOut | None) -> Ending:
-    """Tell stops that end by themselves from those that a person ends."""
+    """Return the ending for a stop, by its reason: it ends by itself, or a person ends it."""
     match stop.reason if stop is not None else None:
         case StopReason.CONTACT | StopReason.TOUCHED:
             return Ending.TOUCHED
@@ -139,7 +139,7 @@ def _stopped(stop: StopOut | None) -> Ending:
 
 
 def _judge(entries: list[LiveEvent]) -> Ending:
-    """Say what became of a gesture from the log since then; no state in between is missed so."""
+    """Return what became of a gesture, from the log, which misses nothing between two states."""
     for entry in entries:
         match entry.kind:
             case "stop":
@@ -162,14 +162,14 @@ class Turn(StrEnum):
 
 
 class Turns:
-    """Who is with the robot: one participant at a time, until they finish or do nothing for long.
+    """Keeps the robot for one participant at a time, until they finish or are idle too long.
 
     Parameters
     ----------
     clock
-        Gives s.
+        Returns the time, s.
     idle
-        After so many s without a page another participant may begin.
+        Time without a page after which another participant may begin, s.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic, idle: float = IDLE) -> None:
@@ -188,7 +188,7 @@ class Turns:
             return turn
 
     def begin(self, number: int) -> Turn:
-        """Give the robot to a participant for a gesture, if it is free; :meth:`end` ends that."""
+        """Give a participant the robot for a gesture, if it is free; call :meth:`end` after it."""
         with self._lock:
             turn = self._turn(number)
             if turn is Turn.YOURS:
@@ -202,7 +202,7 @@ class Turns:
                 self._moving, self._until = False, self._clock() + self._idle
 
     def leave(self, number: int) -> None:
-        """Take a participant from the robot: the next one may begin."""
+        """Take the robot from a participant, so that the next one may begin."""
         with self._lock:
             if self._number == number and not self._moving:
                 self._number = None

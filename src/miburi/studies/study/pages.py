@@ -1,8 +1,8 @@
 """The pages that a participant sees: information and consent, one question a page, thanks.
 
-Plain HTML forms, which need no JavaScript: one script lets a button start a film. The
-participant's code is in a cookie, so that a reload goes on where it was. An answer counts once, and
-only on the page that comes next: two tabs, or the browser's Back, mix nothing.
+Plain HTML forms, which need no JavaScript: the only script lets a button start a film. The
+participant's code is in a cookie, so that a reload continues where they were. An answer counts
+once, and only for the page that comes next: two tabs, or Back, cannot mix answers up.
 """
 
 import hashlib
@@ -41,13 +41,13 @@ _PAGES = Path(__file__).parent / "pages"
 _LETTERS = "23456789ABCDEFGHJKMNPQRSTUVWXYZ"
 #: The longest word that is kept, and the largest form, bytes (ours).
 _LONGEST, _LARGEST = 80, 16_384
-#: New participants, and tries to withdraw, a second and at once from one address (ours).
+#: New participants and tries to withdraw from one address: per second, and at once (ours).
 _RATE, _BURST = 0.5, 60.0
 _DAYS = 30
-#: s without a page after which somebody who has not finished is gone: the next may have their place
-#: in the order (ours).
+#: s without a page after which somebody who has not finished counts as gone, so that a newcomer
+#: may have their place in the order (ours).
 _GONE = 7200.0
-#: A film's starts that are believed (ours).
+#: The most starts of a film that are believed (ours).
 _MOST_PLAYS = 100
 _HEADERS = (
     (b"x-content-type-options", b"nosniff"),
@@ -86,14 +86,14 @@ def make_app(
     films
         The file of every film, by the films' names.
     local
-        Whether only this computer may ask; a page elsewhere could make its own name point here.
+        Whether only this computer may ask, by its own names; a site could point its name here.
     code
         Makes a new participant's code.
     perform
-        Lets the robot in the room make a gesture; for a study with live gestures.
+        Has the robot in the room make a gesture; for a study with live gestures.
     clock
-        Gives s; by it answers are timed, whoever does nothing for :data:`.live.IDLE` leaves the
-        robot to the next, and after a rush of newcomers the next ones may begin.
+        Returns the time, s. It times answers, frees the robot from whoever is idle for
+        :data:`.live.IDLE`, and limits how fast newcomers may begin.
     """
     pages = _Pages(study, store, films, code, perform, clock)
     home = pages.home
@@ -141,13 +141,13 @@ class _Pages:
         self._films = {self._keys[name]: path for name, path in films.items()}
 
     def welcome(self, request: Request) -> Response:
-        """Information and consent; a participant who has begun goes on."""
+        """Show information and consent; send a participant who has begun to their next page."""
         if self._who(request) is not None:
             return RedirectResponse(f"{self.home}/page", 303)
         return self._show("welcome.html", self._language(request), missing=False)
 
     def enter(self, request: Request, form: Form) -> Response:
-        """Take somebody in who agrees."""
+        """Enter a participant who agrees."""
         language = self._language(request, form.get("language"))
         if form.get("agree") != "yes":
             return self._show("welcome.html", language, 422, missing=True)
@@ -206,7 +206,7 @@ class _Pages:
         return AnswerPace(seconds, int(plays) if known else None)
 
     def _gone(self) -> set[int]:
-        """Return who has begun and is gone: their place in the order is somebody else's."""
+        """Return who began and is gone without finishing: newcomers may have their places."""
         now = self._clock()
         return {
             number
@@ -215,9 +215,9 @@ class _Pages:
         }
 
     def perform(self, request: Request, _form: Form) -> Response:
-        """Let the robot in the room make the gesture that is asked about, and wait for its end.
+        """Have the robot in the room make the gesture in question, and wait for its end.
 
-        Only a whole one counts as seen; else a page says what has come between.
+        Only a whole gesture counts as seen; otherwise a page says what interfered.
         """
         who = self._who(request)
         film = self._film(who) if who is not None else None
@@ -238,7 +238,7 @@ class _Pages:
         return RedirectResponse(f"{self.home}/page", 303)
 
     def leave(self, request: Request, _form: Form) -> Response:
-        """Forget who sits here: the next person may begin."""
+        """Forget the participant at this browser, so that the next person may begin."""
         if (who := self._who(request)) is not None:
             self._turns.leave(who.number)
         response = RedirectResponse(self.home, 303)
@@ -246,13 +246,13 @@ class _Pages:
         return response
 
     def ask_to_stop(self, request: Request) -> Response:
-        """Ask somebody who wants to stop early whether they do."""
+        """Ask somebody to confirm that they want to stop early."""
         if (who := self._who(request)) is None:
             return RedirectResponse(self.home, 303)
         return self._show("stopping.html", who.language, code=request.cookies[COOKIE])
 
     def stop(self, request: Request, _form: Form) -> Response:
-        """Tell somebody who stops early what it is about; this browser cannot go on after that."""
+        """Tell somebody who stops early what the study is about; this browser cannot then go on."""
         if (who := self._who(request)) is None:
             return RedirectResponse(self.home, 303)
         self._turns.leave(who.number)
@@ -281,7 +281,7 @@ class _Pages:
         return response
 
     def film(self, request: Request) -> Response:
-        """Send a film; its address does not tell what it is meant to show."""
+        """Send a film; its address does not reveal what it is meant to show."""
         path = self._films.get(request.path_params["key"])
         if path is None:
             return Response(status_code=404)
@@ -328,7 +328,7 @@ class _Pages:
     def _ask(
         self, request: Request, who: Participant, given: Mapping[str, str] | None = None
     ) -> Response:
-        """Show a question; ``given`` is an answer that is not whole."""
+        """Show a question; ``given`` is an answer to it that was not accepted."""
         study, code = self._study, request.cookies[COOKIE]
         if who.step >= len(study.steps):
             self._turns.leave(who.number)
@@ -380,7 +380,7 @@ class _Pages:
             text=lambda words: pick(words, language),
             **values,
         )
-        # A page is one person's: a tablet may go on to the next.
+        # A page is for one person: a tablet may be passed on to the next.
         return HTMLResponse(content, status, {"cache-control": "no-store"})
 
 
@@ -398,7 +398,7 @@ def _paragraphs(text: str) -> list[str]:
 
 
 def _values(study: Study, question: Question, form: Mapping[str, str]) -> dict[str, str] | None:
-    """Return the values of an answer by item; None if it is not whole, or none of the allowed."""
+    """Return the values of an answer by item; None if it is incomplete or not allowed."""
     if question.kind == "rating":
         allowed = [str(point) for point in range(1, question.points + 1)]
         values = {item.name: form.get(item.name, "") for item in question.items}
@@ -414,7 +414,7 @@ def _values(study: Study, question: Question, form: Mapping[str, str]) -> dict[s
         whole = value.isascii() and value.isdigit() and len(value) <= 6
         allowed_here = whole and question.low <= int(value) <= question.high
         return {"": str(int(value))} if allowed_here else None
-    # One form for what looks the same, and no characters that nobody sees.
+    # One form for text that looks the same, and no invisible characters.
     plain = unicodedata.normalize("NFKC", value)
     shown = "".join(letter for letter in plain if letter.isprintable()).strip()
     return {"": shown} if 0 < len(shown) <= _LONGEST else None
@@ -423,7 +423,7 @@ def _values(study: Study, question: Question, form: Mapping[str, str]) -> dict[s
 def _posted(
     handle: Callable[[Request, Form], Response],
 ) -> Callable[[Request], Awaitable[Response]]:
-    """Return an endpoint that reads a form; what handles it may wait for the disk."""
+    """Return an endpoint that reads a form; its handler may wait for the disk."""
 
     async def endpoint(request: Request) -> Response:
         body = b""
@@ -450,7 +450,7 @@ def _asker(request: Request) -> str:
 
 
 class _Door:
-    """Lets in who may ask; sends the headers of every page."""
+    """Refuses requests that are not allowed; adds the security headers to every response."""
 
     def __init__(self, app: ASGIApp, local: bool) -> None:
         self._app, self._local = app, local

@@ -40,7 +40,7 @@ FILE = "study.toml"
 #: The study that ships, to start from.
 TEMPLATE = Path(__file__).with_name("eight-feelings.toml")
 #: What is kept when somebody chooses the option that is no feeling, and for a question that was
-#: not asked or may be left out.
+#: not asked or was left out.
 NONE, SKIPPED = "none", ""
 #: What the shipped study leaves for its author to fill in.
 _UNFILLED = re.compile(r"\(WRITE: [^)]*\)|（記入：[^）]*）")
@@ -59,8 +59,8 @@ Text = Annotated[
 class Film:
     """One film: the feeling and mood that it is meant to show, with the face or a blank screen.
 
-    ``file`` is the study's own film; without one Miburi draws it. Or it is ``live``: no film, but
-    a gesture of the robot in the room.
+    ``file`` is the study's own film; without it Miburi draws one. If ``live``, it is no
+    film, but a gesture of the robot in the room.
     """
 
     feeling: str
@@ -105,7 +105,7 @@ class Show(Table):
         if self.file is not None and len(self.films) > 1:
             raise ValueError("a film of your own shows one feeling, at one mood, with one face")
         if self.live and (self.file is not None or self.faces != (False,)):
-            raise ValueError("what is live has no file and no faces; its phone shows what it shows")
+            raise ValueError("live gestures have no file and no faces; the phone shows the face")
         return self
 
 
@@ -129,8 +129,8 @@ class Option(Table):
 class Question(Table):
     """One question, on a page of its own.
 
-    A ``choice`` is of feelings, a ``pick`` of answers of the study's own, such as yes and no. A
-    ``check`` tells whether somebody reads: its text says what to choose.
+    A ``choice`` is among feelings, a ``pick`` among the study's own answers, such as yes and no. A
+    ``check`` shows whether somebody reads the pages: its text says what to choose.
     """
 
     name: Name
@@ -138,7 +138,7 @@ class Question(Table):
     ask: Text
     #: Asked before the films, after each film, or once at the end; a check after the film ``at``.
     after: Literal["start", "film", "all"] = "film"
-    #: Whether it may be left out; of a word, a pick, or a number.
+    #: Whether it may be left out; for a word, a pick or a number.
     optional: bool = False
     #: Of a choice or a check: the feelings to choose from; default: those of all films.
     options: Annotated[tuple[FeelingName, ...], Field(strict=False)] = ()
@@ -150,7 +150,7 @@ class Question(Table):
     #: Of a number: the smallest and the largest that are allowed.
     low: int = 0
     high: int = 120
-    #: The name of the choice right before it: this is asked only where that was a feeling.
+    #: The name of the choice right before it: ask this only if a feeling was chosen there.
     only_if: Name | None = None
     #: Of a choice: the words of a last option that is no feeling; default: there is none.
     none: Text | None = None
@@ -161,19 +161,19 @@ class Question(Table):
     @model_validator(mode="after")
     def _check_kind(self) -> Self:
         if self.kind in ("choice", "check") and self.after != "film":
-            raise ValueError("a choice of feelings belongs to a film; leave after out")
+            raise ValueError("a choice of feelings belongs to a film; leave out 'after'")
         if self.kind not in ("choice", "check") and (self.options or self.none):
             raise ValueError(f"options and none are for a choice, this is a {self.kind}")
         if {self.kind == "check"} != {self.right is not None, self.at is not None}:
-            raise ValueError("a check, and nothing else, has right and at")
+            raise ValueError("a check needs both right and at; nothing else has them")
         if (self.kind == "pick") != (len(self.answers) > 1):
-            raise ValueError("a pick, and nothing else, has answers, at least two")
+            raise ValueError("a pick needs at least two answers; nothing else has answers")
         if self.optional and self.kind not in ("word", "pick", "number"):
             raise ValueError("only a word, a pick or a number may be optional")
         if self.low >= self.high:
             raise ValueError(f"low must be less than high, got {self.low} and {self.high}")
         if (self.kind == "rating") != bool(self.items):
-            raise ValueError("a rating, and nothing else, has items, at least one")
+            raise ValueError("a rating needs at least one item; nothing else has items")
         _check_once("items", [item.name for item in self.items])
         _check_once("options", self.options)
         _check_once("answers", [option.name for option in self.answers])
@@ -181,7 +181,7 @@ class Question(Table):
 
     @property
     def texts(self) -> list[dict[Language, str]]:
-        """All its words."""
+        """All its own texts, by language."""
         items = [text for item in self.items for text in (item.low, item.high)]
         answers = [option.words for option in self.answers]
         return [self.ask, *([self.none] if self.none else []), *items, *answers]
@@ -189,9 +189,9 @@ class Question(Table):
 
 @dataclass(frozen=True)
 class Step:
-    """One page of a participant: a question, about the film at a place in the order, or about all.
+    """One page for a participant: a question, about one film in the order or about no single film.
 
-    ``trial`` counts from 0, and below 0 for practice; None where no film is asked about.
+    ``trial`` counts from 0, and below 0 for practice; None where no single film is asked about.
     """
 
     trial: int | None
@@ -199,23 +199,23 @@ class Step:
 
     @property
     def practice(self) -> bool:
-        """Whether its answer is for practice, and counts nowhere."""
+        """Whether its answer is for practice, and does not count."""
         return self.trial is not None and self.trial < 0
 
 
 class Exclude(Table):
-    """Who is left out of the findings; written before there are answers.
+    """Who is left out of the findings, decided before there are answers.
 
     Attributes
     ----------
     checks
-        Whoever gets so many checks wrong, or more.
+        Whoever gets this many checks wrong, or more.
     fastest
-        Whoever answers pages about films in less than so many seconds, in the median.
+        Whoever answers pages about films in a median time below this, s.
     same
-        Whoever chooses one feeling for more than such a share of the films.
+        Whoever chooses one feeling for more than this share of the films.
     unplayed
-        Whoever started fewer than such a share of the films; known only where a browser runs
+        Whoever started less than this share of the films; known only where a browser runs
         scripts.
     """
 
@@ -226,14 +226,14 @@ class Exclude(Table):
 
 
 class Study(Table):
-    """A study."""
+    """A whole study, as its file describes it."""
 
     name: Name
     seed: Annotated[int, Field(ge=0)] = 1
     languages: Annotated[tuple[Language, ...], Field(strict=False, min_length=1)]
     title: Text
     information: Text
-    #: What the last page says after the thanks, and where it leads, such as to a panel's page.
+    #: What the last page says after the thanks, and the address it links to, such as a panel's.
     debriefing: Text | None = None
     completion: Annotated[str | None, Field(pattern=r"^https://\S+$")] = None
     #: How many films each participant sees; default: each once. Before them, films for practice.
@@ -252,7 +252,7 @@ class Study(Table):
 
     @cached_property
     def steps(self) -> tuple[Step, ...]:
-        """The pages of every participant; which film a trial shows is :mod:`.order`'s matter."""
+        """The pages of every participant; :mod:`.order` decides which film a trial shows."""
         first, each, last = (
             [question for question in self.question if question.after == after]
             for after in ("start", "film", "all")
@@ -267,7 +267,7 @@ class Study(Table):
 
     @cached_property
     def digest(self) -> str:
-        """A checksum of what is asked, without the words: answers belong to one."""
+        """A checksum of what is asked, without the words; kept answers belong to one checksum."""
         return _digest(_without_words(self.model_dump(mode="json")))
 
     @cached_property
@@ -277,13 +277,13 @@ class Study(Table):
 
     @property
     def unfilled(self) -> list[str]:
-        """What its author has still to fill in, in the order of the file."""
+        """What its author still has to fill in, in the order of the file."""
         texts = [self.information, *([self.debriefing] if self.debriefing else [])]
         every = " ".join(words for text in texts for words in text.values())
         return _UNFILLED.findall(every)
 
     def options(self, question: Question) -> tuple[str, ...]:
-        """Return what a choice may be: feelings, and perhaps :data:`NONE` at the end."""
+        """Return the options of a choice: feelings, and perhaps :data:`NONE` at the end."""
         shown = {film.feeling for film in self.films}
         options = question.options or tuple(name for name in FEELINGS if name in shown)
         return (*options, NONE) if question.none else options
@@ -320,7 +320,7 @@ class Study(Table):
         return self
 
     def _check_order(self, question: Question) -> None:
-        """Check that nothing but its like stands between a choice and what depends on it."""
+        """Check that only questions with the same only_if come between a choice and this one."""
         each = [one for one in self.question if one.after == "film" and one.kind != "check"]
         if question.only_if is None:
             return
@@ -365,4 +365,4 @@ def _digest(value: object) -> str:
 
 def _check_once(what: str, names: tuple[str, ...] | list[str]) -> None:
     if twice := [name for name, count in Counter(names).items() if count > 1]:
-        raise ValueError(f"{', '.join(twice)} is there twice among the {what}")
+        raise ValueError(f"{', '.join(twice)} appears twice among the {what}")

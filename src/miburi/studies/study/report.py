@@ -26,7 +26,7 @@ from miburi.version import __version__
 
 __all__ = ["ANSWERS", "REHEARSED", "AnswerRow", "write_report"]
 
-#: The answers' file in a study's folder, and that of answers that only try the pages out.
+#: The file of answers in a study's folder, and the one for answers that only try the pages out.
 ANSWERS, REHEARSED = "answers.sqlite", "rehearsal.sqlite"
 _PAGE = Path(__file__).with_suffix(".html")
 
@@ -200,7 +200,7 @@ def _mood_figure(rating: RatingFindings, path: Path) -> None:
     with plt.rc_context({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}):
         figure, ax = plt.subplots(figsize=(6.4, 3.4), layout="constrained")
         for place, (feeling, row) in enumerate(rating.means.items()):
-            aside = 0.006 * (place - (len(rating.means) - 1) / 2)  # or equal ones would hide others
+            aside = 0.006 * (place - (len(rating.means) - 1) / 2)  # else equal means would overlap
             places = [float(mood) + aside for mood in row]
             means = [one.mean or np.nan for one in row.values()]
             ends = [(one.low or np.nan, one.high or np.nan) for one in row.values()]

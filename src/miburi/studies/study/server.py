@@ -31,11 +31,11 @@ def serve_study(
     ready: Callable[[int], None],
     robot: Performer | None = None,
 ) -> None:
-    """Serve a study's pages; ``ready`` is told the port once they can be opened.
+    """Serve a study's pages; ``ready`` is called with the port once they can be opened.
 
-    ``robot`` makes the gestures of a study with live ones.
+    ``robot`` makes the gestures, if the study has live ones.
 
-    On a loopback address only this computer may ask. On any other, everybody who reaches it may
+    On a loopback address only this computer may ask. On any other, anybody who can reach it may
     take part.
 
     Raises
@@ -59,14 +59,14 @@ def serve_study(
 
 
 class _Server(uvicorn.Server):
-    """Ctrl-C and SIGTERM are its good end; uvicorn would raise them again."""
+    """Ends normally on Ctrl-C and SIGTERM, which uvicorn would raise again."""
 
     def __init__(self, config: uvicorn.Config, ending: threading.Event) -> None:
         super().__init__(config)
         self._ending = ending
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
-        """Tell whoever waits for the robot, too."""
+        """Also end any wait for the robot's gesture."""
         self._ending.set()
         super().handle_exit(sig, frame)
 

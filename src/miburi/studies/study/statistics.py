@@ -1,6 +1,6 @@
 """How people agree: kappas, Cronbach's alpha, the order of intensities, and intervals.
 
-Answers of one person are alike, so intervals are those of clusters, one for each participant.
+One person's answers are alike, so intervals treat each participant's answers as a cluster.
 
 Small functions of tables of numbers. Each returns None where it is not defined, for instance
 where all values are the same. Wilson's interval is :func:`miburi.studies.trials.summary.wilson`.
@@ -26,7 +26,7 @@ __all__ = [
     "unbiased_hit_rates",
 ]
 
-need("scipy", "studies")  # loading it takes a second, so only figures do
+need("scipy", "studies")  # loading it takes a second, so only the functions that use it do
 
 #: The quantile of an interval of 95 %.
 _TWO_SIDED = 0.975
@@ -45,8 +45,8 @@ def cohen_kappa(confusion: ArrayLike) -> float | None:
 def fleiss_kappa(counts: ArrayLike) -> float | None:
     """Return Fleiss's kappa (1971).
 
-    ``counts`` tells how many people put each subject (row) into each category (column); every
-    row has the same sum, 2 or more. None if not.
+    ``counts`` tells how many people put each subject (row) into each category (column); the
+    result is None unless every row has the same sum, 2 or more.
     """
     table = np.asarray(counts, dtype=np.float64)
     people = table.sum(axis=1) if table.size else np.zeros(1)
@@ -72,7 +72,7 @@ def cronbach_alpha(values: ArrayLike) -> float | None:
 
 
 def right_order(moods: ArrayLike, ratings: ArrayLike) -> tuple[float, int]:
-    """Return how many pairs with different moods have their ratings in the same order, of all.
+    """Return how many pairs of different moods have ratings in the same order, and of how many.
 
     A tie of ratings counts one half, so that guessing gives one half of the pairs (the
     probability of superiority, as in Mann and Whitney 1947).
@@ -85,8 +85,8 @@ def right_order(moods: ArrayLike, ratings: ArrayLike) -> tuple[float, int]:
 def unbiased_hit_rates(confusion: ArrayLike) -> list[float | None]:
     """Return Wagner's unbiased hit rate H_u (1993) of each row of a square table.
 
-    It is the share of the row that is right, times the share of the column that is: naming one
-    feeling always gains nothing. None of an empty row; 0 where nobody chose the column.
+    It is the share of the row that is right, times the share of the column that is right: always
+    naming one feeling gains nothing. None for an empty row; 0 where nobody chose the column.
     """
     table = np.asarray(confusion, dtype=np.float64)
     rows, columns = table.sum(axis=1), table.sum(axis=0)
@@ -97,7 +97,7 @@ def unbiased_hit_rates(confusion: ArrayLike) -> list[float | None]:
 
 
 def above_guessing(hits: int, of: int, chance: float) -> float | None:
-    """Return the exact probability of so many hits or more by guessing (binomial, one-sided)."""
+    """Return the exact probability of this many hits or more by guessing (binomial, one-sided)."""
     if not of:
         return None
     from scipy.stats import binomtest
@@ -109,7 +109,7 @@ def mean_interval(clusters: Sequence[Sequence[float]]) -> tuple[float, float] | 
     """Return the 95 % interval of the mean of all values, which come in clusters.
 
     The variance is that of a ratio of cluster totals, linearised (Cochran, Sampling Techniques,
-    6.3), with Student's quantile of one less than the clusters; None of fewer than two.
+    6.3), with Student's quantile for (clusters - 1) degrees of freedom; None if fewer than two.
     """
     kept = [np.asarray(values, dtype=np.float64) for values in clusters if len(values)]
     if len(kept) < 2:
@@ -125,11 +125,11 @@ def mean_interval(clusters: Sequence[Sequence[float]]) -> tuple[float, float] | 
 
 
 def share_interval(clusters: Sequence[Sequence[bool]]) -> tuple[float, float] | None:
-    """Return the 95 % interval of a share, whose hits come in clusters; None of fewer than two.
+    """Return the 95 % interval of a share, whose hits come in clusters; None if fewer than two.
 
-    It is Wilson's (1927), for as many answers as are worth as much (the number, divided by the
-    design effect of :func:`mean_interval`'s variance, at least 1), with Student's quantile. Where
-    all answers are alike, each cluster is worth one.
+    It is Wilson's (1927), for the effective number of answers (their number divided by the design
+    effect of :func:`mean_interval`'s variance, at least 1), with Student's quantile. Where all
+    answers are alike, each cluster counts as one.
     """
     kept = [np.asarray(values, dtype=np.float64) for values in clusters if len(values)]
     if len(kept) < 2:

@@ -1,9 +1,9 @@
 """Answers in one SQLite file: each is on the disk before the participant sees the next page.
 
-A participant is a number, a place, which names the order of the films, and a code that only the
+A participant is a number, a place, which sets the order of the films, and a code that only the
 participant has. No name, address or time of day is kept; how long an answer took is, unless the
-study says otherwise. Who withdraws leaves the number alone behind, and whoever comes next gets the
-place.
+study says otherwise. A participant who withdraws leaves only the number behind, and the next one
+gets the place.
 """
 
 import sqlite3
@@ -59,11 +59,11 @@ class Participant:
     Attributes
     ----------
     number
-        Names them in every export; 1 or more.
+        Identifies them in every export; 1 or more.
     place
         Their row in the order of the films; 1 or more.
     language
-        Of their pages.
+        The language of their pages.
     step
         The page that comes next, from 0.
     """
@@ -108,7 +108,7 @@ class Shown:
 
 @dataclass(frozen=True)
 class Counts:
-    """How many people began, of these finished, and of all withdrew."""
+    """How many people began, how many of these finished, and how many withdrew."""
 
     began: int
     finished: int
@@ -124,8 +124,7 @@ class Store:
     def enter(self, code: str, language: str, gone: Collection[int] = ()) -> Participant:
         """Add a participant, at the first place that nobody has.
 
-        The places of those who have withdrawn are free, and of those among ``gone`` who have not
-        finished.
+        The places of those who have withdrawn, and of those in ``gone``, are free.
         """
         with self._transaction() as database:
             taken = {
@@ -153,7 +152,7 @@ class Store:
             return {number for (number,) in rows}
 
     def find(self, code: str) -> Participant | None:
-        """Return who has a code; None if nobody has, or no longer."""
+        """Return the participant with a code; None if there is none, or no longer."""
         with self._connection() as database:
             return _find(database, code)
 
@@ -187,7 +186,7 @@ class Store:
             return {(number, step): AnswerPace(*pace) for number, step, *pace in rows}
 
     def wordings(self) -> list[int]:
-        """Return the participants from whose number on the study's words were others than before.
+        """Return the number of the first participant after each change of the study's words.
 
         The first wording is left out, and so is one that nobody has read.
         """
@@ -217,10 +216,10 @@ class Store:
             return bool(database.execute("SELECT closed FROM study").fetchone()[0])
 
     def note_showing(self, code: str, trial: int, film: str, ending: Ending) -> None:
-        """Keep that a live gesture was shown, or begun, in a trial."""
+        """Record that a live gesture was shown, or begun, in a trial."""
         with self._transaction() as database:
             participant = _find(database, code)
-            if participant is not None:  # who has withdrawn meanwhile leaves nothing behind
+            if participant is not None:  # one who has withdrawn meanwhile leaves nothing behind
                 row = (participant.number, trial, film, ending.value)
                 database.execute("INSERT INTO showing VALUES (?, ?, ?, ?)", row)
 
@@ -281,7 +280,7 @@ class Store:
         return Counts(began, finished, began - kept)
 
     def _empty_journal(self) -> None:
-        """Let go what the journal still holds of what was deleted."""
+        """Clear whatever the journal still holds of deleted data."""
         with self._connection() as database:
             database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
 
@@ -308,7 +307,7 @@ class Store:
 
 
 def open_store(path: Path, study: Study) -> Store:
-    """Open the answers of a study; a new file is made.
+    """Open the answers of a study, making the file if there is none.
 
     Raises
     ------
@@ -330,14 +329,14 @@ def open_store(path: Path, study: Study) -> Store:
     if digest != study.digest:
         raise OutputError(
             f"{path} holds the answers to another study file. Its words may change, but not its "
-            "films, questions and options. Put that file back, or move the answers away to begin "
-            "anew."
+            "films, questions and options. Put that file back, or move the answers away to start "
+            "again."
         )
     return store
 
 
 def _note_wording(database: sqlite3.Connection, digest: str) -> None:
-    """Keep from which participant on the words are these."""
+    """Record the number of the first participant to begin with these words."""
     known = database.execute("SELECT digest FROM wording ORDER BY rowid DESC LIMIT 1").fetchone()
     if known is None or known[0] != digest:
         row = (digest, _last_number(database) + 1)

@@ -1,6 +1,6 @@
-"""Take a part of the contact stop away, or put it on servos in another state: for comparison.
+"""Remove a part of the contact stop, or put it on servos in another state, for comparison.
 
-In go a robot or its rule and the name of a part or state; out comes what
+The functions take a robot or its rule and the name of a part or state, and return what
 :class:`~miburi.studies.trials.runs.Subject` needs.
 """
 
@@ -21,8 +21,8 @@ from miburi.studies.trials.workshop import calibrate_servos
 __all__ = ["PROFILE_GUARDS", "RULES", "STATES", "WITHOUT", "ServoState", "in_state", "undriven"]
 
 _SLACK = np.array([20, 16, 16, 16, 16, 16, 16, 16])
-#: The narrowest guards, µs and steps, with which the delayed profile stops hardly a free move of
-#: the identified XL330 (ours).
+#: The narrowest guards, µs and steps, with which the delayed profile hardly ever stops a free
+#: move of the identified XL330 (ours).
 PROFILE_GUARDS = Guards(
     lag=np.full(8, 14_000),
     slack=_SLACK,
@@ -32,7 +32,7 @@ PROFILE_GUARDS = Guards(
     arrival=np.full(8, 16),
 )
 
-#: Other rules in the place of the one that ships, by name.
+#: Rules to compare with the one that ships, by name.
 RULES: dict[str, Callable[[FreeRule], Rule]] = {
     "miburi": lambda rule: rule,
     "weightless": lambda rule: replace(rule, sag=np.zeros_like(rule.sag)),
@@ -56,7 +56,7 @@ def undriven(robot: Robot, name: str) -> Robot:
 
 @dataclass(frozen=True)
 class ServoState:
-    """A state of all servos: times their friction and resistance, and V of the supply.
+    """A state of all servos: factors on friction and resistance, and the supply voltage, V.
 
     ``voltage`` is None where each trial draws its own; ``before`` says that the robot was
     calibrated before it came into this state.
@@ -68,8 +68,8 @@ class ServoState:
     before: bool = False
 
 
-#: States that trials know: a motor that is hot has a fifth more resistance, worn gears 1.8 times
-#: the friction (both ours), and none plays: `--play` is for servos of a workshop.
+#: States for trials: a hot motor has a fifth more resistance, worn gears 1.8 times the friction
+#: (both ours). None adds play: `--play` is for servos of a workshop.
 STATES = {
     "hot": ServoState(resistance=1.2),
     "warmed-up": ServoState(resistance=1.2, before=True),

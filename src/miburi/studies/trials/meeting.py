@@ -52,7 +52,7 @@ class Meeting:
 def plan(plant: TrialPlant, person: Person, start: Array, move: Move) -> Meeting | None:
     """Return where ``person`` meets the link on its way; None if the link hardly moves.
 
-    The way is assumed straight in the joint angles, and the robot without sag and lag.
+    The path is taken as straight in the joint angles, and the robot as having no sag or lag.
     """
     robot = plant.robot
     body, local, axis, depth = _spot(robot, person)

@@ -29,7 +29,7 @@ class Variation:
     voltage
         V of the battery.
     friction
-        Times the servos' dry friction, with all that it grows by; one number, or eight.
+        Factor on the servos' dry friction, with all that it grows by; one number, or eight.
     load
         kg in each hand.
     noise
@@ -71,11 +71,11 @@ class TrialPlant(Plant):
     Parameters
     ----------
     robot
-        The description, which is all that those who drive it know.
+        The description, which is all that the code driving it knows.
     true
         The robot as it is, where it differs; its clock is left out.
     voltage
-        V of its supply, whatever a variation says; None for the variation's.
+        The supply's voltage, V, whatever a variation says; None for the variation's.
 
     Attributes
     ----------
@@ -94,7 +94,7 @@ class TrialPlant(Plant):
         self._variation = Variation()
         self._supply = voltage
         own = true or robot
-        # The same duty gives another motor another torque.
+        # The same duty gives a different torque in a different motor.
         self._stronger = own.servo.model.motor_torque / robot.servo.model.motor_torque
         super().__init__(own, sprung_hand=True)
         self.robot = robot
@@ -128,7 +128,7 @@ class TrialPlant(Plant):
         self.rest(pose)
 
     def rest(self, pose: Array, settle: float = 0.15) -> None:
-        """Begin anew; see :meth:`Plant.rest`."""
+        """Start again at rest; see :meth:`Plant.rest`."""
         super().rest(pose, settle)
         self._pushes: list[Array] = []
         self.touched: str | None = None
@@ -192,7 +192,7 @@ class TrialPlant(Plant):
         return any(self._hand in (c.geom1, c.geom2) for c in self.data.contact)
 
     def grasp(self, link: str, point: Array, skin: Skin) -> None:
-        """Let the person hold on to a ``link`` at ``point`` (3,), in the link's frame, m."""
+        """Make the person hold on to a ``link`` at ``point`` (3,), in the link's frame, m."""
         model, data = self.model, self.data
         body = model.body(link).id
         mujoco.mj_kinematics(model, data)
@@ -209,7 +209,7 @@ class TrialPlant(Plant):
         self.touched, self.touched_at = link, self.time
 
     def power(self, torque: Array | float) -> None:
-        """Feed the servos; see :meth:`Plant.power`. ``torque`` is the description's motor's."""
+        """Feed the servos; see :meth:`Plant.power`. ``torque`` is that of the described motor."""
         super().power(torque * self._stronger)
 
     def encoders(self) -> Steps:
@@ -253,7 +253,7 @@ _VARIED = (
     "dof_damping", "jnt_stiffness", "body_mass", "body_inertia", "body_ipos", "geom_quat",
     "geom_solref", "geom_friction", "geom_contype", "geom_conaffinity", "eq_obj2id", "eq_data",
 )  # fmt: skip
-#: So many of a servo's constants of friction are torques, or shares of one: the first.
+#: How many of a servo's friction constants, from the first on, are torques or shares of one.
 _TORQUES = 4
 
 

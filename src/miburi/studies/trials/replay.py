@@ -34,12 +34,12 @@ class _DeafWatch(Watch):
 class DeafRule(Rule):
     """A rule that never stops: a blocked move just ends.
 
-    Trials alone use it, to record runs and to see what the ceiling of the motors' push brings.
+    Only trials use it, to record runs and to see what the ceiling of the motors' push achieves.
     """
 
     @property
     def at_rest(self) -> Steps:
-        """So far that no motor is ever away from its place."""
+        """A distance so large that no motor ever counts as away from its place."""
         return np.full_like(self.guards.slack, 2**30)
 
     def watch(
@@ -69,7 +69,7 @@ class Judgement:
 
 
 def judge(rule: Rule, run: Run) -> Judgement:
-    """Let ``rule`` watch a recorded run, as the card would have."""
+    """Return what ``rule`` would have done on the card during a recorded run."""
     stopped_at = _first_stop(rule, run)
     end = len(run.forces) if stopped_at is None else round(stopped_at / TIMESTEP)
     peak = float(run.forces[: max(end, 1)].max())

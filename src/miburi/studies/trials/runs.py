@@ -2,8 +2,8 @@
 
 :func:`carry_out_plan` takes a :class:`Plan` and returns the outcomes, and can write them to a
 Parquet file. A trial depends only on the run's seed and its own number, so the same plan gives the
-same file, byte for byte, wherever it runs. A journal beside the file keeps finished chunks; a run
-that was broken off continues from there.
+same file, byte for byte, wherever it runs. A journal beside the file keeps finished chunks; an
+interrupted run continues from there.
 """
 
 import hashlib
@@ -55,7 +55,7 @@ Done = tuple[Chunk, list[Outcome]]
 
 
 class Subject(NamedTuple):
-    """A robot as it is described, the rule that watches it, and the robot as it is.
+    """A robot as it is described, the rule that watches it, and the robot as it really is.
 
     ``true`` is None for a robot that is as described, ``voltage`` where each trial draws its own.
     """
@@ -73,7 +73,7 @@ class Plan:
     Attributes
     ----------
     servos
-        The robots.
+        The robots to try, each with its rule.
     seed, free, blocked
         The seed, and the number of trials of each kind; 0 or more.
     repertoire

@@ -11,7 +11,7 @@ from miburi.studies.trials.trial import Outcome, TrialKind
 
 __all__ = ["ISO_LIMITS", "LATE", "MATTERS", "Summary", "quantile_interval", "summarise", "wilson"]
 
-need("scipy", "studies")  # loading it takes a second, so only a summary does
+need("scipy", "studies")  # loading it takes a second, so only the functions that use it do
 
 #: A missed contact matters from this force on, N (ours).
 MATTERS = 2.0
@@ -43,9 +43,9 @@ def wilson(hits: int, trials: int) -> tuple[float, float]:
 def quantile_interval(
     values: "np.ndarray[tuple[int, ...], np.dtype[np.float64]]", share: float
 ) -> tuple[float, float] | None:
-    """Return a 95 % interval of a quantile, whatever the distribution; the largest may bound it.
+    """Return a 95 % interval of a quantile, for any distribution; its upper end may be the largest.
 
-    It lies between two of the values in their order (David and Nagaraja, Order Statistics, 7.1).
+    Its ends are two of the sorted values (David and Nagaraja, Order Statistics, 7.1).
     """
     count = len(values)
     if count == 0:
@@ -66,8 +66,8 @@ class Summary:
     false_stops
         Stops before any touch, in free and blocked trials.
     missed, missed_above_2N, missed_peak_above_2N
-        People pressed with 1 N or more over 0.1 s without a stop after it; those of them pressed
-        with 2 N over 0.1 s; those of them on whom the force reached 2 N for a moment.
+        People pressed with 1 N or more over 0.1 s without a stop after it; of these, those
+        pressed with 2 N over 0.1 s, and those on whom the force reached 2 N for a moment.
     brushes
         People whom the robot only brushed past; the trial drew others in their place.
     late
@@ -78,7 +78,7 @@ class Summary:
         The force that 99 of 100 contacts stay under, and its interval from the order of the values
         alone; a largest value has none, since it grows with the number of trials.
 
-    Intervals of counts are Wilson's; all are of 95 %. A figure without any trial is None.
+    Intervals of counts are Wilson's; all are of 95 %. A figure that rests on no trial is None.
     """
 
     free: int
@@ -87,7 +87,7 @@ class Summary:
     false_stops_interval: tuple[float, float]
     missed: int
     missed_interval: tuple[float, float]
-    missed_above_2N: int  # noqa: N815  (the unit is written so)
+    missed_above_2N: int  # noqa: N815  (that is how the unit is written)
     missed_peak_above_2N: int  # noqa: N815  (the unit)
     brushes: int
     latency_mean: float | None

@@ -37,9 +37,9 @@ __all__ = [
     "trial",
 ]
 
-#: s after the touch in which the robot must stop; after that the contact is missed (ours).
+#: s after the touch within which the robot must stop; after that the contact is missed (ours).
 PATIENCE = 1.0
-#: s after a stop until the robot must no longer push, and s for which that is measured.
+#: s after a stop from which the robot must no longer push, and s for which that is measured.
 SETTLED, WATCHED = 0.3, 0.2
 #: The sustained force is a mean over this time, s: the rule's own period.
 SUSTAINED = 0.1
@@ -65,7 +65,7 @@ class Outcome:
     Attributes
     ----------
     kind, index, servo
-        Free or blocked, the trial's number in its kind, and the number of the run's servo.
+        Free or blocked, the trial's number within its kind, and the number of the run's servo.
     feeling, mood, pose
         The gesture, and the number of the key pose that the (first) move leads to.
     hand, link, speed
@@ -89,7 +89,7 @@ class Outcome:
     right_motor
         Whether the stop names a motor that carries the touched part.
     brushes, brush_force
-        How many persons the robot only brushed past before, and the largest force on them.
+        How many people drawn earlier the robot only brushed past, and the largest force on them.
     self_collision
         Whether two parts of the robot met before anybody touched it.
     """
@@ -110,7 +110,7 @@ class Outcome:
     false_stop: bool
     touched: str
     latency: float
-    latency_from_1N: float  # noqa: N815  (the unit is written so)
+    latency_from_1N: float  # noqa: N815  (that is how the unit is written)
     peak_force: float
     sustained_force: float
     push_after_stop: float
@@ -124,7 +124,7 @@ class Outcome:
 class Run:
     """The record of a trial: a trace for each move, and the force in N at each physics step.
 
-    ``brushes`` are the largest forces, N, on persons drawn before whom the robot only brushed past.
+    ``brushes`` are the largest forces, N, on people drawn earlier whom the robot only brushed past.
     """
 
     conditions: Conditions
@@ -218,7 +218,7 @@ def _perform(
     meeting: Meeting | None,
     rng: np.random.Generator,
 ) -> Run:
-    """Let the robot move and the person act; if they overlap at the start, do nothing."""
+    """Run the robot and the person; return the record, empty if the two overlap at the start."""
     result = Run(conditions, person, meeting)
     plant.begin(conditions.start, conditions.variation, rng)
     actor = None

@@ -1,4 +1,4 @@
-"""Search the best contact rule for one kind of servo, under a bound on false stops.
+"""Search for the best contact rule for one kind of servo, under a bound on false stops.
 
 :func:`tune` takes recorded runs. Each candidate (p, ratio, guards) judges them, and the Bacterial
 Memetic Algorithm searches among the candidates, as it does for the inverse kinematics.
@@ -22,7 +22,7 @@ from miburi.studies.trials.trial import PATIENCE, Run
 
 __all__ = ["BOX", "Tuned", "Verdict", "assess", "free_traces", "tune"]
 
-#: The box of the search: p in readings of 10 ms, the ratio, the travel in rad below which a motor
+#: Bounds of the search: p in readings of 10 ms, the ratio, the travel in rad below which a motor
 #: is judged later, and the margin of the guards (ours). A card takes no ratio below 0.8.
 BOX = ((5.0, 20.0), (0.8, 0.99), (0.004, 0.05), (1.0, 2.5))
 #: The most points to try, and the seconds that a false stop above the bound costs.
@@ -62,7 +62,7 @@ class Tuned:
 
 
 def free_traces(rule: FreeRule, runs: Sequence[Run]) -> list[FreeTrace]:
-    """Return the traces of runs beside the free servo that a rule expects."""
+    """Return the traces of runs, to compare with the free servo that a rule expects."""
     return [FreeTrace(**vars(trace), rule=rule) for run in runs for trace in run.traces]
 
 

@@ -1,7 +1,7 @@
-"""Calibrate a simulated robot as its maker would: fifty free moves, gestures as the test, words.
+"""Calibrate a simulated robot as its maker would: fifty free moves, a test with gestures, remarks.
 
 The robot may differ from its description as one from a workshop does
-(:mod:`miburi.robot.specimens`); who calibrates it sees the description and the encoders alone.
+(:mod:`miburi.robot.specimens`); its calibration sees only the description and the encoders.
 """
 
 from collections.abc import Iterable
@@ -37,7 +37,7 @@ __all__ = ["USUAL", "Calibrated", "calibrate_servos", "record_free_moves"]
 
 #: Readings that are recorded after each move: longer than the rule waits for a motor to arrive.
 _AFTER = 30
-#: How often the gain is looked at.
+#: The most times that the gain is tried.
 _ROUNDS = 3
 #: A robot on a desk: encoders flicker, and setpoints come one physics step late.
 USUAL = Variation(noise=0.3, delay=1)
@@ -56,9 +56,9 @@ class Calibrated:
     rule, found
         The contact rule, and the servos that it expects.
     words
-        What its maker may want to look at.
+        Remarks that its maker may want to look into.
     seconds
-        The robot's time that it took.
+        How long it took, in the robot's time.
     """
 
     robot: Robot
@@ -72,7 +72,7 @@ class Calibrated:
 def calibrate_servos(robot: Robot, seed: int, true: Robot | None = None) -> Calibrated:
     """Identify a robot's servos, derive its rule, and test it with gestures, as a card does.
 
-    Where gestures need more, guards are raised.
+    Guards are raised where gestures need more.
 
     ``true`` is the robot as it is, by default as described. A gain that does not fit is changed
     first, and the moves made again.
@@ -86,7 +86,7 @@ def calibrate_servos(robot: Robot, seed: int, true: Robot | None = None) -> Cali
     seconds = 0.0
     first = robot.servo.model.drive.gain
     for after in reversed(range(_ROUNDS)):
-        # Moves of all joints at once are enough for the gain, and soon made.
+        # Moves of all joints at once are enough for the gain, and quickly made.
         plant = TrialPlant(robot, true)
         traces = record_free_moves(plant, seed, together=True)
         found = identify(robot, traces)
@@ -95,7 +95,7 @@ def calibrate_servos(robot: Robot, seed: int, true: Robot | None = None) -> Cali
             break
         robot = fitted(robot, found)
         true = _with_gain(true, robot.servo.model.drive.gain)
-    # A ceiling for new gears would hold worn ones back, and then they seem softer than they are.
+    # A ceiling for new gears would hold worn ones back, and make them seem softer than they are.
     robot, found, _ = worn(robot, found, traces)
     plant = TrialPlant(robot, true)
     traces = record_free_moves(plant, seed)
@@ -105,7 +105,7 @@ def calibrate_servos(robot: Robot, seed: int, true: Robot | None = None) -> Cali
     gain, words = robot.servo.model.drive.gain, in_words(robot, found)
     if gain != first:
         words.insert(
-            0, f"the P gain is {gain:g} now, for {first:g} made the servos too soft or stiff"
+            0, f"the P gain is {gain:g} now; {first:g} made the servos too soft or too stiff"
         )
     robot, found, traces = worn(robot, found, traces)
     plant = TrialPlant(robot, true)
@@ -123,7 +123,7 @@ def calibrate_servos(robot: Robot, seed: int, true: Robot | None = None) -> Cali
 def record_free_moves(
     plant: TrialPlant, seed: int, variation: Variation = USUAL, *, together: bool = False
 ) -> list[Trace]:
-    """Let a robot make the moves of a calibration with no rule on, and return their traces.
+    """Have a robot make the moves of a calibration with no rule on, and return their traces.
 
     ``together`` leaves out the moves of single joints.
     """
@@ -138,7 +138,7 @@ def _record_all(
     rng: np.random.Generator,
     after: int,
 ) -> list[Trace]:
-    """Let a robot make moves from neutral with no rule on; return their traces."""
+    """Have a robot make moves from neutral with no rule on; return their traces."""
     here = np.array(plant.robot.neutral)
     plant.begin(here, variation, rng)
     body = Simulated(uneased(plant.robot), DeafRule.of(plant.robot), plant=plant)
@@ -150,7 +150,7 @@ def _record_all(
 
 
 def _record(body: Simulated, here: Array, move: Move, after: int) -> Trace:
-    """Let a body move from ``here`` (8,) rad until it is there, or stops; return the trace."""
+    """Move a body from ``here`` (8,) rad until it arrives or stops; return the trace."""
     readings = [body.encoders]
     body.move(move)
     while body.phase is Phase.MOVING:

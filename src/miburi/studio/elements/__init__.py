@@ -32,7 +32,7 @@ class RobotView(Element, component="robot.js", esm={"three": "vendor/three"}):
         self.run_method("reset")
 
     def reach(self, place: tuple[float, float, float]) -> None:
-        """Take the keyboard's arrows for a hand that goes to ``place``, m in the base frame."""
+        """Let the arrow keys move the hand, starting at ``place``, m in the base frame."""
         self.run_method("reach", list(place))
 
 
@@ -66,7 +66,7 @@ class Plots(Element, component="plots.js"):
 
 
 class Choice(ValueElement[str], component="choice.js"):
-    """A list to choose from: the browser's own."""
+    """A drop-down list, the browser's own."""
 
     LOOPBACK = False
 
