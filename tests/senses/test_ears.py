@@ -141,7 +141,7 @@ def test_wrong_phrases_are_refused_in_words(tmp_path: Path, text: str, words: st
 def test_a_word_that_nobody_knows_is_named() -> None:
     from miburi.senses.recogniser import PhraseRecogniser, Phrases
 
-    with pytest.raises(InputError, match="xyzzyq must stand"):
+    with pytest.raises(InputError, match="xyzzyq must be in"):
         PhraseRecogniser(Phrases(phrases=["hello xyzzyq"]))
 
 

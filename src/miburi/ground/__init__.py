@@ -1,1 +1,1 @@
-"""Helpers for every room: compiled code, TOML files, safe writing, templates."""
+"""Helpers for every subpackage: compiled code, TOML files, safe writing, templates."""

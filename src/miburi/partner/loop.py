@@ -1,4 +1,4 @@
-"""The loop that joins the rooms: feelings choose, gestures shape, kinematics solve, a body moves.
+"""The loop that joins the parts: feelings choose, gestures shape, kinematics solve, a body moves.
 
 A :class:`Partner` takes an emotional model and a body. Each ``step`` lets time pass in both, sends
 the body its next move, and returns what happened as events.
