@@ -232,7 +232,7 @@ def test_a_calibration_that_is_broken_off_leaves_the_guards_as_they_were(rig: Ri
     with pytest.raises(BodyError, match=r"contact \(waist\)\. Give the robot room"):
         measure(rig.body)
     assert rig.body.state.phase is Phase.STOPPED
-    assert rig.body.hello() == (rig.settings.crc, True, True)
+    assert rig.body.hello()[:3] == (rig.settings.crc, True, True)
     rig.servos[0].shaft.high = np.inf
     # Not even when the host is killed, and cannot put them back.
     rig.body.configure(rig.settings.generous)

@@ -15,9 +15,9 @@ card is looked for every second. No motion resumes by itself; a stop lasts until
 """
 
 import struct
-from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 
@@ -26,27 +26,16 @@ from miburi.card.answers import (
     LOST,
     UNREADABLE,
     NoAnswerError,
-    OutOfRangeError,
-    foreign,
     not_home,
-    read_answer,
 )
+from miburi.card.conversation import Conversation
+from miburi.card.history import History
 from miburi.card.line import Line, SerialLine
-from miburi.card.link import (
-    ANSWER,
-    VERSION,
-    Frame,
-    FrameError,
-    FrameKind,
-    Reason,
-    Receiver,
-    Report,
-    Result,
-    encode,
-)
+from miburi.card.link import FrameKind, Reason, Report
 from miburi.card.order import Order
-from miburi.card.report import PHASES, motors_of, stop_of, window_of
-from miburi.card.settings import CardSettings, General, JointSettings, check_encoder, refusal
+from miburi.card.report import motors_of, window_of
+from miburi.card.settings import CardSettings, check_encoder
+from miburi.card.transfer import Greeting, greet, read_settings, send_settings
 from miburi.errors import BodyError
 from miburi.robot import JOINTS, Robot
 from miburi.safety.contact import Window
@@ -58,8 +47,8 @@ from miburi.safety.stop import Phase, Stop, StopReason
 
 __all__ = ["Card"]
 
-#: Seconds to wait for an answer, and number of attempts; seconds that a card needs to start.
-_PATIENCE, _TRIES, _START_UP = 0.25, 3, 4.0
+#: Seconds to wait for an answer, and seconds that a card needs to start.
+_PATIENCE, _START_UP = 0.25, 4.0
 #: Seconds without a report after which the card is lost; a busy computer may pause for nearly 1 s.
 _SILENCE = 1.0
 #: Seconds between two attempts to reach a lost card.
@@ -70,10 +59,6 @@ _LIFE = 5.0
 _REPORT_PERIOD = 10
 #: Seconds within which several reports arrive.
 _LOOK = 0.1
-#: Number of reports over which velocities are measured: 60 ms.
-_VELOCITY_REPORTS = 4
-#: A card's codes for settings that are stored, and for stored ones it cannot read (``memory.h``).
-_STORED, _OTHER_LAYOUT = 1, 2
 
 
 class Card:
@@ -102,18 +87,10 @@ class Card:
         robot: Robot,
         settings: CardSettings | None = None,
     ) -> None:
-        self._open: Callable[[], Line] = (
-            (lambda: SerialLine(port)) if isinstance(port, str) else port
-        )
         self._robot = robot
         check_encoder(robot)
         self._requested_settings = settings
-        self._receiver = Receiver()
-        self._sequence, self._asked = 0, -_LIFE
-        self._answers: list[Frame] = []
-        self._history: deque[Report] = deque(maxlen=_VELOCITY_REPORTS)
         self._own_stop: Stop | None = None
-        self._offset = 0.0
         self._share = np.full(len(JOINTS), FINE)
         #: The latest move as it was sent to the card.
         self.order: Order | None = None
@@ -121,21 +98,23 @@ class Card:
         #: Goals of the latest move or return, steps, and its start, µs on the card's clock.
         self.goals: tuple[int, ...] = ()
         self.move_began = 0
-        self._connected = self._fresh = False
-        self._unreadable = self._guessed = False  # settings that another firmware saved
+        self._connected = False
+        self._guessed = False  # settings that another firmware saved
         self._settings = settings or CardSettings.of(self._robot)
         #: A function that is called with every report, for recorders and tests.
         self.on_report: Callable[[Report], None] = lambda _: None
+        open_line = (lambda: SerialLine(port)) if isinstance(port, str) else port
         try:
-            self._line = self._open()
-            self._began = self._due = self._heard = self._line.now()
+            self._talk = Conversation(open_line, self._take)
         except OSError as error:
             cause = error.strerror or error
             raise BodyError(f"The card cannot be reached: {cause}.") from error
         try:
+            self._due = self._talk.now()
+            self._history = History(robot.servo.step, self._due)
             self._greet(_START_UP)
         except BaseException:
-            self._line.close()
+            self._talk.close()
             raise
 
     @property
@@ -151,7 +130,7 @@ class Card:
     @property
     def report(self) -> Report:
         """The card's latest report, with temperatures and voltages."""
-        return self._history[-1]
+        return self._history.latest
 
     @property
     def touchable(self) -> Touchable | None:
@@ -170,20 +149,10 @@ class Card:
     @property
     def state(self) -> BodyState:
         """The latest state; while the card is lost, the body counts as stopped."""
-        latest, first = self._history[-1], self._history[0]
-        step = self._robot.servo.step
-        span = (latest.time - first.time) / SECOND
-        moved = np.subtract(latest.positions, first.positions) * step
-        phase, stop = PHASES[latest.phase], stop_of(latest, self._time_of(latest.stop_time))
+        state = self._history.state()
         if self._own_stop is not None:
-            phase, stop = Phase.STOPPED, self._own_stop
-        return BodyState(
-            time=self._time_of(latest.time),
-            angles=np.multiply(latest.positions, step, dtype=np.float64),
-            velocities=moved / span if span > 0 else np.zeros(len(JOINTS)),
-            phase=phase,
-            stop=stop,
-        )
+            return replace(state, phase=Phase.STOPPED, stop=self._own_stop)
+        return state
 
     def move(self, move: Move, driven: Robot | None = None) -> None:
         """Start a move (:meth:`miburi.bodies.Body.move`), driving motors as those of ``driven``."""
@@ -205,7 +174,7 @@ class Card:
         goals = np.array(self.goals, dtype=np.int64)
         if self._motion is None or self.state.phase is not Phase.MOVING:
             return goals * FINE, np.zeros_like(goals)
-        since = round((self._line.now() - self._heard) * SECOND)
+        since = round((self._talk.now() - self._history.heard) * SECOND)
         return self._motion.at(self.report.time + since - self.move_began)
 
     def _begin(
@@ -227,7 +196,7 @@ class Card:
     def halt(self) -> None:
         """Send a stop without waiting for an answer; see :meth:`miburi.bodies.Body.halt`."""
         with suppress(OSError):
-            self._line.write(encode(Frame(FrameKind.STOP, 0)))  # no other request has this number
+            self._talk.send(FrameKind.STOP)
 
     def release(self) -> None:
         """End a stop; see :meth:`miburi.bodies.Body.release`. Torque comes on if it was off.
@@ -279,33 +248,17 @@ class Card:
             The card is not stopped, or a value is outside its safe range.
         """
         try:
-            self._send(settings)
+            send_settings(self.ask, settings)
         except BodyError:
             with suppress(BodyError):
-                self._send(self._settings)
+                send_settings(self.ask, self._settings)
             raise
         self._settings, self._guessed = settings, False
-
-    def _send(self, settings: CardSettings) -> None:
-        pieces: list[JointSettings | General] = [*settings.joints, settings.general]
-        # While two servos swap ids, both have the same one: send the joints a second time.
-        for _ in range(2):
-            for piece, value in enumerate(pieces):
-                index = b"" if isinstance(value, General) else bytes((piece,))
-                kind = FrameKind.SETTINGS if isinstance(value, General) else FrameKind.JOINT
-                try:
-                    self.ask(kind, index + value.pack())
-                except OutOfRangeError as error:
-                    raise BodyError(refusal(settings, piece, error.index)) from None
-            crc, complete, _ = self.hello()
-            if complete and crc == settings.crc:
-                return
-        raise BodyError("The card did not keep its settings; give each servo an id of its own.")
 
     @property
     def stored(self) -> bool:
         """Whether the card's settings are stored and survive a loss of power."""
-        return self.hello()[2]
+        return self.hello().stored
 
     def save(self) -> None:
         """Store the settings in the card's EEPROM; this takes about 4 s."""
@@ -319,14 +272,14 @@ class Card:
     def step(self, dt: float) -> BodyState:
         """Listen for ``dt`` seconds; if the card is lost, look for it."""
         # Time that requests took counts towards the step; a long sleep before it does not.
-        now = self._line.now()
+        now = self._talk.now()
         self._due = (self._due if now - self._due < _SILENCE else now) + dt
         if self._connected:
-            self._hear(self._line.now())
-            if self.state.phase is Phase.IDLE and self._line.now() - self._asked > _LIFE:
+            self._hear(self._talk.now())
+            if self.state.phase is Phase.IDLE and self._talk.now() - self._talk.asked > _LIFE:
                 with suppress(NoAnswerError):
                     self.ask(FrameKind.STATUS, struct.pack("<H", _REPORT_PERIOD))
-        while self._line.now() < self._due:
+        while self._talk.now() < self._due:
             if self._connected:
                 self._hear(self._due)
             else:
@@ -335,14 +288,14 @@ class Card:
 
     def look(self) -> BodyState:
         """Return the present state, even if nobody has listened for a long time."""
-        self._due = self._line.now()
+        self._due = self._talk.now()
         return self.step(_LOOK)
 
     def close(self) -> None:
         """Stop the card if it can be reached, and close the line."""
         with suppress(BodyError):
             self.stop()
-        self._line.close()
+        self._talk.close()
 
     # --- the conversation ------------------------------------------------------------------------
 
@@ -356,113 +309,64 @@ class Card:
         BodyError
             The card refused; the message says why.
         """
-        self._sequence = self._sequence % 255 + 1
-        data = encode(Frame(kind, self._sequence, payload))
-        self._asked = self._line.now()
-        for _ in range(_TRIES):
-            self._answers.clear()
-            try:
-                self._line.write(data)
-                until = self._line.now() + patience
-                while self._line.now() < until:
-                    self._listen(until)
-                    for answer in self._answers:
-                        if answer.kind == kind + ANSWER and answer.sequence == self._sequence:
-                            return read_answer(kind, answer, self._settings)
-                        refused = answer.kind == FrameKind.REFUSED + ANSWER
-                        if refused and answer.payload[:1] == bytes((Result.VERSION,)):
-                            return read_answer(kind, answer, self._settings)
-                    self._answers.clear()
-            except OSError as error:
-                self._lose()
-                raise NoAnswerError(f"The line to the card is broken: {error}.") from error
-        self._lose()
-        raise NoAnswerError(
-            "The card does not answer. Check cable and power, and that it has Miburi's firmware "
-            "(miburi card upload)."
-        )
+        try:
+            return self._talk.ask(kind, payload, patience, self._settings)
+        except NoAnswerError:
+            self._lose()
+            raise
 
-    def hello(self) -> tuple[int, bool, bool]:
-        """Return the checksum of the card's settings, and whether they are complete and stored.
-
-        Raises
-        ------
-        BodyError
-            The firmware speaks another version of the link.
-        """
-        answer = self.ask(FrameKind.HELLO)
-        version, *_, motors, complete, stored, crc = struct.unpack("<7BH", answer)
-        self._unreadable = stored == _OTHER_LAYOUT
-        if version != VERSION or motors != len(JOINTS):
-            raise BodyError(foreign(version, motors))
-        return crc, bool(complete), stored == _STORED
+    def hello(self) -> Greeting:
+        """Return which settings the card has; see :func:`miburi.card.transfer.greet`."""
+        return greet(self.ask)
 
     def _greet(self, patience: float) -> None:
         """Connect: stop the card, send settings if it needs them, and ask for reports."""
-        self._receiver = Receiver()
-        until = self._line.now() + patience
+        self._talk.start_again()
+        until = self._talk.now() + patience
         while True:
             try:
-                crc, complete, _ = self.hello()
+                has = self.hello()
                 break
             except NoAnswerError:
-                if self._line.now() >= until:
+                if self._talk.now() >= until:
                     raise
         self.ask(FrameKind.STOP)
-        wanted = self._requested_settings or self._default_settings(complete)
+        wanted = self._requested_settings or self._default_settings(has)
         self._settings = wanted
-        if crc != wanted.crc or not complete:
+        if has.crc != wanted.crc or not has.complete:
             self.configure(wanted)
-        self._guessed = self._unreadable and not complete and self._requested_settings is None
+        unknown = has.unreadable and not has.complete
+        self._guessed = unknown and self._requested_settings is None
         self.ask(FrameKind.STATUS, struct.pack("<H", _REPORT_PERIOD))
-        self._fresh = self._connected = True
-        self._heard = self._line.now()
+        self._connected = True
+        self._history.expect_another_clock(self._talk.now())
         self._await_phase(2)  # the card trusts a servo from the second reading on
 
-    def _default_settings(self, complete: bool) -> CardSettings:
+    def _default_settings(self, has: Greeting) -> CardSettings:
         of_robot = CardSettings.of(self._robot)
-        if not complete:
-            return of_robot
-        pieces = [self.ask(FrameKind.READ, bytes((piece,))) for piece in range(len(JOINTS) + 1)]
-        joints = tuple(JointSettings.unpack(piece) for piece in pieces[:-1])
-        return of_robot.with_calibration(CardSettings(General.unpack(pieces[-1]), joints))
+        return of_robot.with_calibration(read_settings(self.ask)) if has.complete else of_robot
 
-    def _listen(self, until: float) -> None:
-        """Read what the card sends next, and keep reports and answers. May raise OSError."""
-        for frame in self._receiver.add(self._line.read(until)):
-            if frame.kind != FrameKind.REPORT:
-                self._answers.append(frame)
-                continue
-            try:
-                report = Report.of(frame.payload)
-            except FrameError:
-                continue
-            self._heard = self._line.now()
-            if self._fresh:
-                # The card's clock may have started again; the body's clock goes on.
-                self._fresh = False
-                self._history.clear()
-                self._offset = self._heard - self._began - report.time / SECOND
-            self._history.append(report)
-            self.on_report(report)
+    def _take(self, report: Report) -> None:
+        self._history.add(report, self._talk.now())
+        self.on_report(report)
 
     def _hear(self, until: float) -> None:
         """Listen; after a broken line or a long silence, the card is lost."""
         try:
-            self._listen(until)
+            self._talk.listen(until)
         except OSError:
             self._lose()
-        if self._line.now() - self._heard > _SILENCE:
+        if self._talk.now() - self._history.heard > _SILENCE:
             self._lose()
 
     def _await_phase(self, reports: int = 1) -> None:
         """Wait for the first reports after the latest answer."""
-        before = self._history[-1].time if self._history else None
-        until = self._line.now() + _SILENCE
-        while self._connected and reports > 0 and self._line.now() < until:
+        before = self.report.time if self._history else None
+        until = self._talk.now() + _SILENCE
+        while self._connected and reports > 0 and self._talk.now() < until:
             self._hear(until)
-            if self._history and self._history[-1].time != before:
-                before, reports = self._history[-1].time, reports - 1
+            if self._history and self.report.time != before:
+                before, reports = self.report.time, reports - 1
         if not self._history:
             raise BodyError("The card sends no reports; press its reset button and try again.")
 
@@ -471,30 +375,22 @@ class Card:
     def _lose(self) -> None:
         if self._connected:
             self._connected = False
-            self._retry_at = self._line.now()
-            self._own_stop = Stop(self._line.now() - self._began, StopReason.LINE_LOST)
+            self._retry_at = self._talk.now()
+            self._own_stop = Stop(self._retry_at - self._history.began, StopReason.LINE_LOST)
 
     def _reconnect(self) -> None:
         """Try to reach the card, at most once a second; when it answers, it is stopped."""
-        if self._line.now() < self._retry_at:
-            self._line.wait(min(self._retry_at, self._due))
+        if self._talk.now() < self._retry_at:
+            self._talk.wait(min(self._retry_at, self._due))
             return
-        self._retry_at = self._line.now() + _RETRY
+        self._retry_at = self._talk.now() + _RETRY
         try:
             self._greet(0.0)
             if self.report.reason == Reason.STARTED:
                 self._own_stop = None  # the card reports its own stop
         except BodyError:
-            try:
-                self._line.close()
-                self._line = self._open()
-            except OSError:
-                pass
+            self._talk.reopen()
 
-    def _begin_clock(self) -> None:
-        """Start the body's clock at 0 now, by the latest report: the first one may come late."""
-        self._began = self._due = self._line.now()
-        self._offset = self._heard - self._began - self.report.time / SECOND
-
-    def _time_of(self, micros: int) -> float:
-        return micros / SECOND + self._offset
+    def _start_clock(self) -> None:
+        self._due = self._talk.now()
+        self._history.start_clock(self._due)

@@ -143,7 +143,7 @@ class EmulatedBody(Card):
         super().__init__(lambda: self.emulation, robot, settings)
         self.step(1.0)  # the body sinks a little when the servos take its weight
         self.wake()
-        self._begin_clock()
+        self._start_clock()
 
     @property
     def touchable(self) -> "EmulatedBody":
@@ -156,7 +156,7 @@ class EmulatedBody(Card):
         touch = self._world.touch
         if touch.began is None:
             return touch
-        return Touch(touch.force, touch.began - self._began, touch.part, touch.itself)
+        return Touch(touch.force, touch.began - self._history.began, touch.part, touch.itself)
 
     @property
     def configuration(self) -> tuple[Array, Array]:

@@ -1,0 +1,130 @@
+"""The conversation with a card: each request is sent until the card answers it.
+
+A request goes in and the card's answer comes out, or an error in words. Reports arrive at any time
+and are passed on as they come. The clock is the line's.
+"""
+
+from collections.abc import Callable
+
+from miburi.card.answers import NoAnswerError, read_answer
+from miburi.card.line import Line
+from miburi.card.link import ANSWER, Frame, FrameError, FrameKind, Receiver, Report, Result, encode
+from miburi.card.settings import CardSettings
+
+__all__ = ["Conversation"]
+
+#: How many times a request is sent at most.
+_TRIES = 3
+
+
+class Conversation:
+    """A conversation over one line at a time.
+
+    Parameters
+    ----------
+    open_line
+        Opens the line; raises OSError if it cannot.
+    take
+        Called with each report.
+
+    Attributes
+    ----------
+    asked
+        When the latest request was sent, s.
+    """
+
+    def __init__(self, open_line: Callable[[], Line], take: Callable[[Report], None]) -> None:
+        self._open, self._take = open_line, take
+        self._line = open_line()
+        self._receiver = Receiver()
+        self._answers: list[Frame] = []
+        self._sequence = 0
+        self.asked = self.now()
+
+    def now(self) -> float:
+        """Return the time, s."""
+        return self._line.now()
+
+    def wait(self, until: float) -> None:
+        """Wait until ``until``, s, even on a broken line."""
+        self._line.wait(until)
+
+    def start_again(self) -> None:
+        """Forget a frame that was cut off."""
+        self._receiver = Receiver()
+
+    def reopen(self) -> None:
+        """Open the line again, if that is possible."""
+        try:
+            self._line.close()
+            self._line = self._open()
+        except OSError:
+            pass
+
+    def close(self) -> None:
+        """Close the line."""
+        self._line.close()
+
+    def send(self, kind: FrameKind) -> None:
+        """Send a request without waiting for the answer; may raise OSError.
+
+        Any thread may call this while another one is in :meth:`ask`.
+        """
+        self._line.write(encode(Frame(kind, 0)))  # ask() never uses that number
+
+    def ask(
+        self, kind: FrameKind, payload: bytes, patience: float, settings: CardSettings
+    ) -> bytes:
+        """Send a request, at most three times; return what the card answers.
+
+        Parameters
+        ----------
+        kind, payload
+            The request.
+        patience
+            How long to wait for an answer each time, s.
+        settings
+            What a refusal is explained by.
+
+        Raises
+        ------
+        NoAnswerError
+            No answer came, or the line is broken.
+        BodyError
+            The card refused; the message says why.
+        """
+        self._sequence = self._sequence % 255 + 1
+        data = encode(Frame(kind, self._sequence, payload))
+        self.asked = self.now()
+        for _ in range(_TRIES):
+            self._answers.clear()
+            try:
+                self._line.write(data)
+                until = self.now() + patience
+                while self.now() < until:
+                    self.listen(until)
+                    for answer in self._answers:
+                        if answer.kind == kind + ANSWER and answer.sequence == self._sequence:
+                            return read_answer(kind, answer, settings)
+                        refused = answer.kind == FrameKind.REFUSED + ANSWER
+                        if refused and answer.payload[:1] == bytes((Result.VERSION,)):
+                            return read_answer(kind, answer, settings)
+                    self._answers.clear()
+            except OSError as error:
+                raise NoAnswerError(f"The line to the card is broken: {error}.") from error
+        raise NoAnswerError(
+            "The card does not answer. Check cable and power, and that it has Miburi's firmware "
+            "(miburi card upload)."
+        )
+
+    def listen(self, until: float) -> None:
+        """Read what the card sends next: keep answers, pass reports on. May raise OSError."""
+        for frame in self._receiver.add(self._line.read(until)):
+            if frame.kind != FrameKind.REPORT:
+                self._answers.append(frame)
+                continue
+            try:
+                report = Report.of(frame.payload)
+            except FrameError:
+                continue
+            self._take(report)

@@ -1,0 +1,87 @@
+"""The latest reports of a card, and what they say on the body's clock.
+
+The card's clock starts again when the card does; the body's clock goes on. Reports and the line's
+time go in; the body's state comes out.
+"""
+
+from collections import deque
+
+import numpy as np
+
+from miburi.bodies.base import BodyState
+from miburi.card.link import Report
+from miburi.card.report import PHASES, stop_of
+from miburi.robot import JOINTS
+from miburi.safety.profile import SECOND
+
+__all__ = ["History"]
+
+#: Number of reports over which velocities are measured: 60 ms.
+_VELOCITY_REPORTS = 4
+
+
+class History:
+    """The latest reports of one card.
+
+    Parameters
+    ----------
+    step
+        An encoder's step, rad.
+    now
+        When the body's clock starts, s on the line's clock.
+
+    Attributes
+    ----------
+    began, heard
+        When the body's clock started, and when a report was last heard, s on the line's clock.
+    """
+
+    def __init__(self, step: float, now: float) -> None:
+        self._step = step
+        self._reports: deque[Report] = deque(maxlen=_VELOCITY_REPORTS)
+        self._offset = 0.0
+        self._fresh = False
+        self.began = self.heard = now
+
+    def __bool__(self) -> bool:
+        """Return whether there is a report."""
+        return bool(self._reports)
+
+    @property
+    def latest(self) -> Report:
+        """The latest report."""
+        return self._reports[-1]
+
+    def expect_another_clock(self, now: float) -> None:
+        """Note that the card may have restarted, so that its clock may have started again."""
+        self._fresh, self.heard = True, now
+
+    def add(self, report: Report, now: float) -> None:
+        """Take in a report that was heard at ``now``, s on the line's clock."""
+        self.heard = now
+        if self._fresh:
+            self._fresh = False
+            self._reports.clear()
+            self._offset = now - self.began - report.time / SECOND
+        self._reports.append(report)
+
+    def start_clock(self, now: float) -> None:
+        """Start the body's clock at 0 now, by the latest report: the first one may come late."""
+        self.began = now
+        self._offset = self.heard - now - self.latest.time / SECOND
+
+    def state(self) -> BodyState:
+        """Return the body's state as the card reports it."""
+        latest, first = self._reports[-1], self._reports[0]
+        span = (latest.time - first.time) / SECOND
+        moved = np.subtract(latest.positions, first.positions) * self._step
+        return BodyState(
+            time=self._time_of(latest.time),
+            angles=np.multiply(latest.positions, self._step, dtype=np.float64),
+            velocities=moved / span if span > 0 else np.zeros(len(JOINTS)),
+            phase=PHASES[latest.phase],
+            stop=stop_of(latest, self._time_of(latest.stop_time)),
+        )
+
+    def _time_of(self, micros: int) -> float:
+        return micros / SECOND + self._offset

@@ -1,0 +1,74 @@
+"""Settings between host and card: a card's greeting tells which it has, then they are read or sent.
+
+Each function takes the card's ``ask``, which sends a request and returns the answer's bytes.
+"""
+
+import struct
+from collections.abc import Callable
+from typing import NamedTuple
+
+from miburi.card.answers import OutOfRangeError, foreign
+from miburi.card.link import VERSION, FrameKind
+from miburi.card.settings import CardSettings, General, JointSettings, refusal
+from miburi.errors import BodyError
+from miburi.robot import JOINTS
+
+__all__ = ["Ask", "Greeting", "greet", "read_settings", "send_settings"]
+
+Ask = Callable[[FrameKind, bytes], bytes]
+#: A card's codes for settings that are stored, and for stored ones it cannot read (``memory.h``).
+_STORED, _OTHER_LAYOUT = 1, 2
+
+
+class Greeting(NamedTuple):
+    """The settings that a card has: their checksum, and their state."""
+
+    crc: int
+    complete: bool
+    stored: bool  # they survive a loss of power
+    unreadable: bool  # another firmware stored some
+
+
+def greet(ask: Ask) -> Greeting:
+    """Return a card's greeting.
+
+    Raises
+    ------
+    BodyError
+        The firmware speaks another version of the link.
+    """
+    version, *_, motors, complete, stored, crc = struct.unpack("<7BH", ask(FrameKind.HELLO, b""))
+    if version != VERSION or motors != len(JOINTS):
+        raise BodyError(foreign(version, motors))
+    return Greeting(crc, bool(complete), stored == _STORED, stored == _OTHER_LAYOUT)
+
+
+def read_settings(ask: Ask) -> CardSettings:
+    """Return the settings of a card that has them all."""
+    pieces = [ask(FrameKind.READ, bytes((piece,))) for piece in range(len(JOINTS) + 1)]
+    joints = tuple(JointSettings.unpack(piece) for piece in pieces[:-1])
+    return CardSettings(General.unpack(pieces[-1]), joints)
+
+
+def send_settings(ask: Ask, settings: CardSettings) -> None:
+    """Send settings to a stopped card.
+
+    Raises
+    ------
+    BodyError
+        The card is not stopped, or a value is outside its safe range.
+    """
+    pieces: list[JointSettings | General] = [*settings.joints, settings.general]
+    # While two servos swap ids, both have the same one: send the joints a second time.
+    for _ in range(2):
+        for piece, value in enumerate(pieces):
+            index = b"" if isinstance(value, General) else bytes((piece,))
+            kind = FrameKind.SETTINGS if isinstance(value, General) else FrameKind.JOINT
+            try:
+                ask(kind, index + value.pack())
+            except OutOfRangeError as error:
+                raise BodyError(refusal(settings, piece, error.index)) from None
+        has = greet(ask)
+        if has.complete and has.crc == settings.crc:
+            return
+    raise BodyError("The card did not keep its settings; give each servo an id of its own.")
