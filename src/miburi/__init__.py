@@ -26,7 +26,8 @@ if TYPE_CHECKING:
     from miburi.gestures import load as load_gesture
     from miburi.ik import solve
     from miburi.interface.async_client import AsyncPartner, connect_async
-    from miburi.interface.client import ConnectionLostError, RemotePartner, connect
+    from miburi.interface.client import RemotePartner, connect
+    from miburi.interface.connection import ConnectionLostError
     from miburi.live.events.model import LiveEvent
     from miburi.partner import Partner
     from miburi.robot import Robot, forward, iphonoid, load_robot
@@ -62,7 +63,7 @@ __all__ = [
 _ORIGINS = {
     "AsyncPartner": "miburi.interface.async_client:AsyncPartner",
     "BodyError": "miburi.errors:BodyError",
-    "ConnectionLostError": "miburi.interface.client:ConnectionLostError",
+    "ConnectionLostError": "miburi.interface.connection:ConnectionLostError",
     "EmotionalModel": "miburi.feelings:EmotionalModel",
     "Expression": "miburi.feelings:Expression",
     "InputError": "miburi.errors:InputError",

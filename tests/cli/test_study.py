@@ -15,7 +15,8 @@ from typer.testing import CliRunner
 
 from miburi.cli.commands import app
 from miburi.errors import InputError
-from miburi.interface.client import ConnectionLostError, connect
+from miburi.interface.client import connect
+from miburi.interface.connection import ConnectionLostError
 from miburi.studies.study.plan import FILE, load_study
 
 

@@ -31,7 +31,7 @@ import miburi
 from miburi.cli.commands import app
 from miburi.errors import InputError, OutputError
 from miburi.feelings import shipped_temperament
-from miburi.interface.client import ConnectionLostError
+from miburi.interface.connection import ConnectionLostError
 from miburi.live.memory import remembered
 from miburi.live.recording import read
 from miburi.serving.access import AGENTS

@@ -19,7 +19,8 @@ from miburi.errors import BodyError, InputError, OutputError
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures.effort import Effort
 from miburi.interface.asker import Asker
-from miburi.interface.client import ConnectionLostError, RemotePartner
+from miburi.interface.client import RemotePartner
+from miburi.interface.connection import ConnectionLostError
 from miburi.live.runner import Runner
 from miburi.serving.access import Gate
 from miburi.serving.authority import Certificates
@@ -215,7 +216,7 @@ def test_two_threads_that_meet_in_a_socket_by_tls_are_no_lost_partner(
             raise ConnectionClosedError(None, None) from ssl.SSLError("internal error")
         return open_socket(*where, **how)
 
-    monkeypatch.setattr("miburi.interface.client.open_socket", fails)
+    monkeypatch.setattr("miburi.interface.connection.open_socket", fails)
     gate = Gate(interface(live), keys("t" * 40), https=True)
     with (
         serving(gate, certificate=certificates.server) as url,

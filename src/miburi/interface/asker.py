@@ -14,7 +14,7 @@ import httpx
 from fastapi import FastAPI
 from pydantic import BaseModel, TypeAdapter
 
-from miburi.interface.client import PATIENCE, ConnectionLostError, accepted
+from miburi.interface.connection import PATIENCE, ConnectionLostError, accepted
 from miburi.interface.trusting import distrust, trust
 from miburi.interface.wire import GestureOut, SayIn, WishOut
 from miburi.live.events.model import LiveEvent
@@ -34,7 +34,7 @@ _STREAM_TIME = 30.0
 
 
 class Asker:
-    """Asks one partner; every method raises what :class:`miburi.interface.client` raises.
+    """Asks one partner; every method raises what :class:`miburi.RemotePartner` raises.
 
     Parameters
     ----------

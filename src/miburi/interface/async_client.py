@@ -20,7 +20,7 @@ import httpx
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures import Direction
 from miburi.interface.asker import Asker
-from miburi.interface.client import ConnectionLostError
+from miburi.interface.connection import ConnectionLostError
 from miburi.interface.wire import (
     AnyAct,
     AttendIn,

@@ -1,0 +1,191 @@
+"""One program's connection to a live partner over HTTP: requests, and streams that reconnect.
+
+Whatever a partner refuses becomes one of Miburi's errors, with the partner's words.
+"""
+
+import time
+from collections.abc import Generator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import httpx
+from pydantic import ValidationError
+from websockets.exceptions import ConnectionClosed, InvalidHandshake
+from websockets.sync.client import connect as open_socket
+
+from miburi.errors import BodyError, InputError, MiburiError, OutputError
+from miburi.interface.trusting import distrust, has_collided, trust
+from miburi.interface.wire import WishOut
+from miburi.live.events.model import LiveEvent
+from miburi.live.state import State
+from miburi.serving.press import BY
+
+__all__ = ["PATIENCE", "Connection", "ConnectionLostError", "accepted"]
+
+#: s to wait for an answer.
+PATIENCE = 10.0
+#: s between two attempts to reconnect, and s of silence after which a stream counts as lost.
+_AGAIN, _STREAM_TIME = 0.5, 30.0
+_DATA = "data: "
+#: How many requests of a program's threads are open at once; others wait.
+_CONNECTIONS = 100
+
+
+class ConnectionLostError(MiburiError):
+    """The partner cannot be reached, or refuses access."""
+
+
+class Connection:
+    """A connection to the partner at ``url``; see :func:`miburi.connect` for the parameters.
+
+    Every method raises what those of :class:`miburi.RemotePartner` raise. Any thread may use it.
+    """
+
+    def __init__(self, url: str, token: str | None, authority: Path | str | None) -> None:
+        self._trust = trust(url, authority)
+        self._url = url.rstrip("/")
+        self._headers = {BY: "program"}  # so that this program may release what it has stopped
+        if token:
+            self._headers["Authorization"] = f"Bearer {token}"
+        self._http = self._open()
+        self._stop = self._open()  # Stop waits for no other thread's answer
+
+    def close(self) -> None:
+        """Close the connection."""
+        self._http.close()
+        self._stop.close()
+
+    def get(self, path: str) -> Any:
+        """Return the answer to a GET, read as JSON."""
+        return self.ask("GET", path).json()
+
+    def wish(self, path: str, content: object) -> str:
+        """Send a wish and return its id."""
+        return WishOut.model_validate_json(self.ask("POST", path, content).content).id
+
+    def post(self, path: str, content: object = None) -> None:
+        """Send a request that is answered with nothing."""
+        self.ask("POST", path, content)
+
+    def ask(
+        self, method: str, path: str, content: object = None, by: httpx.Client | None = None
+    ) -> httpx.Response:
+        """Send a request and return the answer, unless it is a refusal; ``by`` sends it."""
+        try:
+            response = (by or self._http).request(method, path, json=content)
+        except httpx.HTTPError as error:
+            words = f"{self._url} does not answer ({error}); is `miburi run` running there?"
+            raise ConnectionLostError(distrust(self._url, error) or words) from error
+        return accepted(self._url, response)
+
+    def stop(self, *, by_person: bool) -> None:
+        """Stop the body, even if the server has closed the connection that is kept for this."""
+        head = {BY: "person"} if by_person else {}
+        with suppress(httpx.TransportError):  # a full server may have closed that connection
+            accepted(self._url, self._stop.post("/stop", headers=head))
+            return
+        with self._open() as new:
+            new.headers.update(head)
+            self.ask("POST", "/stop", by=new)
+
+    def state(self) -> State:
+        """Return everything about the partner, now."""
+        return self._parsed(self.ask("GET", "/state").content)
+
+    def states(self, rate: float, patience: float) -> Generator[State, None, None]:
+        """Yield states, ``rate`` a second; a lost connection is retried for ``patience`` s."""
+        address = "ws" + self._url.removeprefix("http") + f"/api/v1/live?rate={rate:g}"
+        heard = None  # when, on the monotonic clock
+        while True:
+            failure: Exception = ConnectionLostError("the connection was closed")
+            try:
+                with open_socket(
+                    address, additional_headers=self._headers, ssl=self._trust
+                ) as socket:
+                    for text in socket:
+                        heard = time.monotonic()
+                        yield self._parsed(text)
+            except (OSError, ConnectionClosed, InvalidHandshake) as error:
+                failure = error
+                if has_collided(error):
+                    heard = heard or time.monotonic()
+            self._wait_to_connect(heard, patience, failure)
+
+    def events(self, cursor: str, patience: float) -> Generator[LiveEvent, None, None]:
+        """Yield the events after an id; a lost connection is retried for ``patience`` s."""
+        heard = None  # when, on the monotonic clock
+        while True:
+            failure: Exception = ConnectionLostError("the connection was closed")
+            try:
+                with self._http.stream(
+                    "GET", "/events", params={"after": cursor}, timeout=_STREAM_TIME
+                ) as answer:
+                    if not answer.is_success:
+                        answer.read()
+                    accepted(self._url, answer)
+                    for line in answer.iter_lines():
+                        heard = time.monotonic()
+                        if line.startswith(_DATA):
+                            event = LiveEvent.model_validate_json(line.removeprefix(_DATA))
+                            cursor = event.id
+                            yield event
+            except (httpx.HTTPError, ConnectionLostError) as error:
+                failure = error
+            self._wait_to_connect(heard, patience, failure)
+
+    def _wait_to_connect(self, heard: float | None, patience: float, failure: Exception) -> None:
+        """Wait a moment; give up if nothing was ever heard, or not for ``patience`` s."""
+        if heard is None or time.monotonic() - heard > patience:
+            words = f"{self._url} does not answer ({failure}); is `miburi run` running there?"
+            raise ConnectionLostError(distrust(self._url, failure) or words) from failure
+        time.sleep(min(_AGAIN, patience))
+
+    def _parsed(self, text: str | bytes) -> State:
+        try:
+            return State.model_validate_json(text)
+        except ValidationError as error:
+            raise InputError(
+                f"{self._url}: this program does not understand this partner's state; use the "
+                "same version of Miburi for both."
+            ) from error
+
+    def _open(self) -> httpx.Client:
+        # A pool that closes surplus connections may close one that a thread has just been given.
+        limits = httpx.Limits(max_connections=_CONNECTIONS, max_keepalive_connections=_CONNECTIONS)
+        return httpx.Client(
+            base_url=self._url + "/api/v1",
+            headers=self._headers,
+            timeout=PATIENCE,
+            limits=limits,
+            verify=self._trust or True,
+        )
+
+
+def accepted(url: str, response: httpx.Response) -> httpx.Response:
+    """Return the answer of the partner at ``url`` unless it is a refusal.
+
+    Raises
+    ------
+    InputError, BodyError, OutputError, ConnectionLostError
+        It is a refusal; see :class:`miburi.RemotePartner`.
+    """
+    if response.is_success:
+        return response
+    words = _detail(response)
+    match response.status_code:
+        case 400 | 404 | 422:
+            raise InputError(words)
+        case 409:
+            raise BodyError(words)
+        case 507:
+            raise OutputError(words)
+        case _:
+            raise ConnectionLostError(f"{url}: {words}")
+
+
+def _detail(response: httpx.Response) -> str:
+    try:
+        return str(response.json()["detail"])
+    except (ValueError, KeyError, TypeError):
+        return f"{response.url} answered {response.status_code}; is this a Miburi server?"
