@@ -69,9 +69,9 @@ class Order(NamedTuple):
 
     @classmethod
     def home(cls, robot: Robot, settings: CardSettings, positions: Steps, *, led: bool) -> "Order":
-        """Return the order for the slow return to neutral; its speeds are the card's own choice.
+        """Return the order for the slow return to neutral, with the speeds that the card chooses.
 
-        ``led`` says whether a hand led the body there.
+        ``led`` says whether a hand led the body to where it is now.
         """
         robot = settings.identified(robot)
         neutral = np.array([joint.neutral for joint in settings.joints])
@@ -127,7 +127,7 @@ class Order(NamedTuple):
     def loading(
         self, settings: CardSettings, positions: Steps, origin: Steps, direction: Steps
     ) -> Loading:
-        """Return what the card's rule expects to bear on the motors."""
+        """Return the loads that the card's rule expects on the motors."""
         return Loading(
             offset=(origin - positions) * direction * FINE,
             begin=self.begin * _QUARTER * direction,

@@ -85,7 +85,7 @@ def unready(detail: bytes, settings: CardSettings) -> str:
     if detail[1] != Reason.OUTSIDE:
         return f"{name}: {_UNREADY[Reason(detail[1])]}. Then try again."
     (place,) = struct.unpack_from("<h", detail, 2)
-    # The servo counts within a turn: a joint just across its seam is one turn away on paper.
+    # The servo counts within one turn: a joint just past the wrap-around seems a whole turn away.
     place = min(
         (place + turn * STEPS_PER_TURN for turn in (-1, 0, 1)),
         key=lambda place: max(joint.min - place, place - joint.max),
@@ -93,7 +93,7 @@ def unready(detail: bytes, settings: CardSettings) -> str:
     here, low, high = (steps * 360 / STEPS_PER_TURN for steps in (place, joint.min, joint.max))
     return (
         f"{name} stands at {here:.1f}°, outside its limits of {low:.1f}° to {high:.1f}°. Turn it "
-        "back by hand, limp or with the supply off (Card.relax). Then try again."
+        "back by hand while it is limp (Card.relax) or the supply is off. Then try again."
     )
 
 

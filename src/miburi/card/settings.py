@@ -55,7 +55,7 @@ HOTTEST, LOWEST = 65, 42
 STEPS_PER_TURN = 4096
 #: Steps that a joint's range keeps from the seam between two turns; as in ``settings.h``.
 SEAM = 100
-#: Those settings for all joints that belong to a calibration.
+#: The settings of :class:`General` that belong to a calibration.
 _CALIBRATED = ("period", "ratio", "p_gain", "d_gain", "error_per_pwm")
 #: The servo's middle position.
 _MIDDLE = STEPS_PER_TURN // 2
@@ -135,7 +135,7 @@ class General:
     p_gain, d_gain
         The position gains that the card writes to its servos.
     error_per_pwm
-        How far a servo must be behind for a unit of duty; this shows its load.
+        The position error for each unit of duty; a servo's error thus shows its load.
     hottest, lowest
         A hotter servo, or a lower supply, stops the body.
     """
@@ -386,7 +386,7 @@ def _error_per_pwm(servo: Servo) -> int:
 
 
 def refusal(settings: CardSettings, piece: int, index: int) -> str:
-    """Return the message for a value that the card refused, of joint ``piece`` or of all (8)."""
+    """Return the message for a value that the card refused; ``piece``: its joint, or 8 for all."""
     of_joint = piece < len(JOINTS)
     values = settings.joints[piece].values if of_joint else vars(settings.general)
     name, value = list(values.items())[index]
@@ -394,8 +394,8 @@ def refusal(settings: CardSettings, piece: int, index: int) -> str:
         joint = settings.joints[piece]
         return (
             f"The card refuses {JOINTS[piece]}: its range from {joint.min} to {joint.max} steps "
-            f"about its zero at {joint.zero} crosses, or comes within {SEAM} steps of the servo's "
-            "seam between 4095 and 0. Mount the horn a quarter turn further, and find the zero "
+            f"about its zero at {joint.zero} crosses the servo's seam between 4095 and 0, or comes "
+            f"within {SEAM} steps of it. Mount the horn a quarter turn further, and find the zero "
             "again."
         )
     joint_range = (settings.joints[piece].min, settings.joints[piece].max) if of_joint else (0, 0)

@@ -88,7 +88,7 @@ def check(
     solver: IkWay = "default",
     as_json: AsJson = False,
 ) -> None:
-    """Check a gesture: reach, limits, self-collision, contact rule; movement grows with mood."""
+    """Check a gesture: reach, limits, self-collision, contact rule, and growth with mood."""
     from miburi.gestures import load
     from miburi.studies.gestures.check import check as problems_of
 
@@ -182,7 +182,8 @@ def record(
 def _shown(states: "Iterable[State]") -> "tuple[Array, Array]":
     """Return times, (n,) s, and angles, (n, 8) rad, of what a hand shows.
 
-    It ends when the body is back at neutral, so that nothing else moves it under the hand.
+    It returns only when the body is back at neutral: until then, nothing else moves the body
+    under the hand.
     """
     import numpy as np
 

@@ -1,4 +1,4 @@
-"""Check a place to write to before the work begins; the first two are option callbacks."""
+"""Check a place to write to before work begins; a_file and a_folder are option callbacks."""
 
 import os
 import tempfile

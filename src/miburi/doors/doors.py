@@ -35,7 +35,7 @@ class Doors:
     ros
         The network of ROS 2 nodes; None: the partner is in none.
     voice
-        What turns its words into sound; None: devices with its pages do.
+        What turns its words into sound; None: the devices that show its pages do so.
     care
         How it cares for somebody in distress.
     origins

@@ -314,7 +314,7 @@ class _Home:
         return self._reports.take("all")
 
     async def _tell(self, client: Client, event: LiveEvent) -> None:
-        """Publish a stop, a distress, or a gap in the events; the broker has it on return."""
+        """Publish a stop, a distress, or a gap in the events, and return once the broker has it."""
         about = {"id": event.id, "wall": event.wall}
         match event.kind:
             case "distress":

@@ -79,7 +79,7 @@ _Message = TypeVar("_Message", bound=IdlStruct)
 #: What reading a malformed message may raise.
 _UNREADABLE = (struct.error, ValueError, IndexError, KeyError, DDSException)
 
-# As rmw_cyclonedds requests ROS's default profile, except that no write ever waits.
+# What rmw_cyclonedds requests for ROS's default profile, except that no write ever waits.
 _RELIABLE = (
     Policy.Reliability.Reliable(max_blocking_time=0),
     Policy.DataRepresentation(use_cdrv0_representation=True),
@@ -296,7 +296,7 @@ class _Door:
 
     async def _show(self, wish: ExpressionMsg) -> None:
         gesture = read_expression(wish)
-        if self._partner.snapshot.state.held:  # nobody here would be told that it waits
+        if self._partner.snapshot.state.held:  # the wish would wait, and nobody here be told so
             raise BodyError("nothing was done: the body is stopped until a person releases it.")
         if gesture is None:  # neutral: whatever it performs ends
             ahead = LookAct(do="look", at="user", seconds=1.0)

@@ -11,7 +11,7 @@ __all__ = ["ACCESS_ERROR", "GAINS", "RANGE_ERROR", "ControlTable"]
 
 #: Errors of a status packet (protocol 2.0).
 RANGE_ERROR, _LENGTH_ERROR, _LIMIT_ERROR, ACCESS_ERROR = 0x04, 0x05, 0x06, 0x07
-#: Operating modes that exist, the one with goals within one turn, and the limit in the others.
+#: Operating modes that exist; the mode whose goals stay within one turn; the others' goal limit.
 _MODES, _POSITION, _TURNS = (0, 1, 3, 4, 5, 16), 3, 1_048_575
 #: Protocols that exist.
 _PROTOCOLS = (2, 20, 21, 22)
@@ -83,7 +83,7 @@ class ControlTable:
         self._decoded.pop(_AT.get(address, ""), None)
 
     def reset(self, *keep: str) -> None:
-        """Set all but the entries to ``keep`` back to the factory's values."""
+        """Reset all entries to the factory's values, except those named in ``keep``."""
         for name in REGISTERS:
             if name not in keep:
                 self.set(name, self._default(name))

@@ -34,13 +34,14 @@ __all__ = [
     "turned",
 ]
 
-#: A movement of a hand or the head by a greater angle, rad, is wide; with bound flow it halts
-#: half-way.
+#: A movement that changes a coordinate by more than this (rad; distances in arm's reaches) is wide;
+#: with bound flow it halts half-way.
 WIDE = 0.5
 #: Variation: by what share a coordinate may fall short of the written one, and a duration differ.
 REACH_VARIES, TIME_VARIES = 0.15, 0.12
-#: A beat of an arm, as people make while they speak: its offset when the hand is farthest, s there
-#: and back, and s from the start until servos, which lag, get there (all ours).
+#: A beat of an arm, as people make while they speak: its offset when the hand is farthest, the
+#: times there and back, s, and the time from the start until servos, which lag, get there, s (all
+#: ours).
 _BEAT = np.array([-0.03, 0.0, 0.3])
 _BEAT_TIMES = (0.4, 0.4)
 BEAT_LEAD = 0.44
@@ -166,7 +167,7 @@ def blend(
     for (function, _), share in zip(parts, shares, strict=True):
         offsets += share * function.effort.space * _offsets_at(robot, function, phases)
         time += share * function.effort.time
-    # The effort's time is half the leading gesture's own, and half depends on the mood.
+    # The mean of the leading gesture's own time and the time of all, weighted by their moods.
     time = (lead.effort.time + min(time, 1.0)) / 2
     tempo = lead.effort.model_copy(update={"time": time}).tempo
     rng = None if variation is None else np.random.default_rng(variation)

@@ -64,7 +64,7 @@ class Solution(NamedTuple):
     error
         (3,) m, how far the right hand, the left hand and the head are from their targets.
     evaluations, generations
-        How many poses were tried, and how many generations were begun: 0 without ``settings``.
+        How many poses were tried. How many generations were begun; 0 without ``settings``.
     status
         ``CONVERGED``, ``OUT_OF_REACH``, ``NEAR``, ``BUDGET_SPENT`` or ``DEADLINE``.
     """
@@ -126,7 +126,7 @@ def solve(
         (9,) m in the base frame: right x y z, left x y z, head x y z, none beyond ``FARTHEST``.
         If it is out of reach, the pose with the least residual is found, and ``status`` says so.
     start
-        (8,) rad, the present pose; angles outside the limits count as at them. Of several poses
+        (8,) rad, the present pose; angles outside the limits are put on them. Of several poses
         that reach the same points, the one nearest to it (in the space of angles) is chosen;
         a search by ``settings`` begins there.
     settings
@@ -266,7 +266,7 @@ def _numbers(values: ArrayLike, name: str, shape: tuple[int, ...]) -> Array:
 
 
 def _check_size(array: Array, name: str) -> None:
-    """Refuse what is not finite, or too large for its square to be."""
+    """Refuse an array with a number that is not finite or is beyond ``FARTHEST``."""
     if not np.all(np.abs(array) <= FARTHEST):
         raise InputError(
             f"{name} must be finite numbers, none beyond {FARTHEST:g}, got {array.tolist()}."
@@ -275,7 +275,7 @@ def _check_size(array: Array, name: str) -> None:
 
 @cache
 def _kernel() -> Any:
-    """Return the compiled code; the first call loads Numba, and compiles all that it may."""
+    """Return the compiled code; the first call loads Numba, and compiles what solving needs."""
     from miburi.ik import kernel
 
     rows = np.empty((0, 9))

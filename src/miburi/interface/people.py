@@ -96,7 +96,7 @@ class FactIn(Message):
 def add_people(
     router: APIRouter, memory: Memory, beginning: Beginning, clock: Callable[[], datetime]
 ) -> None:
-    """Add the requests about the people a partner knows, and about when it may begin by itself."""
+    """Add the requests about the people a partner knows and when it may speak first."""
 
     @router.get("/people/manners")
     async def manners() -> Manners:

@@ -9,9 +9,10 @@ robot's clock (``time``, s); MCAP's own times are those of the computer's clock.
 - ``/feelings``: the three levels, and the expressed feeling
 - ``/contacts``: stops
 - ``/touch``: the force on a hand, N, while there is one; only a simulation knows it
-- ``/events``: the events that a live partner tells at every door, with its own sentences
+- ``/events``: the events that a live partner reports on all its interfaces, with its own sentences
 - ``/stimuli``: what the partner felt when somebody did something, and why, in words or names of
-  signs; never sound or pictures. Another emotional model replays them if given them at their times.
+  signs; never sound or pictures. To replay them in another emotional model, give it
+  each at its time.
 
 No sentence that is said to the partner is recorded. The metadata names the robot.
 """
@@ -245,7 +246,7 @@ def step_messages(
     touch
         What touches the body, if that is known.
     met
-        What a stop in this step met: the largest force until then, and the part.
+        What the body met if it stopped in this step: the largest force until then, and the part.
     told
         Events that a live partner told since the last step; what was said to it is left out.
     wall

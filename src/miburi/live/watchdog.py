@@ -1,7 +1,7 @@
 """The watchdog: sees from outside the loop that the loop is late, and has the body stopped.
 
 The loop calls :meth:`Watchdog.beat` at every step; a thread of its own calls
-:meth:`Watchdog.look`. What happens then must not need the loop.
+:meth:`Watchdog.look`. What the watchdog calls when the loop is late must not need the loop.
 """
 
 import threading
@@ -37,7 +37,8 @@ class Watchdog:
     period
         s between two beats.
     late, dead
-        Called once when a beat is too late by ``lateness``; a beat that still comes ends the delay.
+        ``late`` is called once in each delay beyond ``lateness.stop``, which the next beat ends;
+        ``dead`` only once ever, in a delay beyond ``lateness.give_up``.
     lateness
         How much is too late.
     clock

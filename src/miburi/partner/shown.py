@@ -52,5 +52,5 @@ class ShownEmotion:
 
     @property
     def rises(self) -> bool:
-        """Whether it has risen above another, and nothing has shown it yet."""
+        """Whether it rose, rather than outlasting a stronger one, and nothing has shown it yet."""
         return self._rose and self.shown == 0

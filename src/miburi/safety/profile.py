@@ -61,8 +61,8 @@ class Profile:
     Attributes
     ----------
     distance
-        (n,) steps along the motor's direction, which is separate. It is negative only where a motor
-        cannot stop in time: it passes its goal and comes back. All are int64.
+        (n,) steps along the motor's direction, which is kept elsewhere. It is negative only where a
+        motor cannot stop in time: it passes its goal and comes back. All attributes are int64.
     speed, acceleration
         (n,) the cruising speed in 1/256 steps/s, and the ramps' acceleration in steps/s².
     ramp, fall, total
@@ -96,13 +96,14 @@ class Profile:
     ) -> "Profile":
         """Compute ramps and total time; speeds and accelerations must be at least 1.
 
-        A motor with an ``initial`` speed must be able to stop within ``distance``, which may
-        therefore be negative if the speed is.
+        A motor with an ``initial`` speed must not need to go beyond ``distance`` to stop. If that
+        speed is negative, it stops on the other side, so ``distance`` may be negative, too.
         """
         initial = np.zeros_like(distance) if initial is None else initial
         full = speed * SECOND // (acceleration * FINE)
         halt = truncated(initial * SECOND, acceleration * FINE)  # from that speed to rest
-        # The last ramp of a triangle is √(d/a + halt²/2); it is one if that is the shorter ramp.
+        # The last ramp of a triangle is √(d/a + halt²/2); if that is shorter than the full ramp,
+        # the profile is a triangle.
         squares = truncated(distance * SECOND * SECOND, acceleration) + halt * halt // 2
         short = np.array([isqrt(max(square, 0)) for square in squares.tolist()], dtype=np.int64)
         triangle = short < full

@@ -49,7 +49,7 @@ NETWORKS = tuple(
 )
 #: How long each is valid. Phones refuse a certificate of more than 398 days; the rest is ours.
 _AUTHORITY_LASTS, _CERTIFICATE_LASTS = timedelta(days=3650), timedelta(days=396)
-#: A certificate is renewed when less than this is left: the partner may run for a while.
+#: A certificate is renewed when less than this is left, also while the partner runs.
 _LEFT = timedelta(days=60)
 #: The clocks of two devices at home may differ by this much.
 _SKEW = timedelta(days=1)

@@ -13,7 +13,7 @@ from miburi.servos.servo import Servo
 
 __all__ = ["Axis"]
 
-#: s; the rotor against the play's stop needs less than 0.4 ms.
+#: s; it must be below 0.4 ms for the rotor to meet the end of the play properly.
 _STEP = 1e-4
 #: Stiffness of gears and horn where the play ends, and of what blocks the horn, N·m/rad, and its
 #: damping (ours).
@@ -41,7 +41,7 @@ class Axis:
     duty
         What the control sets now, −1 to 1.
     current
-        A through the motor.
+        The current through the motor, A.
     """
 
     servo: Servo

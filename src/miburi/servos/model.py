@@ -73,7 +73,7 @@ def no_load_speed(servo: Servo, voltage: float) -> float:
 def required_torque(
     servo: Servo, speed: Numbers, acceleration: Numbers, load: Numbers, inertia: Numbers
 ) -> Numbers:
-    """Return the duty a motion needs, as the torque it would give a motor at rest, N·m.
+    """Return the duty that a motion needs, as the torque of a motor at rest at that duty, N·m.
 
     Parameters
     ----------
@@ -82,8 +82,8 @@ def required_torque(
     acceleration
         Along the motion, rad/s²; negative where it slows down.
     load, inertia
-        N·m against the motion, negative where it helps, and kg·m² on the horn; the rotor is the
-        servo's own.
+        N·m against the motion, negative where it helps, and kg·m² on the horn, without the rotor,
+        whose inertia comes from ``servo``.
     """
     friction = servo.friction
     rest = np.exp(-((speed / friction.stribeck_speed) ** friction.stribeck_shape))

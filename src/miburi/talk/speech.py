@@ -39,7 +39,7 @@ __all__ = ["Speech"]
 _LOOKED, _SHOWN = 2.0, 0.8
 #: How long a "yes" still answers the question whether somebody needs help (ours).
 _ANSWERED = timedelta(minutes=2)
-#: After a distress, this many answers to remarks stay with it; later one in this many does (ours).
+#: How many answers to remarks after a distress speak of it; then, one in how many (ours).
 _STAYS, _EVERY = 3, 5
 
 
@@ -80,7 +80,7 @@ class Speech:
             partner, self.memory, self._answerer, clock, folder and folder / "manners.json"
         )
         self._turns: Counter[str] = Counter()  # of help, by kind
-        self._since = 0  # remarks since a distress, without those that got another answer
+        self._since = 0  # remarks since a distress, except orders and unrelated questions
         self._asked: tuple[Distress, datetime] | None = None  # the distress asked about, and when
         self._conversation = None if endpoint is None else _converse(endpoint)
         self._noted: tuple[str | None] | None = None  # the conversation's trouble, as logged
@@ -89,7 +89,7 @@ class Speech:
         self._deleted = 0  # the memory's count of deletions, when last checked
 
     async def take(self, said: str, *, tone: Tone = "plain", by: str = "person") -> SayOut:
-        """Have the partner feel with what was said, and answer it; return what came of it.
+        """Let the partner respond to what was said, in feelings and words; return what came of it.
 
         "Stop" stops the body before anything else. A sentence that another has overtaken gets no
         answer. Distress gets the help that fits; then, and for ten minutes after, no language
@@ -119,7 +119,7 @@ class Speech:
         grave = heard.distress is not None
         wanted = list(script(language).intents_of(said))
         if heard.worry == "help" and any(not match.cue.broad for match in wanted):
-            heard = replace(heard, worry=None)  # it is not clear what it is, and an answer is known
+            heard = replace(heard, worry=None)  # its kind is unclear, and an answer is known
         if not grave and heard.worry is None and any(match.cue.acts for match in wanted):
             heard = Impression(None, 0.0, "speech")  # an order shows nobody's feeling
         if (grave or heard.worry is not None) and self._conversation is not None:
@@ -212,7 +212,7 @@ class Speech:
         return text, None if answer.cue is None else answer.cue.name
 
     async def count(self, felt: tuple[Stimulus, ...]) -> None:
-        """Count what somebody did, and contacts since, towards how they treat the partner."""
+        """Record how somebody treats the partner: what they did, and contacts since last time."""
         events = self._partner.history.after(self._counted)
         self._counted = self._partner.history.number
         contacts = sum(one.kind == "stop" and one.name == StopReason.CONTACT for one in events)

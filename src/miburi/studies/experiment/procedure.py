@@ -46,7 +46,7 @@ __all__ = [
 STEP = 0.02
 #: A contact that no stop follows within this many seconds is missed (ours).
 PATIENCE = 0.3
-#: For how many s before a stop its motor is drawn (ours).
+#: How many s before a stop the figure shows, for the motor that caused it (ours).
 _APPROACH = 0.4
 #: Healing is watched for twice the mood's time constant, at this many moments (ours).
 _HEALING, _MOMENTS = 2.0, 9
@@ -327,7 +327,7 @@ class _Observer:
                     pass
 
     def met(self, events: list[Event], touch: Touch) -> Touch | None:
-        """Return what a step's stop met, if there was a stop: the largest force, and the part."""
+        """Return what a stop in this step met (largest force, part), or None without a stop."""
         stopped = any(isinstance(event, Stopped) for event in events)
         return Touch(self._result.stops[-1].peak_force, part=touch.part) if stopped else None
 

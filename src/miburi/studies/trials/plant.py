@@ -29,7 +29,8 @@ class Variation:
     voltage
         V of the battery.
     friction
-        Factor on the servos' dry friction, with all that it grows by; one number, or eight.
+        Factor on the servos' dry friction and on how it grows with torque and load; one number, or
+        eight.
     load
         kg in each hand.
     noise
@@ -73,7 +74,7 @@ class TrialPlant(Plant):
     robot
         The description, which is all that the code driving it knows.
     true
-        The robot as it is, where it differs; its clock is left out.
+        The robot as it is, where it differs; that its servos' clocks may be off is left out.
     voltage
         The supply's voltage, V, whatever a variation says; None for the variation's.
 
@@ -253,7 +254,7 @@ _VARIED = (
     "dof_damping", "jnt_stiffness", "body_mass", "body_inertia", "body_ipos", "geom_quat",
     "geom_solref", "geom_friction", "geom_contype", "geom_conaffinity", "eq_obj2id", "eq_data",
 )  # fmt: skip
-#: How many of a servo's friction constants, from the first on, are torques or shares of one.
+#: How many of a servo's friction constants, from the first on, are torques or shares of a torque.
 _TORQUES = 4
 
 
@@ -264,7 +265,7 @@ def _load(model: Any, side: str, mass: float) -> None:
     body = model.body(f"{side}_forearm").id
     tip = np.array(model.site(side).pos)
     old, centre = float(model.body_mass[body]), np.array(model.body_ipos[body])
-    # Along the forearm: only the inertia across it grows.
+    # The load lies along the forearm, so only the inertia across it grows.
     arm = float(np.linalg.norm(tip - centre))
     across = old * mass / (old + mass) * arm**2
     inertia = model.body_inertia[body]
