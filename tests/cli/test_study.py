@@ -113,7 +113,7 @@ def test_a_robot_makes_the_gestures_of_a_study(server: Server, tmp_path: Path) -
             again = pool.submit(browser.post, f"{home}/perform")
             next(state for state in robot.watch() if state.asked)
             stack.close()  # whoever waits for the robot when all ends is told so
-            assert "Something came between" in again.result().text
+            assert "The gesture was interrupted" in again.result().text
     assert lab.store.showings()[1, 0].whole == 1
 
 

@@ -409,7 +409,7 @@ def test_the_program_opens_the_doors_that_it_is_asked_for(
     there = Topics("kitchen").available
     with running(tmp_path, *talk, *home, "--agents") as program:
         url = address(program.out.next())
-        assert f"goes to {mind.url}" in program.out.next()
+        assert f"is sent to {mind.url}" in program.out.next()
         done = command("say", SAD, "--url", url)
         listener.hear(there, lambda text: text == "online")
         accept = {"Accept": "application/json, text/event-stream"}

@@ -28,8 +28,8 @@ from miburi.card.answers import (
     NoAnswerError,
     not_home,
 )
-from miburi.card.conversation import Conversation
-from miburi.card.history import History
+from miburi.card.exchange import Exchange
+from miburi.card.history import ReportHistory
 from miburi.card.line import Line, SerialLine
 from miburi.card.link import FrameKind, Reason, Report
 from miburi.card.order import Order
@@ -105,13 +105,13 @@ class Card:
         self.on_report: Callable[[Report], None] = lambda _: None
         open_line = (lambda: SerialLine(port)) if isinstance(port, str) else port
         try:
-            self._talk = Conversation(open_line, self._take)
+            self._talk = Exchange(open_line, self._take)
         except OSError as error:
             cause = error.strerror or error
             raise BodyError(f"The card cannot be reached: {cause}.") from error
         try:
             self._due = self._talk.now()
-            self._history = History(robot.servo.step, self._due)
+            self._history = ReportHistory(robot.servo.step, self._due)
             self._greet(_START_UP)
         except BaseException:
             self._talk.close()
@@ -297,7 +297,7 @@ class Card:
             self.stop()
         self._talk.close()
 
-    # --- the conversation ------------------------------------------------------------------------
+    # --- requests --------------------------------------------------------------------------------
 
     def ask(self, kind: FrameKind, payload: bytes = b"", patience: float = _PATIENCE) -> bytes:
         """Send one request of the link, at most three times; return what the card answers.

@@ -14,13 +14,13 @@ from miburi.card.report import PHASES, stop_of
 from miburi.robot import JOINTS
 from miburi.safety.profile import SECOND
 
-__all__ = ["History"]
+__all__ = ["ReportHistory"]
 
 #: Number of reports over which velocities are measured: 60 ms.
 _VELOCITY_REPORTS = 4
 
 
-class History:
+class ReportHistory:
     """The latest reports of one card.
 
     Parameters

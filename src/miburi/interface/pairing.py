@@ -16,7 +16,7 @@ __all__ = ["PairIn", "pairing_router"]
 
 #: Wrong tokens allowed per second, and in a burst, from all devices together (ours).
 _RATE, _BURST = 0.5, 20.0
-_WRONG = "This is not the token of this partner. Scan the code again."
+_WRONG = "This is not this partner's token. Scan the code again."
 
 
 class PairIn(Message):

@@ -200,7 +200,7 @@ def test_a_study_over_real_http_with_a_real_partner(live: Runner, tmp_path: Path
         browser.post(f"{home}/page", data={"step": "0", "answer": "fear"})
         browser.post(f"{home}/page", data={"step": "1", "answer": "shaky"})
         gone = browser.post(f"{home}/perform")
-        assert (gone.status_code, "does not answer" in gone.text) == (503, True)
+        assert (gone.status_code, "is not answering" in gone.text) == (503, True)
         with serving(Gate(interface(live)), port=port):  # it is back
             assert browser.post(f"{home}/perform").headers["location"].endswith("/page")
         assert "Question 3 of 4" in browser.get(f"{home}/page").text
@@ -248,9 +248,9 @@ def test_the_question_comes_when_the_gesture_has_been_seen(tmp_path: Path) -> No
     ("ending", "words"),
     [
         (Ending.TOUCHED, "The robot was touched"),
-        (Ending.STOPPED, "they look at the robot, and let it go on"),
+        (Ending.STOPPED, "they will look at the robot and let it go on"),
         (Ending.PAUSED, "The robot is resting"),
-        (Ending.ABSENT, "The robot does not answer"),
+        (Ending.ABSENT, "The robot is not answering"),
         (Ending.BROKEN, "could not show you the whole gesture"),
     ],
 )

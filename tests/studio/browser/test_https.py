@@ -94,7 +94,7 @@ def test_by_plain_http_a_phone_is_led_to_https(
         page = context.new_page()
         page.goto(home + "/face")
         page.wait_for_url("**/pair#/face")
-        expect(page.get_by_role("link", name="Go on by https")).to_have_attribute(
+        expect(page.get_by_role("link", name="Continue over https")).to_have_attribute(
             "href", safe + "/pair#/face"
         )
         expect(page.get_by_role("textbox")).to_have_count(0)

@@ -260,7 +260,7 @@ def test_two_pages_agree_and_a_reload_keeps_all(
 ) -> None:
     other = context.new_page()
     open_studio(other, url)
-    expect(other.locator(".blind")).to_contain_text("draws no 3D")
+    expect(other.locator(".blind")).to_contain_text("cannot draw 3D")
     other.set_viewport_size({"width": 768, "height": 1024})
     other.get_by_role("tab", name="Body").click()
     other.get_by_role("button", name="Record", exact=True).click()

@@ -51,7 +51,7 @@ def test_it_says_what_it_heard_and_why_and_what_it_feels(
     assert "% sure" in heard
     assert "Now I feel sadness" in heard
     until(page, lambda now: now["emotion"][1] > 0.1)
-    page.get_by_text("What spoke for it, and how much").first.click()
+    page.get_by_text("What pointed to it, and how strongly").first.click()
     assert re.search(r"“sad” \+\d+\.\d", page.locator(".talk details").inner_text())
     nothing = say(page, "The table has four legs")
     assert "heard no feeling in that" in nothing

@@ -1,4 +1,4 @@
-"""The conversation with a card: each request is sent until the card answers it.
+"""The exchange with a card: each request is sent until the card answers it.
 
 A request goes in and the card's answer comes out, or an error in words. Reports arrive at any time
 and are passed on as they come. The clock is the line's.
@@ -11,14 +11,14 @@ from miburi.card.line import Line
 from miburi.card.link import ANSWER, Frame, FrameError, FrameKind, Receiver, Report, Result, encode
 from miburi.card.settings import CardSettings
 
-__all__ = ["Conversation"]
+__all__ = ["Exchange"]
 
 #: How many times a request is sent at most.
 _TRIES = 3
 
 
-class Conversation:
-    """A conversation over one line at a time.
+class Exchange:
+    """An exchange over one line at a time.
 
     Parameters
     ----------
