@@ -46,8 +46,8 @@ class Body {
     return true;
   }
 
-  // Does what can wait until the report is out: a report still going out during the next reading
-  // would cost that reading bytes.
+  // Does what can wait until the report is out. If the report were still going out during the next
+  // reading, that reading would lose bytes.
   void look_after() {
     if (table_.complete()) {
       look_at(NO_MOTOR);
@@ -120,7 +120,8 @@ class Body {
   }
 
   // Sets the loads on the motors in the next move or release, and the most duty that each may use:
-  // after the ramp no more than before it, and enough to hold the load at the end.
+  // one limit until the ramp is over, and one for after it, which must be no higher than the first
+  // and enough to hold the load at the end.
   // The loads that a host sends shift what the rule expects, by less than 32 steps times the sag.
   Result set_loads(const Load* loads, Writer& out) {
     for (uint8_t i = 0; i < MOTORS; i++) {
@@ -344,9 +345,9 @@ class Body {
  private:
   static const int32_t POLL = 20000;  // µs between two readings of the servos
   static const int32_t HOST_SILENT = 30000000;  // µs that a host may be silent if the body rests
-  static const int32_t APART = 19000;  // at the least: bytes sent to the host cost bytes of servos
-  // How many steps outside its limits a joint may be at a release. A limp joint's servo may have
-  // lost count of the turns; a held joint hangs from a goal inside.
+  static const int32_t APART = 19000;  // at least: sending to the host costs bytes from the servos
+  // How many steps outside its limits a joint may be at a release. A limp joint: few, as its servo
+  // may have lost count of the turns; a held joint: more, as it hangs from a goal inside them.
   static const int16_t LIES_BEYOND = 8;
   static const int16_t HANGS_BEYOND = HANGS;
   static const uint8_t COPIES = 3;  // how often an order is sent, at most, if bytes are lost

@@ -122,7 +122,7 @@ inline void follow(Watch& watch, const Rule& rule, uint8_t motor, int32_t steps)
   // slow, and most loads do not change.
   int32_t sag = loading.begin;
   if (loading.end != loading.begin && profile.distance > 0) {
-    // The share of a motor that comes back from beyond its ends would be below 0 or above 1.
+    // If a motor comes back from beyond an end of its way, its share would be below 0 or above 1.
     const int32_t share = clipped(went / profile.distance, static_cast<int32_t>(FINE));
     sag += ((loading.end - loading.begin) * share) >> 8;
   }

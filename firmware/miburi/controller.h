@@ -69,7 +69,7 @@ struct Controller {
   Phase phase;
   Stop latched;  // meaningful while stopped
   int64_t yields_at;  // when it yields next, while stopped by a contact or a touch; 0: never
-  uint8_t yields;      // how many are left; all of them again once no motor is kept away
+  uint8_t yields;      // how many are left; YIELDS again once no motor is kept away
   int64_t kept_since;  // when a motor at rest was first kept from its place; 0: none is
   int16_t rest[MOTORS];  // where the motors came to rest
   int16_t origin[MOTORS];
@@ -272,7 +272,7 @@ inline void give_way(const Watch& watch, const Contact& contact, const int16_t* 
   }
   if ((watch.turned & (1u << met)) && way[met] < GIVE_WAY) {
     // It has not come back far, if at all, from its way in the replaced move. What it met lies
-    // towards where the free servo would be by now.
+    // in the direction in which the free servo would be by now.
     const int32_t back = contact.measured < contact.expected ? GIVE_WAY : -GIVE_WAY;
     goals[met] = static_cast<int16_t>(goals[met] - watch.direction[met] * back);
     return;
@@ -334,7 +334,7 @@ inline bool yield(Controller& c, const Rule& rule, const int16_t* positions, int
   bool kept = false;
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
     const int16_t here = goal_here(c, motor, positions);
-    // At rest a motor is granted half its slack; if a hand leads, which feels it, hardly any.
+    // At rest a motor is granted half its slack; if a hand leads, hardly any, as the hand feels it.
     const int32_t away = distance_between(here, c.origin[motor]);
     if (led(c) ? away > NOTICED : 2 * away > rule.guards[motor].slack) {
       c.origin[motor] = c.yields > 0 ? here : c.origin[motor];

@@ -104,8 +104,9 @@ class Hold {
  private:
   static const uint16_t CREEP = 187;  // steps/s (0.29 rad/s) to where a motor was found again
 
-  // Sets motors that were found again to be held where they are. One with torque hangs from the
-  // setpoint of its servo's own profile, or is on its way there: it goes there by itself.
+  // Sets motors that were found again to be held where they are. A motor with torque hangs from the
+  // setpoint of its servo's own profile, or is going there by itself, so its place is moved towards
+  // that setpoint.
   void adopt_places(const Table& table, uint8_t found) {
     if (found == 0) {
       return;
@@ -119,8 +120,8 @@ class Hold {
       const Joint& joint = table.joints[i];
       int32_t here = readings_.angles()[i];
       if (known & (1u << i)) {
-        // Its lag and its travel since it was read make 1/16 s in all. A motor that is kept further
-        // away must not push.
+        // Its lag and the time since it was read come to 1/16 s in all. A motor that is kept
+        // further away must not push.
         const int16_t speed = readings_.speed(i);
         const int32_t most = GIVE_WAY + (speed < 0 ? -speed : speed) / 16;
         here += clamped(to_joint(joint, setpoints[i]) - here, most);

@@ -31,8 +31,9 @@ inline int32_t reach(int64_t time, uint16_t speed) {
   return JERK + ((gap >> 10) * speed >> 10);  // 2^20 µs is nearly a second, and a division is slow
 }
 
-// Where else readings that agree may place a joint. A `limp` one: anywhere, since somebody may have
-// turned it. A held one: where it is held, since it is pulled back there; until then it is astray.
+// Where else a joint may be, if readings agree on it. A `limp` joint: anywhere, since somebody may
+// have turned it. A held one: where it is held, since it is pulled back there; until then it is
+// astray.
 // One that was `lost` for a while: on the way to its goal, since nobody watched it.
 struct Elsewhere {
   bool limp;

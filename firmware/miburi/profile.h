@@ -65,7 +65,8 @@ inline int32_t stopping(int32_t speed, int32_t acceleration) {
 inline Profile plan(int32_t distance, int32_t speed, int32_t acceleration, int32_t initial = 0) {
   const int64_t full = speed * SECOND / (acceleration * FINE);
   const int64_t halt = initial * SECOND / (acceleration * FINE);  // from that speed to rest
-  // A triangle's last ramp is √(d/a + halt²/2); the profile is one if that is below the full ramp.
+  // A triangle's last ramp is √(d/a + halt²/2); if that is below the full ramp, the profile is a
+  // triangle.
   const int64_t square = distance * SECOND * SECOND / acceleration + halt * halt / 2;
   const int64_t tip =
       square > 0 ? static_cast<int64_t>(square_root(static_cast<uint64_t>(square))) : 0;

@@ -59,13 +59,14 @@ class Xl330 {
 
   explicit Xl330(Io& io) : io_(io) {}
 
-  // This and read_health return a bit per motor that answered. Motions: `late` µs after the call.
+  // This and read_health return a bit per motor that answered. The motions are those `late` µs
+  // after the call.
   uint8_t read_motion(const Joint* joints, Motion* motion, uint32_t& late) {
     const uint32_t began = io_.micros();
     uint8_t heard = 0;
     // A byte is lost now and then. Then all are asked again: one motor asked alone has gone on
-    // meanwhile, and would seem to be ahead of the others. Not if a servo was missing last time:
-    // waiting for it costs the others time.
+    // meanwhile, and would seem to be ahead of the others. If a servo was missing last time, all
+    // are asked only once: waiting for it costs the others time.
     const uint8_t asks = missing_ ? 1 : ASKS;
     for (uint8_t asked = 0; asked < asks && heard != ALL; asked++) {
       late = io_.micros() - began;
@@ -444,7 +445,8 @@ class Xl330 {
       uint8_t turn = 0;
       for (uint8_t at = 0; protocol2::next_status(buffer_, received_, at, status); turn++) {
         for (uint8_t i = 0; i < MOTORS; i++) {
-          // They answer in turn: of two with the same id, the one out of turn has another's.
+          // They answer in turn: of two answers with the same id, the one out of turn is from a
+          // servo that has another's id.
           const bool once = !(heard & (1u << i)) || turn == i;
           if (status.id == joints[i].id && status.count == width && once) {
             answers_[i] = Answer(status);

@@ -140,7 +140,8 @@ def _descend(problem: Problem, x: Array, told: Array, best: float, iterations: i
         if accepted:
             told, value, x[:] = found, value - gain, new
             best, far = min(best, value), max(far, float(np.abs(step).max()))
-            # Our rule, not the paper's: give up where a thousand such gains would not be enough.
+            # Our rule, not the paper's: give up where a thousand such gains would not reach
+            # ``best``, the best value known.
             slight = (1e-8 if by_residual else _ROUNDING) * abs(value)
             if value - 1e3 * gain > best or gain <= slight:
                 break

@@ -131,7 +131,9 @@ def free(x: Array, gradient: Array, lower: Array, upper: Array) -> NDArray[np.bo
 
 
 def printed_step(gradient: Array, damping: float) -> tuple[Array, float]:
-    """Eq. 12: return the step s = -(g gᵀ + γ I)⁻¹ g, and gᵀs, by which its ratio divides.
+    """Eq. 12: return the step s = -(g gᵀ + γ I)⁻¹ g, and the change gᵀs that it predicts.
+
+    The ratio that sets the next γ divides by gᵀs.
 
     The matrix has rank one beside γ I, so that s = -g / (γ + gᵀg) (Sherman and Morrison).
     """
@@ -177,8 +179,9 @@ def ends(x: Array, lower: Array, upper: Array) -> Array:
     """Return 2n clones of ``x``: each variable once at its least and once at its greatest value.
 
     This is ours, not the paper's. Where a local search is trapped, the way out often begins at
-    an end: for a joint at its limit, at the other limit, since half a turn leads to nearly the
-    same place; for a nearly straight arm, at the limit that bends it the other way.
+    an end: for a joint at its limit, at the other limit, since after half a turn an arm bent the
+    other way is nearly where it was; for a nearly straight arm, at the limit that bends it the
+    other way.
     """
     clones, j = np.repeat(x[None], 2 * x.size, axis=0), np.arange(x.size)
     clones[2 * j, j], clones[2 * j + 1, j] = lower, upper

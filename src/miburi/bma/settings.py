@@ -62,8 +62,8 @@ class Settings:
         Whether steps measure each variable in shares of its range, and γ as a share of the
         curvature, so that no result depends on a unit. "printed" uses only absolute numbers.
     ends
-        How many clones of the point where a residual search ended, each with one variable at an
-        end of its range, to search from; 0, as in the paper, leaves them out.
+        A residual search goes on from this many clones of the point where it ended, each with one
+        variable at an end of its range; 0, as in the paper, leaves them out.
     local_first
         Whether a generation begins with local searches or, as in the paper, with mutation.
     first_iterations

@@ -7,9 +7,9 @@ simulation can know the rest, such as forces; that is reported separately, in
 MuJoCo models the position control, its limit and the back EMF (see :mod:`miburi.servos.model`). Dry
 friction is updated from the torques at every physics step, and the supply's voltage from the
 currents at every reading. Where gears have play, the encoder sits behind them, at the horn; back
-EMF and most of the friction act at the motor, which carries the horn's load even while the teeth
-are apart. The control's rate and whole encoder steps and the PWM's slope are left out here; they
-are in :class:`miburi.servos.Axis`.
+EMF and most of the friction act at the motor, whose friction counts the horn's load even while the
+teeth are apart. Left out here are the control's own rate, its rounding to whole encoder steps, and
+the PWM's slope; they are in :class:`miburi.servos.Axis`.
 """
 
 import numpy as np
@@ -80,7 +80,8 @@ class Plant:
         motor = self._servo.motor
         self._braking = np.full(len(JOINTS), self._servo.damping - self._servo.friction.viscous)
         self._stiffness, self._damping = self._servo.stiffness, self._servo.control_damping
-        #: V² for each N²·m² of torque; over the voltage, this is what the supply loses under load.
+        #: V² for each N²·m² of torque; divided by the voltage, this is what the supply loses
+        #: under load.
         self._drop = self._servo.supply.resistance * motor.resistance / motor.torque_constant**2
         from miburi.servos.friction import set_friction  # it loads Numba
 

@@ -3,9 +3,9 @@
 It takes the rule that expects the servos (:mod:`miburi.calibration.identify`) and
 :class:`~miburi.calibration.free_motion.Trace` objects of free moves, and gives that rule with
 guards. A calibration sees one supply and gears at one temperature. The model of these very servos
-predicts what others would change: each move is shifted by that, and must pass too. Where gears
-take half of a motor's torque, a quarter more friction makes a servo a quarter softer; with new
-gears, a tenth.
+predicts how another supply or temperature would shift each move; so shifted, it must pass too.
+Where gears take half of a motor's torque, a quarter more friction makes a servo a quarter softer;
+with new gears, a tenth.
 
 Import it where it is first needed: it loads Numba.
 """
@@ -34,14 +34,14 @@ __all__ = [
     "shaken",
 ]
 
-#: Guards are this many times the model's error in the free moves, and no less than the floors; the
-#: second is for moves in another state, which the model predicts in part (both ours).
+#: Guards are ``MARGIN`` times the model's error in the free moves, and no less than the floors; for
+#: moves in another state, which the model predicts in part, ``STATE_MARGIN`` times (both ours).
 MARGIN, STATE_MARGIN = 1.5, 1.25
 #: Friction and supply voltage in other states, as multiples of the calibration's (ours): gears are
 #: stiff when cold, and a supply may give 4.75 to 5.25 V.
 STATES = ((1.25, 0.95), (0.75, 1.05))
-#: The guards that play widens, and how many joints must show play first: most of the five that
-#: carry little (ours).
+#: The guards that play widens, and how many joints must show play first: more than half of the
+#: five joints that carry little load (ours).
 _WIDENED, _MANY = ("slack", "behind", "ahead", "arrival"), 3
 
 
@@ -49,9 +49,9 @@ def free_rule(robot: Robot, found: Identified, traces: Sequence[Trace]) -> FreeR
     """Return the rule that expects these servos, with the guards that the traces need.
 
     The guards are no less than the description's; see :func:`granted`. Where at least three joints
-    show play, each motor is granted the median of what the motors need beyond the description's,
-    and may be behind or ahead by the play itself, too. All gears are equally old, but a calibration
-    sees no play where a load presses the teeth together, as at the shoulders.
+    show play, each motor is granted at least the median of what the motors need beyond the
+    description's, and may be behind or ahead by the play itself, too. All gears are equally old,
+    but a calibration sees no play where a load presses the teeth together, as at the shoulders.
     """
     least = in_whole_units(robot.guards, robot.servo.step)
     guards = replace(least, lag=np.full(len(JOINTS), found.delay))
@@ -79,8 +79,9 @@ def granted(rule: FreeRule, traces: Sequence[Trace]) -> FreeRule:
 def _loosened(least: Guards[Steps], guards: Guards[Steps], steps: float) -> Guards[Steps]:
     """Return guards for gears with this many ``steps`` of play.
 
-    Each motor is granted the median of what the motors need beyond ``least``. The play comes on top
-    of that: with the median alone, robots with a play of 0.25° had 17 false stops in 4,000 trials.
+    Each motor is granted at least the median of what the motors need beyond ``least``. The play
+    comes on top of that: with the median alone, robots with a play of 0.25° had 17 false stops in
+    4,000 trials.
     """
     beyond = {name: vars(guards)[name] - vars(least)[name] for name in _WIDENED}
     wider = {
@@ -137,8 +138,9 @@ def _in_state(rule: FreeRule, friction: float, voltage: float) -> FreeRule:
 def _shifted(traces: Sequence["FreeTrace"], other: FreeRule) -> Iterator["FreeTrace"]:
     """Yield free moves as they would have been with the servos that another rule expects.
 
-    A calibration's own moves do not allow for worn gears, and leave motors little to spare. Later
-    ones have a ceiling that such a state does not reach, so the shift assumes unlimited motors.
+    A calibration's own moves are made without allowing for worn gears, and leave motors little to
+    spare. Moves after it have a ceiling that motors do not reach even in such a state, so the shift
+    assumes unlimited motors.
     """
     for trace in traces:
         free = replace(trace, loading=replace(trace.loading, most=UNLOADED.most))

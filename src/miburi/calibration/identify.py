@@ -58,8 +58,9 @@ _BOX = (0.2, 5.0)
 #: A servo that differs from its mirror image, or from all others, by more than these factors, and
 #: from its description too, is worth a message (ours).
 _MIRRORED, _SINGLE, _EXPECTED = 1.5, 2.0, 1.25
-#: The same for a servo that is softer than its mirror image: one whose motor gives a third of its
-#: torque is found at 0.67 of it, and one with twice the friction at 0.7 (ours).
+#: The same for a servo that is softer than its mirror image. One whose motor gives a third of its
+#: torque is found at 0.67 of the mirror image's stiffness, and is named as softer; one with twice
+#: the friction is found at 0.7, and is not (ours).
 _SOFTER = 1.45
 #: The wear of all is measured at joints without play if there are at least this many (ours).
 _FIRM_ONES = 3
@@ -70,8 +71,8 @@ _MOST_WEAR = 2.5
 _WEARS, _SEEN = 3, 0.92
 #: RMS error of the model, rad: the usual without play, and the least that counts as play. The same
 #: two in steps, for coarser encoders. Play for each rad of error beyond the first. Simulated servos
-#: had 0.4 to 1.02 steps of 0.088° without play; joints that carry little 1.0 to 1.6 with 0.25°, 1.6
-#: to 3.7 with 0.5°.
+#: without play had an error of 0.4 to 1.02 steps of 0.088°; joints that carry little had 1.0 to 1.6
+#: steps with a play of 0.25°, and 1.6 to 3.7 steps with 0.5°.
 _FIRM, _LOOSE, _IN_STEPS, _PLAYS = radians(0.057), radians(0.092), (0.65, 1.05), 3.3
 #: A joint's friction, up to this many times the others', may explain the model's error, instead of
 #: play (ours): with more, half a degree of play at a joint that rubs would go unreported.
@@ -291,15 +292,16 @@ def worn(
 ) -> tuple[Robot, Identified, list[Trace]]:
     """Return the description, what was found, and the traces, for servos that rub as these do.
 
-    Worn gears take more of the motors' torque, so a move needs more of it, and a spring at
-    the horn is a stiffer one at the motor. ``robot`` has the wear that ``found`` names. Where the
-    servos rub no more than ``_EXPECTED`` times as much as described, nothing changes.
+    Worn gears take more of the motors' torque, so a move needs more of it, and the same stiffness
+    at the horn takes a stiffer control at the motor. ``robot`` has the wear that ``found`` names.
+    Where the servos rub no more than ``_EXPECTED`` times as much as described, nothing changes.
     """
     known = found.wear
     wear = known * _rubs(robot, found)
     if max(wear, known) <= _EXPECTED:
         return robot, found, list(traces)
-    # Gears that take more torque also seem to rub more: half of the rest is believed each time.
+    # Gears that take more torque also seem to rub more: each time only the square root of the
+    # factor that remains is believed.
     for _ in range(_WEARS):
         wear = min(max(wear, 1.0), _MOST_WEAR)
         rubbing = robot.with_servo(robot.servo.model.varied(friction=wear / known))

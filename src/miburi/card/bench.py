@@ -65,7 +65,7 @@ _GENTLY, _REST, _LOOK = 0.8, 1.5, 0.5
 _ELBOW, _CLEAR, _GRID = JOINTS.index("right_elbow"), 0.35, 40
 #: From how far away on either side the weighed joint comes, rad, and how fast, rad/s.
 _ASIDE, _SIDEWAYS = 0.15, 0.3
-#: A weight causes more error than can be sent to a card: a third is sent, and counts three times.
+#: A weight makes the elbow sag more than can be sent to a card: a third is sent, counted threefold.
 _DEEPER = 3
 
 Value = float | str | list[float] | list[str]

@@ -99,7 +99,7 @@ class Card:
         self.goals: tuple[int, ...] = ()
         self.move_began = 0
         self._connected = False
-        self._guessed = False  # settings that another firmware saved
+        self._guessed = False  # defaults stand for what another firmware saved
         self._settings = settings or CardSettings.of(self._robot)
         #: A function that is called with every report, for recorders and tests.
         self.on_report: Callable[[Report], None] = lambda _: None
@@ -155,7 +155,7 @@ class Card:
         return state
 
     def move(self, move: Move, driven: Robot | None = None) -> None:
-        """Start a move (:meth:`miburi.bodies.Body.move`), driving motors as those of ``driven``."""
+        """Start a move (:meth:`miburi.bodies.Body.move`), with motors driven as ``driven`` says."""
         check_move(self._robot, self.state.phase, move)
         here, (origin, velocity) = np.array(self.report.positions), self._motion_now()
         asked = driven or self._robot

@@ -66,7 +66,7 @@ class ReportHistory:
         self._reports.append(report)
 
     def start_clock(self, now: float) -> None:
-        """Start the body's clock at 0 now, by the latest report: the first one may come late."""
+        """Start the body's clock at 0 now, set by the latest report: the first may come late."""
         self.began = now
         self._offset = self.heard - now - self.latest.time / SECOND
 

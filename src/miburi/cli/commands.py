@@ -194,7 +194,11 @@ def experiment(
     mood: Annotated[float, typer.Option(help="Its mood at the start, 0 to 1.")] = 0.9,
     period: Annotated[float, typer.Option(help="Seconds from gesture to gesture.")] = 2.0,
     heal: Annotated[
-        bool, typer.Option("--heal", help="Then let the mood heal, beside an untouched twin.")
+        bool,
+        typer.Option(
+            "--heal",
+            help="After the gestures let the mood heal, compared with a twin that nobody touched.",
+        ),
     ] = False,
     temperament: TemperamentName = "default",
     out: Annotated[Path, typer.Option(help="Folder for the results.", callback=a_folder)] = Path(
@@ -481,7 +485,8 @@ def _lines() -> Iterator[Any]:
                 why = error.msg if isinstance(error, json.JSONDecodeError) else error
                 raise InputError(
                     f"line {number} is not JSON: {why}; got {line.strip()[:60]!r}. A line is a "
-                    "list of numbers, or what the other command prints with --json."
+                    "list of numbers, or what the other of `miburi forward` and `miburi ik` prints "
+                    "with --json."
                 ) from error
 
 

@@ -65,7 +65,9 @@ CalibrationFile = Annotated[
 IkWay = Annotated[
     str,
     typer.Option(
-        "--ik", help="default, residual (a search blind to the body), or paper (Table 2)."
+        "--ik",
+        help="default, residual (a general search that knows only poses' errors and slopes), "
+        "or paper (Table 2).",
     ),
 ]
 ServoName = Annotated[

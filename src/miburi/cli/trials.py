@@ -59,7 +59,9 @@ def trials(
     servos: Annotated[
         int,
         typer.Option(
-            help="0: the robot as described; N: N as built in a workshop, each calibrated.", min=0
+            help="0: the robot as described; N: N robots as a workshop builds them, each "
+            "calibrated.",
+            min=0,
         ),
     ] = 0,
     play: Annotated[
@@ -81,7 +83,9 @@ def trials(
     ] = "miburi",
     without: Annotated[
         str | None,
-        typer.Option(help="Leave out lift (of goals above the sag) or ceiling (of a push)."),
+        typer.Option(
+            help="Leave out lift (goals raised against the sag) or ceiling (limit of the push)."
+        ),
     ] = None,
     state: Annotated[
         str | None,

@@ -298,7 +298,7 @@ class _Tools:
     async def events(
         self, since: Annotated[str, Field(pattern=r"^[0-9a-f:]{0,24}$", max_length=24)] = ""
     ) -> str:
-        """Tell what happened after the event `since`, even before it last woke: words, stops."""
+        """Tell what happened after the event `since`: words, stops; also in earlier runs."""
         events = await self._partner.log(since or None)
         told = events[:_TOLD] if since else events[-_TOLD:]
         lines = [_line(event) for event in told]
@@ -345,7 +345,7 @@ class _Tools:
                     case "gesture_broken_off" | "wish_dropped" if ours:
                         return await self._ending(event, stop, begun)
             await asyncio.sleep(_GLANCE)
-        return f"It has {'begun' if begun else 'not begun'} after {_PATIENCE:g} s; look at state."
+        return f"It has not {'ended' if begun else 'begun'} after {_PATIENCE:g} s; look at state."
 
     async def _ending(self, event: LiveEvent, stop: StopOut | None, begun: bool) -> str:
         """Say why a gesture did not run to its end."""

@@ -16,7 +16,7 @@ from miburi.errors import InputError
 
 __all__ = ["LARGEST_DOMAIN", "RosNetwork", "find_ros"]
 
-#: The largest domain; with a larger one DDS would run out of ports (232 at most).
+#: The largest domain, 232: with a larger one DDS would run out of ports.
 LARGEST_DOMAIN = 232
 #: The largest message that is taken, bytes (ours); a robot's description has some 20,000.
 _LARGEST_MESSAGE = 200_000
@@ -76,7 +76,7 @@ class RosNetwork:
 
 
 def _peers() -> str:
-    """Return this computer's addresses: a ROS node accepts only what is sent to its own."""
+    """Return this computer's addresses: a ROS node accepts only what is sent to one of its own."""
     own = {
         str(address.ip)
         for adapter in ifaddr.get_adapters()

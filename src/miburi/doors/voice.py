@@ -1,6 +1,6 @@
 """The partner's own voice for its pages: the sound of its latest sentence, by a synthesizer.
 
-A page with its voice on plays the sound, so that page's switch mutes it; while it plays, the
+A page with its voice on plays the sound, and the page's own switch mutes it. While it plays, the
 page's ears are closed, and its mouth moves with the sound.
 """
 

@@ -102,7 +102,8 @@ class EmulatedRobot(EmulatedCard):
             Servo.new(of_joint.servo, shaft=joint, model=true.robot.servo.model)
             for of_joint, joint in zip(settings.joints, joints, strict=True)
         ]
-        # Set up as a card would, the servos hold the body: it would sink before our card starts.
+        # The servos are set up as a card would do it, so that they hold the body: otherwise it
+        # would sink before our card starts.
         goals = to_steps(robot, self.plant.data.ctrl).tolist()
         for servo, joint, goal in zip(servos, settings.joints, goals, strict=True):
             servo.start_delay, servo.clock = true.start_delay * 1e6, true.clock

@@ -50,7 +50,7 @@ def firmware_file(name: str) -> Path:
     if not path.is_file():
         raise BodyError(
             f"{path} is not there. Run `make firmware` in a copy of Miburi's repository, "
-            "or name its folder in MIBURI_FIRMWARE."
+            "or set MIBURI_FIRMWARE to the folder that holds this file."
         )
     return path
 
@@ -60,7 +60,7 @@ def _firmware() -> Path:
 
 
 def _micros(seconds: float) -> float:
-    """Convert to µs, rounded so that it is never less than ``seconds``: a wait for it must end."""
+    """Convert to µs, never less than ``seconds``: otherwise a wait until then might not end."""
     micros = seconds * 1e6
     return micros if micros / 1e6 >= seconds else nextafter(micros, inf)
 

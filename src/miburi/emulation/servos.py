@@ -358,7 +358,7 @@ class Servo:
             error = ACCESS_ERROR
         if error or self.deaf:
             return self._error(error)
-        self.shaft.position(self, time)  # what follows from the write begins now
+        self.shaft.position(self, time)  # the shaft is moved up to now, before the write acts
         written = self.table.behind(address, len(data))
         torque, mode = REGISTERS["torque_enable"].address, self.get("operating_mode")
         if torque in written:

@@ -53,7 +53,7 @@ class Segment:
             return (1 if way > 0 else -1), 0.0, self.speed, 0.0, abs(way) / self.speed
         sign = 1 if way > self.initial * abs(self.initial) / (2 * a) else -1
         way, u = way * sign, self.initial * sign
-        if u == 0:  # from rest, computed as ever: calibrations depend on the last bit
+        if u == 0:  # from rest; do not change this arithmetic: calibrations depend on its last bit
             ramp = self.speed / a
             ramp = sqrt(way / a) if self.speed * ramp > way else ramp
             return sign, ramp, a * ramp, ramp, way / (a * ramp) + ramp

@@ -5,8 +5,8 @@ emotion with its mood. Each of the three levels holds a number from 0 to 1 for e
 ``FEELINGS``; the paper has eight. How the levels change is left to subclasses; the one in use is
 :class:`miburi.feelings.cascade.EmotionalModel`.
 
-The mood that is shown is m + (1 − m) x − d, with x the slowest level, m the resting mood of the
-temperament and of the person who is there, and d what contacts and inhibition took. d fades with
+The mood that is shown is m + (1 − m) x − d, with x the slowest level, m the temperament's resting
+mood, shifted for the person who is there, and d what contacts and inhibition took. d fades with
 the mood's time constant, so every mood goes back to rest.
 """
 
@@ -122,7 +122,7 @@ class FeelingModel(ABC):
         self._restore(state)
 
     def lean(self, leaning: Array | None) -> None:
-        """Shift the moods' rest while a person is there, (n,) from the temperament's; None: do not.
+        """Shift the temperament's resting moods by (n,) while a person is there; None: no shift.
 
         The shown mood does not jump; from now on it moves towards its new rest.
         """
@@ -224,8 +224,8 @@ class FeelingModel(ABC):
         """
         levels = (emotion, feeling, mood)
         values = [None if level is None else _row(level) for level in levels]
-        # From the slowest: setting a level drops what it has yet to take up, and a faster level
-        # then adds to that.
+        # From the slowest: setting a level drops what it has yet to take up; a faster level that
+        # is set after it then adds to what the slower one has yet to take up.
         for row in (2, 1, 0):
             level, value = levels[row], values[row]
             if level is not None and value is not None:
@@ -336,7 +336,7 @@ class FeelingModel(ABC):
         return {"held": self._held, "mood": self.mood, "stale": self._stale}
 
     def _restore(self, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Restore the arrays that :meth:`_state` returned, after the model's own."""
+        """Restore the arrays that :meth:`_state` returned; a subclass first restores its own."""
         self._held, self._stale = arrays["held"], arrays["stale"]
         self._lowered = self._risen_mood() - arrays["mood"]
 

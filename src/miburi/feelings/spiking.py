@@ -176,7 +176,8 @@ class SpikingModel(FeelingModel):
         grows = np.where(innate < 0, 0.0, _LEARNING * self._trace[layer + 1])
         learned += grows * (_MOST_LEARNED - learned)
         own = np.arange(len(FEELINGS)) == neuron
-        # Support already acted on the emotion layer; between layers it must be learned.
+        # The matrix's supporting effects already acted on the emotion layer; between layers they
+        # must be learned.
         effect = np.where(own, 1.0, np.minimum(innate, 0)) + learned
         self._receive(layer + 1, self._weights[layer] * effect)
 

@@ -129,7 +129,7 @@ class Temperament(Table):
     lasting: dict[FeelingName, Annotated[float, Field(ge=0.1, le=10)]]
     resting: dict[FeelingName, Annotated[float, Field(ge=0, le=0.9)]]
     effects: dict[FeelingName, dict[FeelingName, Annotated[float, Field(ge=-1, le=1)]]]
-    #: What somebody's feeling does to the partner; if no row, it feels the same (contagion).
+    #: What somebody's feeling does to the partner; without a row, it feels the same (contagion).
     empathy: dict[FeelingName, dict[FeelingName, Share]] = Field(default_factory=dict)
     gaze: Turning = Field(default_factory=Turning)
     attachment: Attaching = Field(default_factory=Attaching)

@@ -38,7 +38,8 @@ __all__ = ["Finding", "check"]
 _PUSH = 2.4
 #: Shares of the servo's stall torque that a joint may hold, standing and moving.
 _STANDING, _MOVING = 1 / 3, 1 / 2
-#: The servo maker's cable and what its plugs take, mm; true over drawn length.
+#: Length of the servo maker's cable and what its plugs take of it, mm; then the ratio of a way's
+#: true length to its drawn one.
 _CABLE, _BENDS, _WAY = 180.0, 15.0, 1.15
 #: Share by which a mass may differ from the description's.
 _MASS = 0.10
@@ -157,7 +158,9 @@ def _joints(robot: Robot, table: dict[str, list[Solid]]) -> Finding:
         for joint, angle in meetings.over_the_range(robot, table, float(np.radians(5.0)))
     ]
     words = (
-        "; ".join(met) if met else "free of what carries it over each joint's range and 5° beyond"
+        "; ".join(met)
+        if met
+        else "each link is clear of the one that carries it, over its joint's range and 5° beyond"
     )
     return Finding("joints", not met, words)
 
@@ -166,7 +169,11 @@ def _stops(robot: Robot, table: dict[str, list[Solid]]) -> Finding:
     loose = [
         f"{joint} at {np.degrees(angle):.0f}°" for joint, angle in meetings.stops_hold(robot, table)
     ]
-    words = f"no stop: {'; '.join(loose)}" if loose else "each joint is stopped within 9° beyond"
+    words = (
+        f"no stop: {'; '.join(loose)}"
+        if loose
+        else "each joint is stopped within 9° beyond its range"
+    )
     return Finding("stops", not loose, words)
 
 
@@ -179,7 +186,7 @@ def _fingers(robot: Robot) -> Finding:
     bad = [f"{name} {gap:.1f} mm" for name, gap in gaps.items() if low <= gap <= high]
     words = ", ".join(f"{name} {gap:.1f} mm" for name, gap in gaps.items())
     return Finding(
-        "finger gaps", not bad, f"{words}; a gap of a joint is under {low:g} or over {high:g} mm"
+        "finger gaps", not bad, f"{words}; a joint's gap must be under {low:g} or over {high:g} mm"
     )
 
 
@@ -271,7 +278,7 @@ def _drivers(robot: Robot, things: Iterable[Solid]) -> Finding:
                 here = moved(thing.solid, neutral[thing.link])
                 if thing.name not in {"chest", "neck"} and (way ^ here).volume() > 1.0:
                     blocked.append(f"{mount.joint} ({thing.name})")
-    words = f"none reaches: {', '.join(sorted(set(blocked)))}" if blocked else (
+    words = f"no driver reaches: {', '.join(sorted(set(blocked)))}" if blocked else (
         "a driver of 3.8 mm reaches the screws of all horns"
     )  # fmt: skip
     return Finding("drivers", not blocked, words)
@@ -291,7 +298,7 @@ def _cables(robot: Robot, motions: Mapping[str, Array]) -> Finding:
     worst = max(longest, key=lambda joint: longest[joint])
     return Finding(
         "cables", longest[worst] <= _CABLE,
-        f"longest to the {worst.replace('_', ' ')}, by the way in the pictures: "
+        f"longest to the {worst.replace('_', ' ')}, routed as in the pictures: "
         f"{longest[worst]:.0f} mm of {_CABLE:.0f} mm"
         + ("" if longest[worst] <= _CABLE else "; make a longer one"),
     )  # fmt: skip

@@ -1,7 +1,7 @@
 """Where each servo sits, and which lengths must be great enough for the parts to fit.
 
-In goes a robot; out come frames, (3, 4) in mm: a turn and an origin that place a solid in a servo's
-own frame on the link that carries its case. Links are those of
+In goes a robot; out come frames, (3, 4) in mm: each a turn and an origin that bring a solid from a
+servo's own frame to that of the link that carries its case. Links are those of
 :func:`miburi.robot.shape.links`.
 """
 
@@ -106,7 +106,7 @@ def mounts(robot: Robot) -> list[Mount]:
             ),
         ]  # fmt: skip
     down = (-sin(HEAD_LEAN), 0.0, -cos(HEAD_LEAN))
-    # The horn's holes then lie along the fork, and the notch beside it.
+    # At this angle the horn's holes lie along the fork, and the notch is beside it.
     centred = robot.shape.phone_level - HEAD_LEAN
     frame = _frame((0, 1, 0), down, (0, -middle, head))
     return [*table, Mount("head", "torso", frame, True, centred)]

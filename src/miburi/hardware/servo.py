@@ -53,7 +53,7 @@ _BACK_PLATE = 14.5
 
 
 def case(fit: float = 0.0) -> Manifold:
-    """Return the case as a box, larger by ``fit`` on each side but the front, which lies on."""
+    """Return the case as a box, larger by ``fit`` on each side but the front: it meets a plate."""
     s = dimensions().servo
     return box(
         (-s.half_width - fit, s.half_width + fit), (s.back - fit, s.front),
@@ -111,7 +111,7 @@ def circle() -> list[tuple[float, float]]:
 
 
 def horn_screws(face: float, away: float) -> list[Manifold]:
-    """Return what is cut out of a plate at y = ``face`` for the four screws and the horn's own.
+    """Return what is cut out of a plate at y = ``face`` for the four screws and the middle one.
 
     ``away`` is +1 if the plate lies towards +y, -1 towards -y.
     """

@@ -42,13 +42,14 @@ __all__ = [
 
 #: x and y of the four screws between torso and neck, mm.
 NECK_SCREWS = [(x, y) for x in (-20.0, -3.0) for y in (-20.5, 20.5)]
-#: Thickness of the lid at the waist, of the torso's floor and roof, and the gap at the waist.
+#: Thickness of the foot's lid and the column's top, of the torso's floor and roof, and the gap at
+#: the waist.
 _LID, _FLOOR, _ROOF, _GAP = 3.0, 4.4, 5.7, 1.2
 #: Radius of the hole in the roof, through which a slim driver reaches the waist's horn.
 _DRIVER = 9.5
 #: How far in front of the chest's edge its screws' heads lie: tips stop short of the servos.
 CHEST_SEAT = 5.5
-#: Radius at which the feed's wires pass the waist, and half their room.
+#: Radius at which the feed's wires pass the waist, and half the width of the slot for them.
 _CABLE_CIRCLE, _CABLE = 14.9, 2.6
 #: Radius at which the waist's stops stand, and their radius.
 _STOP_CIRCLE, _STOP_RADIUS = 22.0, 2.2
@@ -143,7 +144,7 @@ def foot(robot: Robot) -> Manifold:
     posts = [disc("z", place, (floor - 0.1, floor + m.post), 3.2) for place in places]
     pilots = [disc("z", place, (floor - 1.0, floor + 20), holes.m3_pilot / 2) for place in places]
     screws = lid_screws(robot)
-    # The buffer's board stands between the Mega and FRONT.
+    # The buffer's board stands between the Mega and the front of the foot.
     seat = [
         groove ^ disc("z", (0, 0), (table, top), inner + 0.5)
         for groove in _grooves(m.length / 2 + 3.0, 18.9, floor, floor + 12.0)
@@ -391,7 +392,7 @@ def _cable_arc(robot: Robot) -> Manifold:
 
 
 def _stop_track(robot: Robot) -> Manifold:
-    """Return the groove under the torso in which the lid's pin runs, as far as the waist turns."""
+    """Return the groove under the torso where the column's pin runs, as far as the waist turns."""
     low, high = range_of(robot, "waist")
     beyond = dimensions().wall.stop * pi / 180
     # The pin stands still; in the torso's frame it goes the other way.

@@ -56,7 +56,7 @@ def ballast(robot: Robot) -> Manifold:
 
 
 def buffer_board(robot: Robot) -> Manifold:
-    """Return the buffer's board, which stands in the foot's two grooves at FRONT."""
+    """Return the buffer's board, which stands in the two grooves at the front of the foot."""
     x, low = dimensions().mega.length / 2 + 2.2, foot_floor(robot)
     board = box((x, x + 1.6), (-18.7, 18.7), (low, low + 18.0))
     return join([board, box((x + 1.6, x + 6.0), (-9.0, 9.0), (low + 4.0, low + 12.0))])

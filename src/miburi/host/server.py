@@ -1,7 +1,7 @@
 """Start the live partner and its server, and end both cleanly.
 
 The partner's loop and its watchdog run here. The server has its own process
-(:mod:`miburi.host.process`), which cannot starve them; so has the reception in front of it.
+(:mod:`miburi.host.process`), and so has the reception in front of it: neither can starve them.
 """
 
 import gc
@@ -78,7 +78,7 @@ class Launch:
     host, port
         Where to listen; port 0 takes any free port.
     https
-        Whether to listen there by https, at the next port, and by http only for this computer.
+        Whether to use https at ``host``, on the next port, and http only for this computer.
     headless
         Open no browser.
     doors
@@ -317,7 +317,7 @@ class _Helpers:
 
 
 def _start(pages: Pages) -> _Helpers:
-    """Start the server's process, and a reception where it can pass connections on."""
+    """Start the server's process and, on systems where one can pass connections on, a reception."""
     ours, theirs = lanes()
     if not CAN_PASS:
         server = _spawn(serve_pages, pages, theirs)

@@ -77,8 +77,8 @@ def _place_arm(
 ) -> tuple[float, float]:
     """Write the best angles of an arm, 0 the right one, 1 the left; return error and slope.
 
-    With the shoulder fixed, the arm moves in a plane. The hand is either on the side of the
-    shoulder's axis to which the shoulder turns it, or on the other, so two shoulder angles count.
+    With the shoulder fixed, the arm moves in a plane. In it the hand can be on either side of the
+    shoulder's axis, so two shoulder angles count.
     """
     size, lower, upper = body.lengths, body.lower, body.upper
     target, pose = work.target, work.new
@@ -128,7 +128,8 @@ def _place_planar(
     """Return elbow, fingertip, tip x, tip y and the least squared distance of the tip from (x, y).
 
     At the best pose the fingertip is at a limit, or bent as far as the distance asks, inwards or
-    outwards; or else the elbow is at a limit. Each gives the other joint. Ends early at ``least``.
+    outwards; or else the elbow is at a limit. In each case
+    the other joint's angle follows. Ends early at ``least``.
     """
     a, b = arm.upper, arm.fore
     bent = acos(min(max((x * x + y * y - a * a - b * b) / (2.0 * a * b), -1.0), 1.0))

@@ -1,8 +1,8 @@
 """The records that compiled code reads and writes: a body, and the state of one search.
 
 Both are structured arrays with one row. Passing an array to Numba costs little: with the body
-as a NamedTuple, a call takes 2 µs more, most of a solution's time. Nor does Numba count references
-to a record's fields.
+as a NamedTuple, a call takes 2 µs more, which is most of a solution's time. Numba also counts no
+references to a record's fields.
 """
 
 from typing import Any, TypeAlias

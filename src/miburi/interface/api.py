@@ -100,7 +100,7 @@ _TAGS = {
     "ask": "What it is to feel, notice and do.",
     "show": "What it is to show and say; each wish has an id, which its events carry.",
     "recordings": "Files of its motion and feelings (MCAP).",
-    "privacy": "What events may repeat of what people say.",
+    "privacy": "Whether events may repeat what people say.",
     "people": "Whom it knows, and when it may begin to speak by itself.",
 }
 _NOTHING = 204
@@ -143,7 +143,7 @@ def make_api(
     endpoint
         What composes the partner's answers; None: it answers by itself.
     care
-        How it cares for somebody in distress; by default it names no number and tells no words.
+        How it cares for somebody in distress; by default it names no telephone number.
     seed
         Seeds the choice among its own answers.
     folder

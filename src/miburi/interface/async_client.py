@@ -132,7 +132,7 @@ class AsyncPartner:
         return await self._asker.wish("/stimulus", wish)
 
     async def say(self, text: str, tone: Tone = "plain") -> SayOut:
-        """Say something to the partner; returns what it heard, why, what it felt and answered."""
+        """Say something to the partner; return what it heard and why, what it felt and answered."""
         return await self._asker.say(SayIn(text=text, tone=tone))
 
     async def speak(self, text: str) -> str:

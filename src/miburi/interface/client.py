@@ -189,7 +189,7 @@ class RemotePartner:
         )
 
     def say(self, text: str, tone: Tone = "plain") -> SayOut:
-        """Say something to the partner; returns what it heard, why, what it felt and answered."""
+        """Say something to the partner; return what it heard and why, what it felt and answered."""
         said = {"text": text, "tone": tone}
         return SayOut.model_validate_json(self._line.ask("POST", "/say", said).content)
 

@@ -1,4 +1,4 @@
-"""Pair a phone: it scans a QR code, the page sends the token, and a cookie keeps its own key."""
+"""Pair a phone: it scans a QR code, a page sends the token, and a cookie keeps the phone's key."""
 
 from collections.abc import Callable
 
@@ -31,7 +31,7 @@ def pairing_router(reach: Reach, content: Callable[[Request], str]) -> APIRouter
     Parameters
     ----------
     reach
-        What pairs, and whom to trust.
+        Holds the keys for pairing, and the home authority's certificate.
     content
         Returns the page for a request, as HTML.
     """

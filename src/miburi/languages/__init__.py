@@ -158,7 +158,7 @@ def subjects_of(question: str, language: Language) -> list[str]:
 
 
 def with_whom(told: str, earlier: Iterable[str], language: Language) -> str:
-    """Return what was told. If it begins with "she", prefix the person an earlier sentence names.
+    """Return what was told. If it begins with "she", first name the person from earlier sentences.
 
     ``earlier`` has the sentences before it, the newest first. If one names two people whom the word
     may mean, no guess is made.

@@ -92,7 +92,7 @@ class Agenda:
         return wish
 
     def keep_time(self, partner: Partner, number: int, rhythm: Rhythm) -> None:
-        """Let the arms follow the sound of a sentence, by its number, if it is still the latest."""
+        """Let the arms follow the sound of sentence ``number``, if that is still the latest."""
         if self._speaker.sounds(number, rhythm):
             partner.gesticulate(self._speaker.beats())
 

@@ -33,7 +33,7 @@ from miburi.serving.press import Press
 
 __all__ = ["UNSERVED", "answer"]
 
-#: How long the server may serve nobody, s (ours).
+#: How long the server, or the reception, may hang, s (ours).
 UNSERVED = 3.0
 _SLOW_THREADS = 4
 
@@ -59,7 +59,7 @@ def answer(
     on_ready
         Called when the server listens, and the reception receives.
     on_hang
-        Called when the server, or the reception, has served nobody for another 10 s.
+        Called when the server, or the reception, has hung for another 10 s.
     reception
         The partner's end of the pipe to a reception.
     """

@@ -38,8 +38,8 @@ class Attending:
         dt
             Time that passes, s.
         sentence
-            The number of the sentence that it is saying, if any. After an interruption it
-            thinks until the next sentence begins.
+            The number of the sentence that it is saying, if any. Thinking that begins during a
+            sentence goes on until the next one begins, or fades.
         """
         if sentence is not None and sentence != self._sentence:
             self._turn, self._left = "listening", TURN

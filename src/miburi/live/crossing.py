@@ -8,7 +8,7 @@ server's process holds a :class:`~miburi.live.far.FarPartner`, which asks; besid
                ◀── Answer, Latest ──────
                ═══ Stop ═════════════▶
 
-The server looks at the partner at every step, so that nothing piles up while it is busy. Neither
+News comes only when the server asks, at every step, so that none piles up while it is busy. Neither
 side waits for the other: each sends from a thread of its own.
 """
 
@@ -114,7 +114,7 @@ class Look(NamedTuple):
 
 
 class Latest(NamedTuple):
-    """The latest state as JSON and what is new beside it; None where nothing is.
+    """The latest state as JSON and what is new beside it; ``motors`` is None if it is not new.
 
     ``steps`` are the states before it that have not been seen, by their serials.
     """

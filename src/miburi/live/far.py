@@ -114,7 +114,7 @@ class FarPartner:
 
     @property
     def read_until(self) -> float:
-        """The time before which everything sent was read: the server has served twice since."""
+        """The server's latest beat but one: everything sent before that time has been read."""
         return self._ticks[0]
 
     def samples_after(self, serial: int) -> list[tuple[int, Sample]]:

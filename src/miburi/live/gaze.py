@@ -12,7 +12,7 @@ from miburi.robot import JOINTS
 
 __all__ = ["FORGOTTEN", "Gaze"]
 
-#: s after its last report at which a face counts as gone (ours); pages report every 2 s.
+#: A face counts as gone this long, s, after its last report (ours); pages report every 2 s.
 FORGOTTEN = 5.0
 #: Half the horizontal field of view of a common phone camera, rad (ours).
 _HALF = radians(32)

@@ -12,8 +12,9 @@ __all__ = ["FASTEST", "FEELING", "GIVES_WAY", "GuidedHand"]
 
 #: The hand's greatest speed, m/s (ours): it cannot jump into the robot.
 FASTEST = 1.2
-#: Its speed while it touches the robot, m/s, and for how long after that, s (ours). A faster hand
-#: would be deep inside an arm, caught between it and the trunk, before the arm could give way.
+#: Its speed while it touches the robot, m/s, and how long it keeps to that afterwards, s (ours). A
+#: faster hand that is caught between an arm and the trunk would be deep inside the arm before the
+#: arm could give way.
 FEELING, WARY = 0.3, 0.5
 #: A hand that meets more than this force, N, backs off at its greatest speed (ours). It is more
 #: than the servos press with, and far less than would bruise.
@@ -64,7 +65,8 @@ class GuidedHand:
         force = body.touch.force
         self._wary = WARY if force > 0 else self._wary - dt
         if force > GIVES_WAY:
-            # Where it has been was free. Away from its goal may not be: the goal may lie outwards.
+            # The path that it came by was free. The way straight away from its goal may not be: if
+            # the goal lies further out, that way leads into the robot.
             place = self._back(here, FASTEST * dt)
         else:
             if not (self._came and np.array_equal(here, self._came[-1])):

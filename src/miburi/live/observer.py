@@ -19,7 +19,7 @@ __all__ = ["Observer"]
 
 #: The force of a touch without a stop fades by this factor a step: within a second it is gone.
 _FADING = 0.9
-#: rad that the eyes reach by themselves (ours).
+#: The angle that the eyes reach by themselves, without the head, rad (ours).
 _ASIDE = 0.35
 #: Steps over which the hands' speed is taken, because a card's reports do not come at our steps.
 _SPEED_STEPS = 5
@@ -190,7 +190,7 @@ class Observer:
             self._stop = self._stop.model_copy(update={"force": round(self._peak, 2)})
 
     def _current(self, shown: Expression | None) -> Expression | None:
-        """Return what the body shows: at its own mood if asked for, else at the present mood."""
+        """Return what the body shows: at the mood asked for, if any, else at the present mood."""
         if shown is None or self._partner.asked:
             return shown
         return Expression(shown.feeling, float(self._feelings.mood[FEELINGS.index(shown.feeling)]))
@@ -199,7 +199,7 @@ class Observer:
         """Return how much of each feeling the face shows, 0 to 1.
 
         A requested gesture shows its own feeling alone. Otherwise each feeling shows its mood,
-        times the square of its emotion over the strongest emotion.
+        times the square of the ratio of its emotion to the strongest emotion.
         """
         weights = np.zeros(len(FEELINGS))
         if shown is not None and self._partner.asked:

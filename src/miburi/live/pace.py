@@ -11,7 +11,8 @@ __all__ = ["STEP", "Pace", "Paced"]
 
 #: The loop's period in s; the encoders are read twice in it.
 STEP = 0.02
-#: When the loop is further behind than this, in s, the robot's time waits instead of hurrying.
+#: When the loop is further behind than this, in s, it does not hurry to catch up: the robot's time
+#: falls behind instead.
 _PATIENCE = 0.2
 #: Steps in a row that may fail before the loop is given up: a second.
 _FAILURES = 50

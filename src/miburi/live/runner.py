@@ -1,8 +1,8 @@
 """The one clock of a live partner.
 
-A thread paces the partner's deterministic steps. Wishes are granted between two steps, after Stop
-(:mod:`miburi.live.commands`); viewers read the latest snapshot, which is never changed, and so
-cannot make the loop wait.
+A thread paces the partner's deterministic steps. Wishes are granted between two steps; a Stop is
+obeyed before any of them (:mod:`miburi.live.commands`). Viewers read the latest snapshot, which is
+never changed, and so cannot make the loop wait.
 """
 
 import time
@@ -41,7 +41,8 @@ from miburi.version import __version__
 
 __all__ = ["SAMPLED", "STEP", "STEPPED", "Runner"]
 
-#: The period of a live partner, and the time in which a refusal is noted only once (ours); s.
+#: The ``period`` of a live :class:`Partner`'s gestures, and the time in which a refusal is noted
+#: only once (ours); s.
 _PERIOD, _REPEATS = 0.5, 60.0
 #: How many samples and states are kept.
 SAMPLED, STEPPED = 1200, 250
@@ -167,7 +168,7 @@ class Runner:
 
     @property
     def read_until(self) -> float:
-        """The present time: here nothing waits to be read."""
+        """The present time: a runner is called directly, so nothing sent waits to be read."""
         return time.monotonic()
 
     @property
@@ -272,12 +273,12 @@ class Runner:
         self._pace.end(patience)
         self.recordings.end()
         self._inside.log.close()
-        if self.failure is None:  # else the body was stopped; what hangs on it must not hang us
+        if self.failure is None:  # else the body was stopped; closing it might hang us, too
             self._at_home = self._inside.partner.at_rest
             self._inside.partner.body.close()
 
     def rest(self) -> None:
-        """Begin to come home; only the thread that paces calls this, and :meth:`halt`."""
+        """Begin to come home; only the thread that paces the steps calls this."""
         self._inside.partner.rest()
 
     @property

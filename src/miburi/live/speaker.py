@@ -37,7 +37,7 @@ class Speaker:
 
     @property
     def speaking(self) -> bool:
-        """Whether the latest sentence is being said, by its expected length: pages speak it."""
+        """Whether the latest sentence is being said, by its expected length, since pages say it."""
         return self._left is not None
 
     def attend(self, event: LiveEvent) -> None:

@@ -73,7 +73,10 @@ class Sense(Wish[tuple[Stimulus, ...]]):
 
 @dataclass(frozen=True)
 class Lean(Wish[None]):
-    """Let moods rest (n,) away from the temperament's while a person is there; None: no longer."""
+    """Shift the moods' rest by ``leaning`` (n,) from the temperament's while a person is there.
+
+    None ends that.
+    """
 
     leaning: Array | None
 
@@ -115,7 +118,7 @@ class Speak(Wish[str]):
 
 @dataclass(frozen=True)
 class KeepTime(Wish[None]):
-    """Beat to a sentence, by its number; the rhythm of its sound is known now, and soon heard."""
+    """Beat to the sentence with this number: its sound's rhythm is known now, and soon heard."""
 
     number: int
     rhythm: Rhythm
@@ -154,8 +157,9 @@ class Release(Wish[None]):
 
     A person who looks at the body (``by_person``) may end any stop at any time. A program may not
     end a person's Stop, nor the pause after a contact. Nobody may if Stop has been pressed since
-    the state that was ``seen`` (by its serial); without it, since the wish ``came`` (s on the clock
-    of all processes; None: the earliest time it may have come, :attr:`LivePartner.read_until`).
+    the state that was ``seen`` (by its serial). Without ``seen``, nobody may if Stop has been
+    pressed since the wish ``came``: s on the clock of all processes, or None for the earliest time
+    it may have come, :attr:`LivePartner.read_until`.
     """
 
     by_person: bool = False

@@ -47,7 +47,7 @@ HOMECOMING = 1.5
 #: A wish is dropped after waiting this long, s, for a stopped body: a person who releases the body
 #: later no longer expects it. The pause after a contact is shorter (ours).
 LAPSES = 8.0
-#: How much later than it should a beat may begin, s (ours).
+#: A beat may begin this much later than it should, s (ours).
 _LATE = 0.05
 #: The choice among gestures draws from its own stream of random numbers.
 _CHOICES = 1
@@ -167,7 +167,8 @@ class Partner:
         self._paused = False
 
     def gesticulate(self, strokes: Sequence[float]) -> None:
-        """Beat with the arms to speech: a hand is farthest at some of these times, s from now.
+        """Beat with the arms to speech: a hand goes farthest at some of these times, s from now.
+
 
         Gestures take precedence. A partner does not beat if it has no life, shows a feeling, rests
         or is stopped. The times must ascend.
@@ -256,8 +257,8 @@ class Partner:
     def halt(self) -> None:
         """Stop the body because nobody looks after it; it goes on after a pause.
 
-        Any thread may call it while another uses the body. A body that hears of it later must be
-        stopped again, by :meth:`make_sure`.
+        Any thread may call it while another uses the body. The body may not hear
+        of it at once: :meth:`make_sure` must then stop it again.
         """
         self._recovery.halted = self.body.state.phase is not Phase.STOPPED
         self.body.halt()
@@ -411,7 +412,7 @@ class Partner:
         return felt if self._emotion is None else self._emotion.left(felt, self.feelings.emotion)
 
     def _drop_strokes(self, time: float) -> None:
-        """Forget strokes that would be late, and all while somebody is in distress."""
+        """Forget strokes that would be late; while somebody is in distress, forget all of them."""
         soonest = np.inf if self.calm else time + gestures.BEAT_LEAD - _LATE
         while self._strokes and self._strokes[0] < soonest:
             self._strokes.popleft()

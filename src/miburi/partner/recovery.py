@@ -33,7 +33,8 @@ FIRST_PAUSE, LONGEST_PAUSE = 1.0, 16.0
 #: encoder steps in the window over which velocities are measured, and longer than a stopped
 #: motor waits before it yields.
 REST_SPEED, REST_TIME = 0.1, 0.25
-#: rad beyond which a slowly led body has moved on (ours): more than an encoder's steps.
+#: A body that is led slowly has moved on when a motor is further than this, rad, from where it was
+#: when the body last moved (ours): more than an encoder's steps.
 _MOVED_ON = 0.004
 #: A hand that moved the body has let go once the body has been still this long, s (ours).
 LET_GO = 2.0

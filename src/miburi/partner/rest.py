@@ -34,8 +34,8 @@ _TURNING, _FACED = 1.4, 0.02
 _LIVELIEST = 0.3
 #: Ranges of the factors by which the size and tempo of an act vary (ours).
 _SIZES, _TEMPOS = (0.8, 1.2), (0.85, 1.1)
-#: The smallest and the largest beat, how much of it the other hand makes, and the share of strokes
-#: that are tried: nobody beats to all (all ours).
+#: The smallest and the largest beat; how much of it the other hand may make; and the share of the
+#: strokes to which the partner tries to beat, since nobody beats to all of them (all ours).
 _BEATS, _OTHERS, _TRIED = (0.5, 1.5), (0.0, 0.5, 0.9), 0.8
 #: The one act while somebody is in distress, or talks with it.
 _CALM = "breath"
@@ -148,7 +148,8 @@ class Rest:
         allowed = feelings.temperament.gaze
         turn = float(np.clip(gaze, -allowed.turn, allowed.turn))
         if abs(turn - turned) > _FACED:
-            # Back from a look aside as it came; but slowly to somebody who has moved meanwhile.
+            # It turns back from a look aside in the time given for that look, but slowly to
+            # somebody who has moved meanwhile.
             back, self._back = self._back, None
             back = None if abs(turn - self._faced) > _FACED else back
             step = allowed.speed * _TURNING if back is None else np.inf
@@ -260,7 +261,8 @@ class Rest:
 def may_go_on(act: str, attends: Attention | None) -> bool:
     """Whether an act at rest fits the partner's part in a conversation; else it is broken off.
 
-    A sigh or a stretch ends by itself; only an act that turns away is followed by a turn back.
+    A sigh or a stretch may end by itself: if it were broken off, nothing would bring the body back
+    at once. After an act that turns away, a turn back does.
     """
     if act in get_args(Attention):
         return act == attends

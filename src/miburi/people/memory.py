@@ -26,7 +26,8 @@ __all__ = ["MOST_FACTS", "MOST_PEOPLE", "STAYS", "Acquaintance", "Fact", "Memory
 
 #: How long somebody counts as there after they last spoke (ours).
 STAYS = timedelta(hours=2)
-#: The most people, and things told by each, that are kept; beyond, the oldest told go (ours).
+#: The most people that are kept, and the most things told by each; beyond that, the oldest things
+#: go (ours).
 MOST_PEOPLE, MOST_FACTS = 50, 500
 _NAME, _FACT = 40, 200  # letters
 #: How many remarks are kept to tell what "she" and "that" mean, and how old they may be (ours).
@@ -226,7 +227,7 @@ class Memory:
         return fact
 
     def recall(self, question: str, language: Language) -> str | None:
-        """Return which thing told by the person who is there answers a question, if any."""
+        """Return the answer to a question among things told by the person who is there, if any."""
         told = [fact.text for fact in self._facts_now() if fact.language == language]
         found = recall(question, told, language)
         return None if found is None else found.rstrip(".。")

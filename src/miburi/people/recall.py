@@ -2,7 +2,8 @@
 
 Of the things told, the one that shares most of the question's rare words is the answer; there may
 be none. Whatever the question is about ("my dog") must be in it. Words are compared by their
-beginnings, so that "comes" is "coming"; a language without spaces is compared by pairs of letters.
+beginnings, and words that ask the same thing, such as "comes" and "coming", count as one; a
+language without spaces is compared by pairs of letters.
 """
 
 from collections import Counter

@@ -36,7 +36,8 @@ def inverse(robot: Robot, target: ArrayLike, tolerance: float = 1e-6) -> Array:
     -------
     (k, 8) rad, k from 0 (out of reach) to 32. The paper expects a single solution, but with a
     fingertip angle below 0.174 rad the arm with the mirrored elbow is inside the limits too; and if
-    the head can nod over, by more than a quarter of a turn, so is the waist turned by π. If a hand
+    the head can nod over, by more than a quarter of a turn, the pose with the waist turned by π is
+    inside them as well. If a hand
     lies on the shoulder axis, any shoulder angle solves it; the neutral one is returned.
 
     Raises

@@ -40,7 +40,7 @@ CARD_STEP = 2 * np.pi / 4096
 
 
 class Unit(NamedTuple):
-    """A unit: its name in SI (files, wire) and as a whole number (rule, card), ``struct`` code."""
+    """A unit: its name in SI (files, wire), that of whole units (rule, card), ``struct`` code."""
 
     si: str
     whole: str
@@ -100,7 +100,7 @@ class Guards(Generic[Value]):
 
     lag: Annotated[Value, Guard("Delay behind its profile", TIME, 0, 100_000, 5_500)]
     slack: Annotated[Value, Guard("Travel that may always be missing", ANGLE, 0, 40, 40, 0.006)]
-    least: Annotated[Value, Guard("Less expected travel is judged later", ANGLE, 1, 100, 16)]
+    least: Annotated[Value, Guard("Expected travel below this is judged later", ANGLE, 1, 100, 16)]
     behind: Annotated[Value, Guard("Farthest behind its profile", ANGLE, 1, 300, 150, 0.0092)]
     ahead: Annotated[Value, Guard("Farthest ahead of its profile", ANGLE, 1, 300, 150, 0.0092)]
     arrival: Annotated[Value, Guard("Farthest from its goal at last", ANGLE, 1, 150, 60, 0.0092)]

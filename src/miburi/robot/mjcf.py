@@ -59,8 +59,8 @@ def to_mjcf(
     The mocap body ``hand`` collides with the robot only. A ``sprung_hand`` has mass, hangs on a
     spring along each axis (joints ``hand_x``, ``hand_y``, ``hand_z``) and can grasp, by the
     equality ``grasp``. With ``face`` the screen carries a square of the material ``face``, whose
-    texture can be drawn on. With ``meshes``, the files of the real shapes in mm by link and colour,
-    these and the phone are drawn; what else collides is in group 3, which viewers hide.
+    texture can be drawn on. ``meshes`` are the files of the real shapes, in mm, by link and colour:
+    with them, these and the phone are drawn; what else collides is in group 3, which viewers hide.
     """
     root = ET.Element("mujoco", model=robot.name)
     ET.SubElement(root, "compiler", angle="radian", autolimits="true")

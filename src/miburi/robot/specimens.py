@@ -15,7 +15,7 @@ from miburi.servos import Servo
 
 __all__ = ["Specimen", "specimens"]
 
-#: Stiffness and dry friction are the description's times up to this, or divided by up to this.
+#: The description's stiffness and dry friction are multiplied or divided by up to this.
 _FACTOR = 2.0
 #: Shares by which resistance (cold and hot), masses, the supply's voltage and the clock may be off.
 _RESISTANCE, _MASS, _VOLTAGE, _CLOCK = 0.2, 0.1, 0.05, 0.005
@@ -47,7 +47,7 @@ def specimens(
 ) -> tuple[Specimen, ...]:
     """Return robots that were built from a description; the same ones for the same seed.
 
-    Every other one counts its P gain in half the description's divisor, which doubles its
+    Every other one divides its P gain by half the description's divisor, which doubles its
     stiffness: for the XL330, 256 was identified, and the e-manual says 128. ``play`` is that of
     all robots' gears, rad; by default each robot has its own, up to half a degree.
     """

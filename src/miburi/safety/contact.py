@@ -45,9 +45,10 @@ Guards 4 and 5 widen with the speed of the move. A lag varies from move to move 
 What the rule cannot see: an obstacle that holds a motor back by less than its guards. Contacts
 that are slow, soft or near a joint's axis are noticed late (docs/safety.md has the figures).
 
-The period, the ratio and "one motor stops all" are the paper's; all else is ours. Compared with
-the nominal speed, as the paper prints it, the rule stops every free move of a real servo, which
-ramps up, ramps down and lags. :mod:`miburi.safety.printed` keeps that rule for comparison.
+The period, the ratio and "one motor stops all" are the paper's; all else is ours. If it
+compared motors with the nominal speed, as the paper prints it, the rule would stop every free
+move of a real servo, which ramps up, ramps down and lags. :mod:`miburi.safety.printed` keeps that
+rule for comparison.
 """
 
 from dataclasses import dataclass, field

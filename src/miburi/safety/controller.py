@@ -1,7 +1,8 @@
 """The card's logic in Python: take a move, watch the motors, stop on contact, return to neutral.
 
-In go moves, stops and releases and, at every reading of the encoders, the positions of the eight
-motors with the time. Out come the phase, any stop in force, and the setpoints for the servos.
+Its inputs are moves, stops and releases and, at every reading of the encoders, the positions of
+the eight motors with the time. Its outputs are the phase, any stop in force, and the setpoints for
+the servos.
 The controller knows no more than a card does: encoder steps and a clock. The firmware's
 ``controller.h`` makes the same decisions::
 
@@ -29,8 +30,8 @@ A body at rest can be led by hand. A motor kept away for ``YIELD_AFTER`` from wh
 rested, by more than its ``slack`` and its ``arrival``, stops the body as ``TOUCHED``. All motors
 then hold softly where they are, yield every ``YIELD_AFTER``, and go back slowly when they are
 released. After ``YIELDS`` in a row they wait until nothing keeps them from their places: a motor
-that turns backwards would go on for ever. A limb that was led to where it weighs more sinks a
-little each time.
+that turns the wrong way would otherwise go on for ever. A limb that was led to where it
+weighs more sinks a little each time.
 """
 
 from dataclasses import dataclass, replace
@@ -136,7 +137,7 @@ class Controller:
         self._kept_since: int | None = None  # a motor at rest, away from its goal, µs
         self._sag = np.zeros_like(self.origin)
         self._rest: Steps | None = None  # where the motors came to rest
-        self._yields = 0  # left, until a motor is seen in its place
+        self._yields = 0  # left, until nothing holds a motor away from its place
         self.watch = self._plan(self.origin, self.origin, np.ones(len(JOINTS), dtype=np.int64))
 
     def move(self, move: Move, positions: Steps, time: int) -> None:
@@ -293,8 +294,8 @@ class Controller:
         travel = np.maximum((positions - self.watch.start) * direction + self.watch.came, 0)
         most = round(GIVE_WAY / step)
         if self.watch.turned[motor] and travel[motor] < most:
-            # It has not yet come back, or not far, from the way it went before. What it met lies
-            # where the free servo would have gone on to.
+            # It has not come back far, if at all, from the way that it went before. What it met
+            # lies where the free servo would have gone on to.
             stays = positions.copy()
             stays[motor] -= direction[motor] * (
                 most if contact.measured < contact.expected else -most
@@ -340,7 +341,7 @@ class Controller:
             return
         self._yields_at = time + YIELD_AFTER if self._is_led else None
         here = positions + self._sag
-        # By more than a motor at rest may stray; if led by hand, by hardly anything.
+        # Held away by more than a motor at rest may stray; if led by hand, by hardly anything.
         most = 2 if self._is_led else self.rule.guards.slack
         blocked = 2 * np.abs(here - self.origin) > most
         if not blocked.any():

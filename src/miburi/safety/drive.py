@@ -22,8 +22,8 @@ __all__ = ["EASES_AFTER", "Demand", "aim", "demand", "uneased"]
 #: Ceilings leave room for this many times the links' inertia, as nobody says what the hands carry
 #: (ours). 10 g in each makes the waist's up to 1.3 times as large, and an arm's 1.4 to 1.6 times.
 LADEN = 1.6
-#: µs after the longest ramp for which motors may still push as hard as to speed up: they lag behind
-#: their profiles, and what they carry swings (ours).
+#: For this long after the longest ramp, µs, motors may still push as hard as when they speed up:
+#: they lag behind their profiles, and what they carry swings (ours).
 EASES_AFTER = 60_000
 #: The shares of the way at which the loads are computed.
 _SHARES = np.linspace(0.0, 1.0, 9)
@@ -56,7 +56,8 @@ class Demand(NamedTuple):
     Attributes
     ----------
     ceiling
-        (8,), the most that they may give: N·m of a motor at rest with that duty.
+        (8,), the most that they may give: the N·m that a motor at rest gives at the largest duty
+        allowed.
     cruise
         (8,), the same after ``eases_at``; no more than ``ceiling``.
     eases_at
@@ -103,7 +104,7 @@ def demand(robot: Robot, start: Steps, origin: Steps, profile: Profile, directio
             offset=(origin - start) * direction * FINE,
             begin=error(gravity[0]) * direction,
             end=error(gravity[-1]) * direction,
-            # A D gain takes a part of the error back: then no error alone reaches the limit.
+            # A D gain makes the duty depend on the speed, too: no error alone reaches the limit.
             most=UNLOADED.most if servo.control_damping else error(ceiling),
         ),
     )
@@ -120,7 +121,7 @@ def _needed(robot: Robot, profile: Profile, along: Array, inertia: Array) -> Arr
     fastest = np.where(moves, profile.fastest, 0) * step / FINE
     # A motor that rests must hold out while the others ramp, whichever way its weight pulls.
     against = np.where(moves, along, np.abs(along))
-    # A motor speeds up over the first part of its way, taken up to the next share beyond it, and
+    # A motor speeds up over the first part of its way, rounded up to the next of the shares, and
     # slows down over the last.
     way = np.where(profile.distance != 0, np.abs(profile.distance) * step, 1.0)
     part = fastest**2 / (2 * ramp) / way

@@ -8,8 +8,9 @@ the speed that the motor has: one that still swings from the last move has met n
 
 What the model misses grows with the speed, up to some 500 steps/s. So the guards ``slack``,
 ``behind`` and ``ahead`` are those of a motor that reaches ``FAST`` in its move. A motor at rest is
-granted half of each, and one in between in proportion; one that swings at the start is granted as
-much for its speed, for ``SETTLES``. With a slack of 10 steps::
+granted half of each, and one in between in proportion; until
+``SETTLES``, the speed with which a motor swings at the start counts in the same way. With a
+slack of 10 steps::
 
     top speed in the move [steps/s]     0   128   256   384   512   1000
     slack [steps]                       5  6.25   7.5  8.75    10     10
@@ -41,7 +42,8 @@ class FreeRule(Rule):
     """The paper's period and ratio, against the speed that the free servo would have had.
 
     The lag is the one with which the model fits the servo best. For the identified XL330 that is
-    5.5 ms: half of it is how early steps of 5 ms are, the rest is the servo's own delay.
+    5.5 ms: half of it is how early the model is with its steps of 5 ms; the rest is the servo's own
+    delay.
 
     Attributes
     ----------
@@ -129,7 +131,8 @@ class _FreeWatch(Watch):
             self._model_time += steps * STEP
             went = self.profile.position(self._model_time - self.rule.guards.lag)
             distance = self.profile.distance
-            # In 1/256, as positions are. Motors that come back from beyond their ends are outside.
+            # In 1/256, as positions are. For motors that come back
+            # from beyond their ends, the share would be outside 0 to 1.
             share = np.clip(went // np.maximum(distance, 1), 0, np.where(distance > 0, FINE, 0))
             sag = loading.begin + (((loading.end - loading.begin) * share) >> 8)
             now = loading.offset + went

@@ -37,13 +37,14 @@ __all__ = ["Heard", "features", "hear_distress", "judge_distress"]
 
 
 #: Likelihoods above which it reports distress, and above which it asks whether there is any. Ours:
-#: chosen on lines by writers whom the model tested had not read.
+#: chosen on lines by writers of whom the model that was tested had read nothing.
 _FINDS, _WONDERS = 0.7, 0.4
 #: Longest text that is judged only as a whole, the length of the parts of a longer one, and the
 #: distance between two parts (ours). A cry for help has little weight in a minute's chatter.
 _LONG_WORDS, _LONG_LETTERS = (24, 14, 4), (34, 24, 6)
 _LATIN = re.compile(r"[A-Za-z][A-Za-z'’]*")
-#: Number of features for each pattern that fits, next to a hundred groups of letters (ours).
+#: Number of features for each pattern that fits: one alone would be little beside a hundred groups
+#: of letters (ours).
 _MARKS = 3
 
 
@@ -149,8 +150,8 @@ def hear_distress(text: str, usual: Language = FALLBACK) -> Heard | None:
 def judge_distress(text: str, usual: Language = FALLBACK) -> Heard | None:
     """Return the distress that somebody speaks of, or may speak of: then it is ``doubtful``.
 
-    Whether somebody says it sideways ("I've been saving my tablets up"), or speaks of
-    something else in like words, only a question tells. Doubt needs a model.
+    Only a question tells whether somebody says it sideways ("I've been saving my tablets up"), or
+    speaks of something else in similar words. Doubt needs a model.
     """
     heard = [one for part in _by_language(text, usual) if (one := _judge(*part)) is not None]
     return min(heard, key=lambda one: one.doubtful, default=None)

@@ -23,7 +23,7 @@ class Brought:
 
     what: Annotated[str, Field(description="In words: a word of the sentence, say.")]
     weight: Annotated[
-        float, Field(description="How much it spoke for the feeling, over none; log-odds, above 0.")
+        float, Field(description="Evidence for the feeling over no feeling; log-odds, above 0.")
     ]
 
 

@@ -59,7 +59,7 @@ class Asked(Table):
 
 
 class Smileys(Table):
-    """Smileys by feeling; the strength of one alone, and what it brings to words, log-odds."""
+    """Smileys by feeling; the strength of a smiley without words, and its log-odds beside words."""
 
     alone: Share
     weight: Annotated[float, Field(gt=0, le=20)]

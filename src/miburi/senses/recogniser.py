@@ -1,8 +1,9 @@
 """Spoken words: sound in, text out, on this computer alone.
 
 :class:`Recogniser` is the interface; :class:`PhraseRecogniser` is the one that ships: PocketSphinx
-with everyday phrases (``spoken-en.toml``, beside this module). A loop of phones listens as well:
-a sound that it fits clearly better than any phrase does is rejected. So an unknown sentence becomes
+with everyday phrases (``spoken-en.toml``, beside this module). A loop of phones (single speech
+sounds) listens as well: if it fits a sound clearly better than any phrase does, that sound is
+rejected. So an unknown sentence becomes
 silence rather than some phrase.
 
 This module needs the extra ``ears``; it is loaded only when needed.
@@ -26,11 +27,13 @@ except ModuleNotFoundError as error:
 __all__ = ["PhraseRecogniser", "Phrases", "Recogniser", "load_phrases"]
 
 #: Log-likelihood above the phone loop's, per 10 ms frame; below this a phrase is rejected (ours,
-#: from synthetic voices: of 150 phrases it kept 136 and let 5 wrong ones pass, of 40 others 1).
+#: from synthetic voices: of 150 phrases it kept 136 and let 5 wrong ones pass; of 40 other
+#: sentences it let 1 pass).
 _CLEAR = -8.0
 #: How much the loop's phone sequences weigh beside their sound (PocketSphinx's own advice).
 _LOOP_WEIGHT = 2.0
-#: The lowest level that PocketSphinx logs to the terminal: an utterance without a phrase is normal.
+#: The lowest level that PocketSphinx logs to the terminal. Anything lower stays out: an utterance
+#: without a phrase is normal and not worth a line.
 _LOUD = "FATAL"
 _SLOT = re.compile(r"\{(\w+)\}")
 

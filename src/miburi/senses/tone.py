@@ -117,7 +117,7 @@ def _pitch(window: NDArray[np.float64]) -> float | None:
     near = alike[first : last + 1]
     if near.max() <= _ALIKE:
         return None
-    place = int(np.argmax(near >= _NEARLY * near.max()))  # two periods are as alike as one
+    place = int(np.argmax(near >= _NEARLY * near.max()))  # two periods fit as well as one
     while place + 1 < len(near) and near[place + 1] > near[place]:
         place += 1
     return _RATE / (first + place)

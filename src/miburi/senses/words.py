@@ -2,12 +2,12 @@
 
 A model and lists judge a sentence. The first list that finds its words decides, else the model:
 
-- a linear model of the eight feelings and none, for English (``words.npz``, trained by
+- a linear model of the eight feelings and of no feeling, for English (``words.npz``, trained by
   ``tools/train_words.py``): a weight for each word, each pair of words, each group of letters and
   each word's meaning (a word vector, folded into nine numbers);
 - distress: what people say when they need help now (:mod:`miburi.senses.distress`);
 - what somebody else feels, or what is over, which is left out (a language's ``elsewhere``);
-- questions about the partner's own feelings, which show nobody's (``asked.toml``);
+- questions about the partner's own feelings, which do not show the speaker's (``asked.toml``);
 - what people shout when startled or as a warning (``alarms.toml``), which no data set covers;
 - word stems for Japanese (``stems-ja.toml``), for which there is no model.
 
@@ -236,7 +236,7 @@ def deny(words: list[str], evidence: Array) -> Array:
 
     The word of denial itself, which quarrels are full of, counts half. Of the next words, up to a
     sign or a "but", the clearest, if clear enough, loses more than all of its evidence: half of
-    that goes to none and, if the feeling was a glad one, half to sadness.
+    that goes to ``neutral`` and, if the feeling was a glad one, half to sadness.
     """
     evidence = evidence.copy()
     for place, word in enumerate(words):

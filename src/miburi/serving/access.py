@@ -55,14 +55,15 @@ __all__ = [
 ]
 
 COOKIE = "miburi_token"
-#: The only paths that answer without a token: how to get in, what becomes of what one says and, if
-#: there is https, whom to trust.
+#: The only paths that answer without a token: how to pair, what happens to the words that people
+#: say and, if there is https, which authority to trust.
 PAIRING, PRIVACY, AUTHORITY = "/pair", "/privacy", "/ca.pem"
 #: The path of Stop: no limit delays it, for those who may use the partner.
 STOP = "/api/v1/stop"
 #: A stream of events, which stays open as a WebSocket does.
 EVENTS = "/api/v1/events"
-#: Key in a request's state: when it came, s on the clock all processes share, if a reception knows.
+#: Key in a request's state for the time it came, in s on the clock that all processes share; it
+#: is there only if a reception knows it.
 CAME = "came"
 #: Where agents come in, if the partner lets them.
 AGENTS = "/mcp"
@@ -385,7 +386,8 @@ def _check_host(headers: dict[bytes, str], *, near: bool) -> None:
 def _check_site(headers: dict[bytes, str], *, encrypted: bool) -> None:
     """Refuse a request from another site's page; ``encrypted`` says that it came by https."""
     host, origin = headers.get(b"host", ""), headers.get(b"origin")
-    # For an image or a script of ours on a page, a browser sends no origin, but it sends the site.
+    # When a page loads an image or a script of ours, the browser sends no Origin, but it does send
+    # Sec-Fetch-Site.
     foreign = headers.get(b"sec-fetch-site", "none") not in ("same-origin", "none")
     if origin is not None:
         page = _split(origin)
@@ -469,7 +471,7 @@ def _with(headers: Headers, send: Send) -> Send:
 
 
 def _farewell(scope: Scope) -> list[tuple[bytes, bytes]]:
-    """Return the header that tells a client to send nothing more after the answer to a stream."""
+    """Return the header that closes the connection after a stream of events; none for any other."""
     return [(b"connection", b"close")] if scope["path"] == EVENTS else []
 
 

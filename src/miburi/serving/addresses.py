@@ -28,7 +28,7 @@ _BACKLOG = 1024
 EVERYWHERE = ("0.0.0.0", "::", "")  # noqa: S104
 _HERE = "127.0.0.1"
 
-#: Name prefixes of interfaces that lead to machines and tunnels, not to a phone.
+#: Name prefixes of interfaces that lead to virtual machines, containers and tunnels, not a phone.
 _VIRTUAL = (
     "br-",
     "docker",

@@ -133,7 +133,7 @@ class _Handshake(SSLProtocol):
 
     def connection_lost(self, exc: BaseException | None) -> None:
         super().connection_lost(exc)
-        if self._counted.scheme != "https":  # else it was told
+        if self._counted.scheme != "https":  # once encrypted, it was told by super()
             self._counted.connection_lost(None)
 
 
@@ -152,7 +152,7 @@ def configure(app: ASGIApp, *, lifespan: bool = True) -> uvicorn.Config:
         note = scope.get("state", {}).pop(_NOTE, None)
         if note is not None:  # a WebSocket's protocol only knows the server's own peer
             scope = {**scope, "client": note.client, "server": note.server}
-            if note.kind != ENCRYPTED:  # otherwise it carries many requests
+            if note.kind != ENCRYPTED:  # an encrypted one carries many requests
                 scope["state"] = {**scope["state"], CAME: note.came}
         await app(scope, receive, send)
 

@@ -77,7 +77,7 @@ class Device:
     name
         Eight hexadecimal digits, by which `miburi devices forget` knows it.
     kind
-        Machine and browser, as the browser names them.
+        Machine and browser, in our words, from the browser's User-Agent.
     paired, seen
         Times of pairing and of the last visit, the latter within ten minutes; s since 1970.
     """

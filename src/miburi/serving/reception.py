@@ -4,8 +4,8 @@ The server may be busy: with pages, with many requests, with a long step; or it 
 So a separate process listens, and looks at the head of each request by plain http. A Stop goes
 from here to the partner's process, past the server. Any other request is relayed to the server, and
 so is its answer (:mod:`miburi.serving.relay`); the connection stays here. So a Stop never waits
-for the server, over a connection that is new or kept, and connections that say nothing cost the
-server nothing.
+for the server, whether it comes over a new connection or over one that was kept open; and
+connections that say nothing cost the server nothing.
 
 Only the server, which has the keys, can read a head over https: a Stop there takes its turn.
 
@@ -125,7 +125,7 @@ class Reception:
         self._passage, self._stopping, self._gate, self._clock = passage, stopping, gate, clock
         self._crowds: defaultdict[str, dict[Guest, None]] = defaultdict(dict)
         self._sockets: dict[Guest, None] = {}
-        self._shaking: defaultdict[str, dict[Guest, None]] = defaultdict(dict)  # their hands
+        self._shaking: defaultdict[str, dict[Guest, None]] = defaultdict(dict)  # TLS handshakes
         self._files, self._most = 0, most
         self._waiting: deque[Guest] = deque()  # for the server
         self._full = False  # whether it takes nothing now
@@ -208,7 +208,7 @@ class Reception:
                 self._shaking[address[0]][guest] = None
             self._crowds[address[0]][guest] = None
             self._take_files(1)
-            self._hear(guest, selectors.EVENT_READ)  # bytes sent with it keep their turn
+            self._hear(guest, selectors.EVENT_READ)  # now: what came with it keeps its turn
             self._attend(guest)
 
     def _take_files(self, count: int) -> None:
@@ -414,7 +414,7 @@ class Reception:
             return
         stop, guest.stop = guest.stop, 0
         answer = b""
-        if guest.waits or guest.relay is not None:  # the client did not wait for that answer
+        if guest.waits or guest.relay is not None:  # the client did not wait for an earlier answer
             if guest.begun:
                 return  # its turn comes after what has begun; then it stops the body once more
             bare = guest.head.startswith(b"HEAD ")

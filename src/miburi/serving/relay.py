@@ -137,7 +137,7 @@ class Guest:
         return not self._out, bool(self._back)
 
     def wait(self, head: int) -> None:
-        """Take in a request's head of ``head`` bytes, to wait for the server; a tunnel has none."""
+        """Take in a request's head of ``head`` bytes, to wait for the server; 0 if unreadable."""
         self.head = (_receive(self.line, head) if head else None) or b""
         self.waits, self.looked, self.begun = True, False, False
 

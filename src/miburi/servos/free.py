@@ -27,7 +27,7 @@ Steps = NDArray[np.int64]
 #: µs of one step of the model.
 STEP = 5000
 #: The model's limits, so that it fits: 128 encoder steps in 5 ms, and four turns away. No free
-#: servo reaches them; one without any friction at its ceiling would.
+#: servo reaches them; one without any friction would, if its motor pushed up to its ceiling.
 FASTEST, FARTHEST = 0x7FFFFF, 0x40000000
 #: The coefficients' unit, and that of the share of a torque that the gears take.
 _ONE, _SHARE = 1 << 16, 1 << 8
@@ -90,8 +90,9 @@ def advance(
 ) -> None:
     """Advance ``x`` and ``v`` (8,) by ``steps`` steps, while the profile goes on.
 
-    The profile goes from ``before`` to ``now``, (8,) in 1/256 encoder step, as are ``sag`` and
-    ``most``: the error that the load takes, and the one at which the duty reaches its limit.
+    The profile goes from ``before`` to ``now``, (8,) in 1/256 encoder step. In the same unit,
+    ``sag`` is the error needed to hold the load, and ``most`` the one at which the duty reaches
+    its limit.
     """
     for j in range(len(x)):
         for k in range(1, steps + 1):

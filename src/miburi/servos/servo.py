@@ -123,7 +123,7 @@ class Supply(Origin):
 
 
 class Loop(Origin):
-    """The control's rate (Hz) and faults: steps, s, share, rad."""
+    """The control's rate (Hz), and its faults, in encoder steps, s, a share, and rad."""
 
     rate: Positive
     noise: NotNegative
@@ -137,8 +137,8 @@ class Drive(Origin):
 
     ``headroom`` times the torque that a move needs is the most that a motor may give. Once motors
     have sped up, the most is what the rest of the move needs, plus the share ``room`` of the
-    motor's torque; with 1 it stays as it was. ``lift`` is the share of the load's sag by which
-    goals are corrected.
+    motor's torque; if ``room`` is 1, the most stays as it was before. ``lift`` is the share of the
+    load's sag by which goals are corrected.
     """
 
     gain: Positive

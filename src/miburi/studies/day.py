@@ -277,7 +277,7 @@ def _in_words(seconds: float) -> str:
 
 
 def _zoom(emotion: Axes, day: Day) -> None:
-    """Show two minutes of the last episode, in which the emotion's seconds can be seen."""
+    """Show two minutes of the last episode, where the emotion can be seen to change in seconds."""
     start, end = _CLOSE_UP
     close = emotion.inset_axes((0.83, 0.2, 0.17, 0.7))
     inside = (day.hours >= start) & (day.hours <= end)

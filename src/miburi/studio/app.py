@@ -33,7 +33,8 @@ _CLOSED = Doors()
 #: s between checks for pages that no browser has connected to; each takes about 0.8 MB. NiceGUI
 #: keeps them for 60 s, because a slow computer needs that long.
 _LOOKS = 5.0
-#: With more waiting pages than the first figure, pages older than the second, s, are dropped.
+#: If more pages than the first number are waiting, those older than the second number, in s, are
+#: dropped.
 _MANY, _FLOODED = 20, 10.0
 
 

@@ -18,10 +18,11 @@ from miburi.studio.words import Words
 __all__ = ["contact_panel", "facts", "line", "measurements", "why", "why_ended"]
 
 _LOG_LINES = 60
-#: N; the drawn hand can be pushed through an arm, which says nothing of the motors. In trials,
-#: hands that move as people's do felt 51 N at most (docs/safety.md).
+#: N; a force above this is shown only as above it, because the drawn hand can be pushed through an
+#: arm, which says nothing of the motors. In trials, hands that move as people's do felt 51 N at
+#: most (docs/safety.md).
 _FIRM = 60.0
-#: How many reasons for a stimulus its line names; the rest are shown with the weights.
+#: A stimulus's line names at most this many reasons for it; the rest are shown with the weights.
 _WHYS = 3
 
 
@@ -161,7 +162,7 @@ def _log(entries: list[LiveEvent], words: Words) -> str:
 
 
 def _entry_html(entry: LiveEvent, words: Words) -> str:
-    """Return an entry as HTML; the reasons for it open with their weights."""
+    """Return an entry as HTML; it opens to show the reasons for it, with their weights."""
     text = escape(line(entry, words))
     if not entry.why:
         return f"<span>{text}</span>"

@@ -42,7 +42,7 @@ _TOGGLE_DARK = f"""() => {{
     {keep("dark", "dark ? 1 : 0")}
     emit(dark);
 }}"""
-#: Releases the body only as the page shows it: a Stop that it does not show yet still holds.
+#: Releases the body only from what the page shows: a Stop that is not shown yet still holds.
 _RELEASE = "() => emit(Number(document.documentElement.dataset.serial))"
 _CHOOSE_LANGUAGE = f"""(event) => {{
     {keep("language", "event.target.value")}

@@ -167,7 +167,7 @@ class Answerer:
         text = self._choose(row, slots) or self._choose(words.feelings.lines(heard, None), slots)
         if text is None or topic is None or self._random.random() >= _TAKES_UP:
             return text
-        # "That is sad. Do you like it like that?": only what names its subject can follow.
+        # Not "That is sad. Do you like it like that?": only what names its subject can follow.
         naming = [line for line in topic.cue.say if "it" in _slots(line)]
         more = self._choose(naming, slots | _about(topic))
         return text if more is None else f"{text} {more}"
@@ -181,7 +181,7 @@ class Answerer:
         return self._choose(rows[1], slots, always=True) or "…"
 
     def _own(self, felt: str | None) -> str | None:
-        """Return what it may say of itself: after one turn of that it speaks of the person."""
+        """Return what it may say of itself: after one turn about itself it speaks of the person."""
         self._spoke_of_itself = felt is not None and not self._spoke_of_itself
         return felt if self._spoke_of_itself else None
 

@@ -79,7 +79,7 @@ _HINTS = {
 
 @dataclass(frozen=True)
 class Reply:
-    """What the partner says, and what it feels on hearing this; None: nothing special."""
+    """What the partner says, and what it feels at the person's words; None: nothing special."""
 
     text: str
     stimulus: Stimulus | None
@@ -187,7 +187,7 @@ class Conversation:
             self._said[-1] = (said, json.dumps(told, ensure_ascii=False))
 
     def _trouble(self, task: asyncio.Task[Content]) -> str | None:
-        """Return why a request brought no reply, or None; whatever failed, there is an answer."""
+        """Return why a request brought no reply, or None; whatever failed, the partner answers."""
         if not task.done():
             return f"no reply within {self._patience:g} s."
         match task.exception():

@@ -8,7 +8,7 @@ from miburi.talk.script import script
 
 __all__ = ["due_of", "local_time"]
 
-#: The partner speaks of what is due from this time of day on (ours).
+#: From this time of day on, the partner speaks of what is due (ours).
 _MORNING = time(9)
 _NUMBER = re.compile(r"(?<!\d)([12]?\d|3[01])(?:st|nd|rd|th|er|日)?(?!\d)")
 

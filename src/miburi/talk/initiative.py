@@ -19,9 +19,11 @@ REASONS: tuple[Reason, ...] = ("greeting", "date", "question")
 
 #: The shortest absence after which it greets, and the shortest silence after which it asks.
 _ABSENCE, _SILENCE = timedelta(hours=3), timedelta(minutes=45)
-#: Somebody noticed within the first time is there; greeting and asking need the second.
+#: Somebody noticed within the first of these times counts as there; the partner greets only whoever
+#: came, and asks only whoever was noticed, within the second of them.
 _THERE, _GLIMPSED = timedelta(minutes=10), timedelta(seconds=10)
-#: The shortest time between beginnings, and the time without words after which one was ignored.
+#: The shortest time between beginnings, and the time without words after which a beginning was
+#: ignored.
 _APART, _PATIENCE = timedelta(minutes=30), timedelta(minutes=10)
 #: After this many beginnings in a row that nobody took up, there are half as many a day.
 _IGNORED = 2
@@ -88,11 +90,11 @@ class Initiative:
     _begun: list[datetime] = field(default_factory=list)  # today
     _ignored: int = 0  # in a row
     _open: datetime | None = None  # the latest beginning that nobody has taken up yet
-    _greeted: datetime | None = None  # when the person greeted last had come
+    _greeted: datetime | None = None  # when the latest person to be greeted came
 
     @property
     def allowance(self) -> int:
-        """How many beginnings today may have; fewer after some that nobody took up."""
+        """How many times it may begin today; fewer after some beginnings that nobody took up."""
         return max(1, self.manners.most >> (self._ignored // _IGNORED))
 
     def look(self, now: datetime, presence: Presence, due: bool) -> Reason | None:
@@ -105,7 +107,7 @@ class Initiative:
         presence
             When somebody was there.
         due
-            Whether something that the person who is there told of is due today.
+            Whether something is due today that was told by the person who is there.
         """
         self._take_up(now, presence)
         self._begun = [one for one in self._begun if one.date() == now.date()]

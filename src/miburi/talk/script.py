@@ -24,7 +24,7 @@ Do = Literal["stop", "repeat", "name", "remember", "recall", "forget"]
 
 _Line = Annotated[str, Field(min_length=1, max_length=160)]
 _Lines = Annotated[list[_Line], Field(min_length=2)]
-#: How likely an intent from the model must be, and where the model must be sure (ours).
+#: How likely an intent from the model must be, and how likely where the model must be sure (ours).
 _LIKELY, _SURE = 0.3, 0.8
 #: The fewest words of a question that is answered although its intent is unknown (ours).
 _WORDS = 3
@@ -57,7 +57,7 @@ class Answers(
         return self
 
     def lines(self, heard: str | None, felt: str | None) -> list[str]:
-        """Return the sentences for a feeling that was heard and one that is felt, each or none."""
+        """Return the sentences for the feeling heard and the one felt; either may be None."""
         row = self.root.get(heard or "none", self.root["any"])
         return row.get(felt or "any", row["any"])
 
@@ -81,13 +81,14 @@ class Cue(Table):
     look
         Where it looks.
     stays
-        Whether a question that comes next and contains the script's ``again`` is about the same.
+        Whether a question that comes next, and that the script's ``again`` matches, is about the
+        same thing.
     broad
         Whether its patterns catch much, so that :mod:`miburi.talk.asking` may know better.
     light
-        Whether the model must be surer than elsewhere: a wrong one would be silly.
+        Whether the model must be surer than elsewhere: a wrong match would be silly.
     own
-        Whether it asks more about the partner's feelings than how it is now.
+        Whether it asks something about the partner's feelings beyond how the partner is now.
     capital
         Whether what it is about must be written with a capital, as a name is.
     tune
@@ -140,8 +141,8 @@ class Script(Table):
     again
         Regular expression for words that refer to what was said before; none by default.
     grave, people
-        The same for words of a question that may be grave, by default none, and for those of
-        somebody who speaks of people or calls out, by default any.
+        Likewise two regular expressions: for words of a question that may be grave (by default
+        none), and for those of somebody who speaks of people or calls out (by default any).
     fact, question
         Regular expressions of sentences that tell something to remember, and of questions.
     begin
@@ -149,7 +150,8 @@ class Script(Table):
     stopped, paused
         What is said where the body cannot move.
     weekdays, months, days, clock, date
-        Words for the time, Monday and January first; other days by how many days they are away.
+        Words for the time: weekdays from Monday, months from January; other days by how many days
+        they are away.
     """
 
     words: dict[str, str] = Field(default_factory=dict)

@@ -25,7 +25,8 @@ LANGUAGES = ("en",)
 #: The names of its vowels and of its silence.
 _VOWEL = re.compile(r"a[aehowxy]|axr|e[hry]|i[hy]|o[wy]|u[hw]")
 _SILENCE = "pau"
-#: Which of flite's voices, its pitch, Hz, which a feeling raises or lowers, and the lowest (ours).
+#: Which of flite's voices; its pitch, Hz, which a feeling raises or lowers; and the lowest pitch,
+#: Hz (ours).
 _VOICE, _PITCH, _LOWEST = "slt", 172.0, 60.0
 _PHONE = re.compile(r"([a-z]+):(\d+\.\d+)")
 #: Typographic characters that it cannot read, and the plain ones to use instead.

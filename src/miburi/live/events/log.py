@@ -23,7 +23,10 @@ __all__ = ["LOGGED", "History", "Log"]
 #: Events that are kept in memory.
 LOGGED = 300
 _LOST = "events before this one are no longer kept"
-_UNKNOWN = "this partner does not know that event: it keeps its events in another folder, or afresh"
+_UNKNOWN = (
+    "this partner does not know that event: it keeps its events in another folder, or has begun to "
+    "keep them anew"
+)
 #: A note in the store: whether what is said to the partner may be told.
 _WORDS = "words"
 #: s to wait for the disk.

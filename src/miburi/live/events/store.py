@@ -116,7 +116,7 @@ class EventStore:
     def end_of(self, boot: str) -> int | None:
         """Return the last number that a start may have given; None if it is unknown here.
 
-        It is above all numbers for the latest start.
+        For the latest start that is a number above those of all events.
         """
         with self._lock:
             first = self._file.execute("SELECT first FROM boots WHERE boot = ?", (boot,)).fetchone()

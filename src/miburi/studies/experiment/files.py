@@ -105,7 +105,8 @@ def _summary(result: experiment.Experiment) -> list[str]:
         longest = max(gesture.end - gesture.start for gesture in result.too_long)
         lines.append(
             f"{len(result.too_long)} gestures did not fit into {result.setup.period:g} s (the "
-            f"longest took {longest:.2f} s): no gesture starts at the multiples they cover"
+            f"longest took {longest:.2f} s): no gesture starts at the multiples of "
+            "the period that fall within them"
         )
     if result.healing is not None:
         healed = result.healing

@@ -97,7 +97,7 @@ def check(
 
     Every pose must be in reach and inside the limits. Mood 0 must be exactly neutral. At every
     mood the kinematics must be within 1 mm, no part may meet another, and the contact rule may
-    not stop the body, even when a lively partner passes key poses without a stop. Space and speed
+    not stop the body, even when a lively partner passes key poses without pausing. Space and speed
     must strictly rise with the mood.
     """
     yield from misfits(robot, function)
@@ -116,9 +116,11 @@ def check(
         if function.effort.free:
             flowing = rehearse(robot, key_poses(robot, function, mood), settings, flows=True)
             if flowing.met and not now.met:
-                yield f"at mood {mood}, without stops, the robot's {' and '.join(flowing.met)} meet"
+                yield (
+                    f"at mood {mood}, without pauses, the robot's {' and '.join(flowing.met)} meet"
+                )
             if flowing.stop and not now.stopped_by:
-                yield f"at mood {mood}, without stops, the contact rule stops {flowing.stop.motor}"
+                yield f"at mood {mood}, without pauses, the contact rule stops {flowing.stop.motor}"
         if before is not None and not now.contact_stops:
             if now.measures.volume <= before.measures.volume:
                 yield f"from mood {before.mood} to {mood} it does not use more space"

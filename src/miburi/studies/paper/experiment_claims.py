@@ -14,7 +14,8 @@ from miburi.studies.trials.summary import summarise
 
 __all__ = ["period", "right_positions", "slower_and_smaller", "whenever_and_only_when"]
 
-#: "Never missed" means that fewer than one contact in a thousand is, at 95 % (ours).
+#: "Never missed" means, at 95 % confidence, that fewer than one contact in a thousand is missed
+#: (ours).
 _NEVER = 0.001
 
 
@@ -56,8 +57,8 @@ def slower_and_smaller(runs: Runs) -> Claim:
         "5",
         "“As a consequence, its movements were then slower and used less space.”",
         holds(pairs and smaller == pairs),
-        f"{smaller} of {pairs} gestures after a stop are both smaller and slower than the whole "
-        "one before it",
+        f"{smaller} of {pairs} gestures after a stop are both smaller and slower than the "
+        "complete one before it",
     )
 
 
@@ -76,9 +77,9 @@ def period(runs: Runs) -> Claim:
             ClaimVerdict.HOLDS_IF if regular else ClaimVerdict.DIFFERS,
         ),
         f"{len(starts)} gestures of happiness start at multiples of 2 s, within {1e3 * late:.0f} "
-        f"ms; of the {len(long)} feelings' gestures at μ = 0.9 {len(fit)} "
-        f"({', '.join(fit) or 'none'}) ends within 2 s, the others take up to {max(long):.1f} s, "
-        "and the next one starts at the multiple after that",
+        f"ms; at μ = 0.9, for {len(fit)} of the {len(long)} feelings "
+        f"({', '.join(fit) or 'none'}) the gesture ends within 2 s, the others take up to "
+        f"{max(long):.1f} s, and the next one starts at the multiple after that",
         "the condition is the paper's feeling, happiness",
     )
 

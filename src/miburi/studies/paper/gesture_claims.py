@@ -147,7 +147,8 @@ def back_to_neutral(runs: Runs) -> Claim:
         "4",
         "After a contact “it will come back into the neutral position”.",
         holds(bool(off) and max(off) < 0.01),
-        f"{len(off)} returns (a run may end before one): when the next gesture begins both hands "
+        f"{len(off)} returns (a run may end before the body has returned): "
+        "when the next gesture begins both hands "
         f"are within {1e3 * max(off, default=np.inf):.1f} mm of neutral",
     )
 

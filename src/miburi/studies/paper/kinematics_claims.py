@@ -112,9 +112,9 @@ def eight_solutions(runs: Runs) -> Claim:
         "3",
         "“The direct inversion of the forward kinematic model gives us 8 solutions.”",
         ClaimVerdict.HOLDS_IF if set(arms) == {8} else ClaimVerdict.DIFFERS,
-        f"without limits each arm has {min(arms) // 2}, {min(arms)} in all; as poses of the whole "
-        f"body they are {int(np.median(bodies))}, and up to {max(bodies)} with the waist turned by "
-        "half a circle",
+        f"without limits each arm has {min(arms) // 2}, {min(arms)} in all; combined, they give "
+        f"{int(np.median(bodies))} poses of the whole body, and up to {max(bodies)} with the waist "
+        "turned by half a circle",
         "the condition: solutions are counted arm by arm",
     )
 

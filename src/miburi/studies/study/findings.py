@@ -113,7 +113,7 @@ class MeanRating:
 
 @dataclass(frozen=True)
 class PairOrder:
-    """How many pairs of one person's films of one feeling are rated in the order of their moods.
+    """How many pairs of films are rated in order of mood: each pair by one person, of one feeling.
 
     ``low`` and ``high`` are the share's 95 % interval, clustered by participant.
     """
@@ -313,7 +313,8 @@ def _ratings(
     table = [[page[name] for name in names] for page in pages.values()]
     value_of = {page: _mean(list(values.values())) for page, values in pages.items()}
     cells: dict[str, dict[str, list[tuple[int, float]]]] = defaultdict(lambda: defaultdict(list))
-    # A pair is one person's and of one feeling; both have the face, or neither, or both are live.
+    # The two films of a pair are one person's and of one feeling; both have the face, or neither,
+    # or both are live.
     groups: dict[tuple[int, str, str], list[tuple[float, float]]] = defaultdict(list)
     for page, film in film_of.items():
         if film is not None:
@@ -379,7 +380,8 @@ def _rating(values: list[tuple[int, float]]) -> MeanRating:
 
 def _sum(orders: list[tuple[int, float, int]]) -> PairOrder:
     right, pairs = sum(one for _, one, _ in orders), sum(one for _, _, one in orders)
-    # Each of a person's pairs counts as their share of right ones: the total stays the same.
+    # The value of each pair is the share of right pairs in its group, which is one person's; the
+    # total stays the same.
     each = [(who, one / of) for who, one, of in orders if of for _ in range(of)]
     low, high = mean_interval(
         _by_person([who for who, _ in each], [value for _, value in each])

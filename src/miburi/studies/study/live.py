@@ -105,7 +105,8 @@ class _View:
             if (hindered := _hindrance(state)) is not None:
                 return hindered
             if latest is None:
-                # A Stop is answered a step before states show it: the first state may be too old.
+                # A Stop is acknowledged a step before the states show it, so the first state may be
+                # too old to show it: wait for a second one.
                 if looks and state.expressed is None and state.phase != "returning":
                     latest = state.cursor
                     robot.express(self._expression)
@@ -128,7 +129,7 @@ def _hindrance(state: State) -> Ending | None:
 
 
 def _stopped(stop: StopOut | None) -> Ending:
-    """Return the ending for a stop, by its reason: it ends by itself, or a person ends it."""
+    """Return the ending for a stop, by its reason: a stop ends by itself, or a person ends it."""
     match stop.reason if stop is not None else None:
         case StopReason.CONTACT | StopReason.TOUCHED:
             return Ending.TOUCHED

@@ -1,4 +1,6 @@
-"""The order in which a participant sees films: a balanced Latin square, labelled by the seed.
+"""The order in which a participant sees films: a balanced Latin square.
+
+The seed decides which film has which number in the square.
 
 In a balanced square every film occurs once in every place, and follows every other film once
 (Williams 1949, "Experimental designs balanced for the estimation of residual effects of
@@ -14,7 +16,7 @@ __all__ = ["balanced_square", "film_order", "option_order"]
 
 def balanced_square(count: int) -> list[tuple[int, ...]]:
     """Return Williams's square for ``count`` films: rows of 0 … ``count`` - 1."""
-    # 0, 1, n - 1, 2, n - 2, …: neighbours differ by each number once.
+    # 0, 1, n - 1, 2, n - 2, …: for an even n, each difference of neighbours (mod n) occurs once.
     first = [(k + 1) // 2 if k % 2 else (count - k // 2) % count for k in range(count)]
     rows = [tuple((film + row) % count for film in first) for row in range(count)]
     return rows if count % 2 == 0 else [*rows, *(row[::-1] for row in rows)]

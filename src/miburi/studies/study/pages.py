@@ -41,7 +41,7 @@ _PAGES = Path(__file__).parent / "pages"
 _LETTERS = "23456789ABCDEFGHJKMNPQRSTUVWXYZ"
 #: The longest word that is kept, and the largest form, bytes (ours).
 _LONGEST, _LARGEST = 80, 16_384
-#: New participants and tries to withdraw from one address: per second, and at once (ours).
+#: How often one address may enter a participant or try to withdraw: per second, and at once (ours).
 _RATE, _BURST = 0.5, 60.0
 _DAYS = 30
 #: s without a page after which somebody who has not finished counts as gone, so that a newcomer
@@ -86,7 +86,8 @@ def make_app(
     films
         The file of every film, by the films' names.
     local
-        Whether only this computer may ask, by its own names; a site could point its name here.
+        Whether only this computer may ask, and only by its own names, because a website could
+        point a name of its own at this address.
     code
         Makes a new participant's code.
     perform
@@ -133,7 +134,8 @@ class _Pages:
         self._study, self._store, self._code = study, store, code
         self._perform, self._turns, self._clock = perform, Turns(clock), clock
         self._allowance = Allowance(_RATE, _BURST, clock)
-        self._shown: dict[tuple[int, int], float] = {}  # when a page came first, by number and step
+        # When a page was first shown, by participant number and step.
+        self._shown: dict[tuple[int, int], float] = {}
         self._seen: dict[int, float] = {}  # when somebody last asked for a page
         self._began = clock()
         # An address must not tell what a film is meant to show.

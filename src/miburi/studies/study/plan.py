@@ -39,8 +39,8 @@ __all__ = [
 FILE = "study.toml"
 #: The study that ships, to start from.
 TEMPLATE = Path(__file__).with_name("eight-feelings.toml")
-#: What is kept when somebody chooses the option that is no feeling, and for a question that was
-#: not asked or was left out.
+#: What is kept as the answer: NONE when somebody chooses the option that is no feeling, SKIPPED for
+#: a question that was not asked or was left out.
 NONE, SKIPPED = "none", ""
 #: What the shipped study leaves for its author to fill in.
 _UNFILLED = re.compile(r"\(WRITE: [^)]*\)|（記入：[^）]*）")

@@ -26,7 +26,7 @@ __all__ = [
     "unbiased_hit_rates",
 ]
 
-need("scipy", "studies")  # loading it takes a second, so only the functions that use it do
+need("scipy", "studies")  # loading it takes a second, so only the functions that use it load it
 
 #: The quantile of an interval of 95 %.
 _TWO_SIDED = 0.975
@@ -72,7 +72,7 @@ def cronbach_alpha(values: ArrayLike) -> float | None:
 
 
 def right_order(moods: ArrayLike, ratings: ArrayLike) -> tuple[float, int]:
-    """Return how many pairs of different moods have ratings in the same order, and of how many.
+    """Return how many pairs of different moods are rated in their order, and how many there are.
 
     A tie of ratings counts one half, so that guessing gives one half of the pairs (the
     probability of superiority, as in Mann and Whitney 1947).

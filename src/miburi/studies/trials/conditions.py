@@ -65,7 +65,7 @@ class Person:
         rad: the angle between the hand's direction and the link's motion, and the angle around
         that motion.
     reach
-        m, how far the fingers reach over the link beyond their middle.
+        m, how far the fingers reach over the link beyond the meeting point.
     """
 
     kind: HandKind

@@ -133,7 +133,7 @@ class Actor:
         """Move the hand at this reading; the person feels the robot's ``phase``."""
         plant, person, meeting = self._plant, self._person, self._meeting
         if phase is Phase.STOPPED:
-            # A person who feels that the robot has stopped stops pushing; a wall stays where it is.
+            # On feeling that the robot has stopped, a person stops pushing; a wall stays in place.
             if person.kind is not HandKind.RIGID:
                 plant.anchor = plant.hand[:3]
         elif plant.touched_at is None:

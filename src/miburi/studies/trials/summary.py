@@ -11,7 +11,7 @@ from miburi.studies.trials.trial import Outcome, TrialKind
 
 __all__ = ["ISO_LIMITS", "LATE", "MATTERS", "Summary", "quantile_interval", "summarise", "wilson"]
 
-need("scipy", "studies")  # loading it takes a second, so only the functions that use it do
+need("scipy", "studies")  # loading it takes a second, so only the functions that use it load it
 
 #: A missed contact matters from this force on, N (ours).
 MATTERS = 2.0
@@ -31,7 +31,7 @@ ISO_LIMITS = {
 
 
 def wilson(hits: int, trials: int) -> tuple[float, float]:
-    """Return Wilson's 95 % interval (1927) of a share: ``hits`` of ``trials``; 0 to 1 of none."""
+    """Return Wilson's 95 % interval (1927) of the share ``hits / trials``; 0 to 1 for no trials."""
     if trials == 0:
         return 0.0, 1.0
     from scipy.stats import binomtest
@@ -43,9 +43,10 @@ def wilson(hits: int, trials: int) -> tuple[float, float]:
 def quantile_interval(
     values: "np.ndarray[tuple[int, ...], np.dtype[np.float64]]", share: float
 ) -> tuple[float, float] | None:
-    """Return a 95 % interval of a quantile, for any distribution; its upper end may be the largest.
+    """Return a 95 % interval of a quantile, for any distribution.
 
-    Its ends are two of the sorted values (David and Nagaraja, Order Statistics, 7.1).
+    Its ends are two of the sorted values (David and Nagaraja, Order Statistics, 7.1); the upper one
+    may be the largest.
     """
     count = len(values)
     if count == 0:

@@ -39,7 +39,8 @@ __all__ = [
 
 #: s after the touch within which the robot must stop; after that the contact is missed (ours).
 PATIENCE = 1.0
-#: s after a stop from which the robot must no longer push, and s for which that is measured.
+#: How long after a stop the robot may still push, s, and for how long after that its push is
+#: measured, s.
 SETTLED, WATCHED = 0.3, 0.2
 #: The sustained force is a mean over this time, s: the rule's own period.
 SUSTAINED = 0.1
@@ -89,7 +90,8 @@ class Outcome:
     right_motor
         Whether the stop names a motor that carries the touched part.
     brushes, brush_force
-        How many people drawn earlier the robot only brushed past, and the largest force on them.
+        How many people were drawn earlier whom the robot only brushed past, and the largest force
+        on them.
     self_collision
         Whether two parts of the robot met before anybody touched it.
     """
