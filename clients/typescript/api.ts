@@ -762,7 +762,7 @@ export interface components {
             what: string;
             /**
              * Weight
-             * @description How much it spoke for the feeling, over none; log-odds, above 0.
+             * @description Evidence for the feeling over no feeling; log-odds, above 0.
              */
             weight: number;
         };
@@ -1044,7 +1044,7 @@ export interface components {
             slack: number;
             /**
              * Least
-             * @description Less expected travel is judged later, rad.
+             * @description Expected travel below this is judged later, rad.
              */
             least: number;
             /**

@@ -176,7 +176,7 @@ STEPS: tuple[BuildStep, ...] = (
     BuildStep(
         "Idlers onto the rear cheeks, from inside: here the cradle's", (("idler", (0, 10.0, 0)),),
         ("cradle",), (("head idler", ""),),
-        "Five times, onto the cheek without a slot. Upper arms and forearms: the idler set's.",
+        "Five times, onto the cheek without a slot: the set's on upper arms and forearms.",
         (300.0, -15.0),
     ),
     BuildStep(
@@ -209,7 +209,7 @@ STEPS: tuple[BuildStep, ...] = (
     ),
     BuildStep(
         "Chest, when the first power-on is passed", (("chest", _UP[::-1]),), ("*",),
-        (("chest", "chest"),), "Flat-sided end at the top. From the front.", (150.0, -15.0),
+        (("chest", "chest"),), "The end with the flat sides up. From the front.", (150.0, -15.0),
     ),
 )  # fmt: skip
 

@@ -169,7 +169,6 @@ class Partner:
     def gesticulate(self, strokes: Sequence[float]) -> None:
         """Beat with the arms to speech: a hand goes farthest at some of these times, s from now.
 
-
         Gestures take precedence. A partner does not beat if it has no life, shows a feeling, rests
         or is stopped. The times must ascend.
         """
