@@ -10,7 +10,7 @@ from miburi.studies.trials.conditions import HandKind
 from miburi.studies.trials.figures import Point, distributions, rule_map_figure
 from miburi.studies.trials.report import iso_sentence, rows
 from miburi.studies.trials.runs import as_array
-from miburi.studies.trials.summary import ISO_LIMITS, summarise
+from miburi.studies.trials.summary import ISO_LIMITS, LATE, MATTERS, summarise
 from miburi.studies.trials.trial import Outcome
 
 __all__ = ["CAPS", "write_page"]
@@ -37,6 +37,9 @@ def write_page(
     }
     hands = {hand.value: [o for o in first if o.hand == hand] for hand in HandKind}
     by_hand = {hand: summarise(some) for hand, some in hands.items() if some}
+    met = [o for o in first if o.touched and o.sustained_force >= MATTERS]
+    late = [o for o in met if not o.stopped or o.latency > LATE]
+    pushes = [o for o in first if o.push_after_stop >= 0]  # NaN without a stop
     rigid = hands[HandKind.RIGID.value]
     speeds, forces = as_array(rigid, "speed"), as_array(rigid, "peak_force")
     page = render(
@@ -44,6 +47,8 @@ def write_page(
         tables={name: (list(columns), rows(columns)) for name, columns in summaries.items()},
         hands=list(by_hand),
         by_hand=rows(by_hand),
+        late=sorted(late, key=lambda o: -o.sustained_force),
+        pushed=max(pushes, key=lambda o: o.push_after_stop, default=None),
         points=points,
         iso=iso_sentence(),
         caps=[(cap, forces[speeds <= cap]) for cap in CAPS],
