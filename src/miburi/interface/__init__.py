@@ -1,1 +1,1 @@
-"""How programs reach a live partner: HTTP, WebSocket, the Python client, and access control."""
+"""How programs reach a live partner: HTTP, WebSocket and the Python clients."""
