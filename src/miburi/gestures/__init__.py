@@ -1,7 +1,7 @@
 """Gestures: turn a feeling's movement function (a TOML file) and a mood into timed key poses."""
 
 from miburi.gestures.movement import MovementFunction, load, load_for, misfits
-from miburi.gestures.performance import (
+from miburi.gestures.posing import (
     BEAT_LEAD,
     Direction,
     KeyPose,

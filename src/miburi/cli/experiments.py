@@ -1,0 +1,162 @@
+"""``miburi experiment``, ``paper`` and ``feelings day``: what the paper reports, run and drawn."""
+
+import json
+import re
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from miburi.cli.options import (
+    AsJson,
+    CalibrationFile,
+    GesturesFolder,
+    IkWay,
+    RobotFile,
+    ServoName,
+    TemperamentName,
+    calibrated,
+    repertoire_of,
+    robot_of,
+    settings_of,
+    temperament_of,
+)
+from miburi.cli.places import a_folder, check_folder
+from miburi.errors import InputError, need
+
+if TYPE_CHECKING:
+    from miburi.bodies import Body
+    from miburi.robot import Robot
+
+__all__ = ["day", "experiment", "paper"]
+
+
+def experiment(
+    seed: Annotated[int, typer.Option(help="0 or more; the same seed gives the same run.")] = 1,
+    seconds: Annotated[float, typer.Option(help="Length in the robot's time.")] = 30.0,
+    feeling: Annotated[str, typer.Option(help="The emotion that is held.")] = "happiness",
+    mood: Annotated[float, typer.Option(help="Its mood at the start, 0 to 1.")] = 0.9,
+    period: Annotated[float, typer.Option(help="Seconds from gesture to gesture.")] = 2.0,
+    heal: Annotated[
+        bool,
+        typer.Option(
+            "--heal",
+            help="After the gestures let the mood heal, compared with a twin that nobody touched.",
+        ),
+    ] = False,
+    temperament: TemperamentName = "default",
+    out: Annotated[Path, typer.Option(help="Folder for the results.", callback=a_folder)] = Path(
+        "out/experiment"
+    ),
+    film: Annotated[bool, typer.Option(help="Draw the film (the longest part).")] = True,
+    hand: Annotated[bool, typer.Option(help="A hand gets in the way now and then.")] = True,
+    face: Annotated[bool, typer.Option(help="The phone shows its face in the film.")] = True,
+    body: Annotated[
+        str, typer.Option(help="simulated, or emulated-card: the real firmware in the loop.")
+    ] = "simulated",
+    calibration: CalibrationFile = None,
+    robot: RobotFile = None,
+    servo: ServoName = None,
+    gestures: GesturesFolder = None,
+    solver: IkWay = "default",
+    as_json: AsJson = False,
+) -> None:
+    """Run the paper's experiment (Section 5): happiness, mood 0.9, and a hand in the way."""
+    if body not in (bodies := ("simulated", "emulated-card")):
+        raise InputError(
+            f"the body must be one of {', '.join(bodies)}, got {body!r}: only a simulation has a "
+            "hand to put in the way."
+        )
+    if servo is not None and body != "simulated":
+        raise InputError("--servo is for the simulated body; the card's servos cannot be chosen.")
+    if body == "emulated-card":
+        from miburi.emulation.card import firmware_file
+
+        firmware_file("miburi.elf")  # refused now, not after the gestures are checked
+    from miburi.studies.experiment import Setup
+
+    description, rule = calibrated(robot_of(robot, servo), calibration)
+    setup = Setup(
+        seed=seed,
+        seconds=seconds,
+        feeling=feeling,
+        mood=mood,
+        period=period,
+        temperament=temperament_of(temperament),
+        settings=settings_of(description, solver),
+        hand=hand,
+        heal=heal,
+    )
+    # After the quick checks, since this checks whether the robot reaches every pose.
+    setup = replace(setup, repertoire=repertoire_of(description, gestures))
+    simulation: Body
+    if body == "emulated-card":
+        from miburi.emulation.body import EmulatedBody
+
+        simulation = EmulatedBody(description, rule)
+    else:
+        from miburi.bodies.simulated import Simulated
+
+        simulation = Simulated(description, rule)
+    from miburi.studies.experiment.files import write_experiment
+
+    lines = write_experiment(simulation, setup, out, film=film, face=face)
+    if as_json:
+        print((out / "experiment.json").read_text(encoding="utf-8").rstrip())
+    else:
+        print(*lines, sep="\n")
+
+
+def paper(
+    out: Annotated[Path, typer.Option(help="Folder for paper.md and images.")] = Path("out/paper"),
+    claim: Annotated[
+        str | None, typer.Option(help="Test this claim alone, and write nothing.")
+    ] = None,
+    robot: RobotFile = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the claim as JSON.")] = False,
+) -> None:
+    """Test the paper's claims; write a page with verdicts, numbers and figures."""
+    need("scipy", "studies")
+    if claim is not None:
+        _carry_out_claim(claim, robot_of(robot), as_json=as_json)
+        return
+    check_folder("--out", out)
+    from miburi.studies.paper.page import write_paper
+
+    print(write_paper(robot_of(robot), out, lambda what: typer.echo(what, err=True)))
+
+
+def _carry_out_claim(name: str, robot: "Robot", *, as_json: bool) -> None:
+    """Print what a run says about one sentence of the paper."""
+    from miburi.studies.paper.claims import CLAIMS
+    from miburi.studies.paper.runs import Runs
+
+    if name not in CLAIMS:
+        raise InputError(f"--claim: one of {', '.join(CLAIMS)}, got {name!r}.")
+    claim = CLAIMS[name](Runs(robot, lambda what: typer.echo(what, err=True)))
+    if as_json:
+        print(json.dumps({"claim": name, **asdict(claim)}, ensure_ascii=False))
+        return
+    print(f"Section {claim.section}: {claim.sentence}\n{claim.verdict}: {claim.number}")
+    if claim.ours:
+        print("Ours:", re.sub(r"\[.*?\]\((.*?)\)", r"docs/\1", claim.ours))
+
+
+def day(
+    out: Annotated[Path, typer.Option(help="Folder for day.png.", callback=a_folder)] = Path(
+        "out/feelings"
+    ),
+    seed: Annotated[int, typer.Option(help="0 or more.", min=0)] = 1,
+    temperament: TemperamentName = "default",
+    model: Annotated[str, typer.Option(help="cascade or spiking.")] = "cascade",
+) -> None:
+    """Draw the three levels over a scripted day of conversation."""
+    from miburi.feelings import EmotionalModel
+    from miburi.feelings.spiking import SpikingModel
+    from miburi.studies.day import plot_day
+
+    models = {"cascade": EmotionalModel, "spiking": SpikingModel}
+    if model not in models:
+        raise InputError(f"the model must be one of {', '.join(models)}, got {model!r}.")
+    print(plot_day(out, models[model](temperament_of(temperament)), seed=seed))
