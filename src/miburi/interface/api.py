@@ -8,15 +8,15 @@ from pathlib import Path as FilePath
 from typing import Annotated, Any
 
 import numpy as np
-from fastapi import APIRouter, FastAPI, Header, HTTPException, Path, Request, Response
-from fastapi.responses import FileResponse, JSONResponse
+from fastapi import APIRouter, FastAPI, Header, HTTPException, Request, Response
 
-from miburi.errors import InputError
-from miburi.feelings import FEELINGS, SOURCES, Expression, Stimulus
+from miburi.feelings import Expression, Stimulus
 from miburi.interface.acting import acts_of, look_of, poses_of, shown_by
+from miburi.interface.description import describe
 from miburi.interface.events import event_router
 from miburi.interface.people import add_people
-from miburi.interface.refusing import refuse_in_words
+from miburi.interface.recordings import add_recordings
+from miburi.interface.refusing import NOTHING, REFUSED, Refusals, refuse_in_words
 from miburi.interface.wire import (
     AttendIn,
     BodyIn,
@@ -25,15 +25,11 @@ from miburi.interface.wire import (
     FaceIn,
     GestureOut,
     HandIn,
-    LinkOut,
     LookIn,
-    PartOut,
     PauseIn,
     PerformanceIn,
     PosesAct,
     PosesIn,
-    RecordingIn,
-    RecordingOut,
     Refusal,
     RobotOut,
     SayIn,
@@ -63,9 +59,6 @@ from miburi.live.wishes import (
     Sense,
     Speak,
 )
-from miburi.robot import JOINTS
-from miburi.robot.mjcf import HAND_AWAY, HAND_SIZE
-from miburi.robot.shape import COLOURS, links, parts
 from miburi.safety.stop import StopReason
 from miburi.senses.happenings import notice
 from miburi.serving.access import CAME, Allowance
@@ -81,8 +74,6 @@ from miburi.version import __version__
 __all__ = [
     "NOTICED_BURST",
     "NOTICED_RATE",
-    "Refusals",
-    "describe",
     "make_api",
     "move_hand",
 ]
@@ -103,27 +94,17 @@ _TAGS = {
     "privacy": "Whether events may repeat what people say.",
     "people": "Whom it knows, and when it may begin to speak by itself.",
 }
-_NOTHING = 204
 _PLAIN = Care()
 #: Touches, motions and sounds noticed from one address: per second, and in a burst (ours).
 NOTICED_RATE, NOTICED_BURST = 5.0, 10.0
-Refusals = dict[int | str, dict[str, Any]]
-_REFUSED: Refusals = {
-    400: {"model": Refusal, "description": "A value is not allowed."},
-    409: {"model": Refusal, "description": "The body cannot do that now."},
-    503: {"model": Refusal, "description": "Too much at once, or the robot cannot be reached."},
-}
 #: What any request but Stop may get back.
 _OFTEN: Refusals = {429: {"model": Refusal, "description": "Too many requests."}}
-_NONE: Refusals = {404: {"model": Refusal, "description": "Nothing has that name."}}
-_NO_ROOM: Refusals = {507: {"model": Refusal, "description": "The folder is full or read-only."}}
 _BY = "Who presses: `program`, if a program may release it again; else it counts as a person."
 #: Key poses rehearsed from one address: per second, and in a burst (ours).
 _REHEARSED_RATE, _REHEARSED_BURST = 0.5, 5.0
 _Asker = Annotated[
     str, Header(alias=BY, description="Who asks: `program`, `home`, `agent`, `ros`, or a person.")
 ]
-_RecordingName = Annotated[str, Path(max_length=60, description="The name of its file.")]
 
 
 def make_api(
@@ -179,7 +160,7 @@ def _router(runner: LivePartner, speech: Speech, clock: Callable[[], datetime]) 
         "look": _looking,
         "ask": partial(_asking, speech=speech),
         "show": _showing,
-        "recordings": _recording,
+        "recordings": add_recordings,
         "privacy": _private,
         "people": lambda part, _: add_people(part, speech.memory, speech.beginning, clock),
     }
@@ -208,7 +189,7 @@ def _describe(app: FastAPI) -> None:
 def _stopping(router: APIRouter, runner: LivePartner) -> None:
     """Add the requests that no limit delays."""
 
-    @router.post("/stop", status_code=_NOTHING, responses=_REFUSED)
+    @router.post("/stop", status_code=NOTHING, responses=REFUSED)
     async def stop(
         by: Annotated[str, Header(alias=BY, description=_BY)] = "person",
         name: Annotated[str, Header(alias=PRESS, include_in_schema=False)] = "",
@@ -267,13 +248,13 @@ def _looking(router: APIRouter, runner: LivePartner) -> None:
 def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
     """Add what the partner can be asked to feel, notice and do."""
 
-    @router.post("/stimulus", responses=_REFUSED)
+    @router.post("/stimulus", responses=REFUSED)
     async def stimulus(wish: StimulusIn, by: _Asker = "person") -> WishOut:
         """Let the partner feel something; returns the event's id."""
         felt = Stimulus(wish.feeling, wish.strength, wish.source)
         return WishOut(id=await granted(runner, Feel(felt, who(by))))
 
-    @router.post("/say", responses=_REFUSED)
+    @router.post("/say", responses=REFUSED)
     async def say(wish: SayIn, by: _Asker = "person") -> SayOut:
         """Say something to the partner; it takes on the words' feeling, and answers.
 
@@ -289,7 +270,7 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
                 429, f"too much at once; at most {NOTICED_RATE:g} a second, please."
             )
 
-    @router.post("/sense", status_code=_NOTHING, responses=_REFUSED)
+    @router.post("/sense", status_code=NOTHING, responses=REFUSED)
     async def sense(wish: SenseIn, request: Request) -> None:
         """Let the partner notice a touch, a motion or a sound; never more than a few a second."""
         not_too_often(request)
@@ -298,7 +279,7 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
         speech.beginning.notice()
         await speech.count(felt)
 
-    @router.post("/face", status_code=_NOTHING, responses=_REFUSED)
+    @router.post("/face", status_code=NOTHING, responses=REFUSED)
     async def face(wish: FaceIn, request: Request) -> None:
         """Turn slowly to a face while nothing is felt; repeat within 5 s, or it counts as gone."""
         not_too_often(request)
@@ -306,33 +287,33 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
             speech.beginning.notice()
         await granted(runner, See(wish.x))
 
-    @router.post("/attend", status_code=_NOTHING, responses=_REFUSED)
+    @router.post("/attend", status_code=NOTHING, responses=REFUSED)
     async def attend(wish: AttendIn, request: Request) -> None:
         """Face somebody who talks with it, and look aside now and then, as people do."""
         not_too_often(request)
         await granted(runner, Attend(wish.turn))
 
-    @router.post("/release", status_code=_NOTHING, responses=_REFUSED)
+    @router.post("/release", status_code=NOTHING, responses=REFUSED)
     async def release(request: Request) -> None:
         """Go on after a stop; refused in the pause after a contact, and after a person's Stop."""
         await granted(runner, Release(came=request.scope.get("state", {}).get(CAME)))
 
-    @router.post("/pause", status_code=_NOTHING, responses=_REFUSED)
+    @router.post("/pause", status_code=NOTHING, responses=REFUSED)
     async def pause(wish: PauseIn) -> None:
         """Rest at neutral, or go on."""
         await granted(runner, Pause(wish.paused))
 
-    @router.post("/hand", status_code=_NOTHING, responses=_REFUSED)
+    @router.post("/hand", status_code=NOTHING, responses=REFUSED)
     async def hand(wish: HandIn) -> None:
         """Move the simulated human hand; it can get in the robot's way."""
         await granted(runner, move_hand(wish))
 
-    @router.post("/temperament", status_code=_NOTHING, responses=_REFUSED)
+    @router.post("/temperament", status_code=NOTHING, responses=REFUSED)
     async def temperament(wish: TemperamentIn) -> None:
         """Change to another temperament."""
         await granted(runner, ChangeTemperament(wish.name, wish.rest))
 
-    @router.post("/bodies", status_code=_NOTHING, responses=_REFUSED)
+    @router.post("/bodies", status_code=NOTHING, responses=REFUSED)
     async def body(wish: BodyIn) -> None:
         """Use another body from now on."""
         await granted(runner, ChangeBody(wish.name, wish.port))
@@ -341,19 +322,19 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
 def _showing(router: APIRouter, runner: LivePartner) -> None:
     """Add what it can be asked to show and say; each wish has an id, which its events carry."""
 
-    @router.post("/speak", responses=_REFUSED)
+    @router.post("/speak", responses=REFUSED)
     async def speak(wish: SpeakIn, by: _Asker = "person") -> WishOut:
         """Let the partner say something aloud, where a page has its voice on; the latest wins."""
         return WishOut(id=await granted(runner, Speak(wish.text, who(by))))
 
-    @router.post("/express", responses=_REFUSED)
+    @router.post("/express", responses=REFUSED)
     async def express(wish: ExpressIn, by: _Asker = "person") -> WishOut:
         """Perform a gesture once, whatever the feelings are."""
         poses = await asyncio.to_thread(shown_by, runner, wish)
         shown = Expression(wish.feeling, wish.mood)
         return WishOut(id=await granted(runner, Perform(shown, poses, "gesture", who(by))))
 
-    @router.post("/look", responses=_REFUSED)
+    @router.post("/look", responses=REFUSED)
     async def look(wish: LookIn, by: _Asker = "person") -> WishOut:
         """Look somewhere for a while, as soon as the body is at rest; the next wish ends it."""
         poses = look_of(runner, wish)
@@ -365,7 +346,7 @@ def _showing(router: APIRouter, runner: LivePartner) -> None:
         if not rehearsing.take(request.client.host if request.client else ""):
             raise HTTPException(429, "too many key poses to rehearse at once; wait a moment.")
 
-    @router.post("/poses", responses=_REFUSED)
+    @router.post("/poses", responses=REFUSED)
     async def poses(wish: PosesIn, request: Request, by: _Asker = "person") -> WishOut:
         """Perform your own key poses once; they are rehearsed first, which takes a moment."""
         rehearsed_seldom(request)
@@ -373,7 +354,7 @@ def _showing(router: APIRouter, runner: LivePartner) -> None:
         shown = None if wish.feeling is None else Expression(wish.feeling, wish.mood)
         return WishOut(id=await granted(runner, Perform(shown, own, "poses", who(by))))
 
-    @router.post("/performance", responses=_REFUSED)
+    @router.post("/performance", responses=REFUSED)
     async def performance(wish: PerformanceIn, request: Request, by: _Asker = "person") -> WishOut:
         """Perform gestures, looks, key poses and sentences together."""
         if any(isinstance(act, PosesAct) for act in wish.acts):
@@ -385,55 +366,10 @@ def _showing(router: APIRouter, runner: LivePartner) -> None:
 def _private(router: APIRouter, runner: LivePartner) -> None:
     """Add the choice of what becomes of people's words."""
 
-    @router.post("/words", status_code=_NOTHING, responses=_REFUSED)
+    @router.post("/words", status_code=NOTHING, responses=REFUSED)
     async def words(wish: WordsIn) -> None:
         """Let events repeat what is said to the partner from now on, or forget what was said."""
         await granted(runner, AllowWords(wish.allowed))
-
-
-def _recording(router: APIRouter, runner: LivePartner) -> None:
-    """Add recordings."""
-    kept = runner.recordings
-
-    # A disk may be slow: these run in threads, and hold up nothing but their own answers.
-
-    @router.get("/recordings")
-    def recordings() -> list[RecordingOut]:
-        """Return all recordings, and the one that is being written."""
-        return [RecordingOut.model_validate(one._asdict()) for one in kept.kept()]
-
-    @router.post("/recordings", status_code=_NOTHING, responses=_REFUSED | _NO_ROOM)
-    def record(wish: RecordingIn) -> None:
-        """Start or end a recording."""
-        if wish.on:
-            kept.start()
-        else:
-            kept.end()
-
-    @router.get(
-        "/recordings/{name}",
-        response_class=FileResponse,
-        responses={
-            **_NONE,
-            200: {"content": {"application/octet-stream": {}}, "description": "An MCAP file."},
-        },
-    )
-    def recording(name: _RecordingName) -> Response:
-        """Download a recording (MCAP)."""
-        try:
-            path = kept.find(name)
-        except InputError as error:
-            return JSONResponse({"detail": str(error)}, 404)
-        return FileResponse(path, filename=name, media_type="application/octet-stream")
-
-    @router.delete("/recordings/{name}", status_code=_NOTHING, responses=_NONE | _NO_ROOM)
-    def delete(name: _RecordingName) -> Response:
-        """Delete a recording."""
-        try:
-            kept.delete(name)
-        except InputError as error:
-            return JSONResponse({"detail": str(error)}, 404)
-        return Response(status_code=_NOTHING)
 
 
 def _since_contact(runner: LivePartner) -> float | None:
@@ -448,45 +384,3 @@ def move_hand(wish: HandIn) -> MoveHand:
     """Return the wish in a message about the hand."""
     position = None if wish.position is None else np.array(wish.position)
     return MoveHand(position, np.array(wish.along))
-
-
-def describe(runner: LivePartner) -> RobotOut:
-    """Return the robot's description, from which a viewer builds the scene."""
-    robot = runner.robot
-    return RobotOut(
-        name=robot.name,
-        joints=list(JOINTS),
-        feelings=list(FEELINGS),
-        sources=list(SOURCES),
-        temperaments=runner.temperaments,
-        neutral=np.asarray(robot.neutral).tolist(),
-        lower=np.asarray(robot.lower).tolist(),
-        upper=np.asarray(robot.upper).tolist(),
-        floor=-robot.shape.pedestal_height,
-        threshold=runner.motors.rule.ratio,
-        hand=list(HAND_SIZE),
-        hand_away=list(HAND_AWAY),
-        links=[
-            LinkOut(
-                name=link.name,
-                parent=link.parent,
-                joint=link.joint,
-                position=list(link.position),
-                axis=list(link.axis),
-            )
-            for link in links(robot)
-        ],
-        parts=[
-            PartOut(
-                link=part.link,
-                name=part.name,
-                kind=part.kind,
-                size=list(part.size),
-                position=list(part.position),
-                end=None if part.end is None else list(part.end),
-                tilt=part.tilt,
-                colour=list(COLOURS[part.colour]),
-            )
-            for part in parts(robot)
-        ],
-    )

@@ -2,13 +2,14 @@
 
 from collections.abc import Callable
 from datetime import datetime
-from typing import Annotated, Any
+from typing import Annotated
 
 from fastapi import APIRouter, Path
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
 from miburi.feelings import FEELINGS
 from miburi.feelings.catalogue import TheirFeeling
+from miburi.interface.refusing import NOTHING, Refusals
 from miburi.interface.wire import Message, Refusal
 from miburi.languages import language_of
 from miburi.people import Acquaintance, Memory
@@ -26,8 +27,7 @@ __all__ = [
     "add_people",
 ]
 
-_NOTHING = 204
-_REFUSED: dict[int | str, dict[str, Any]] = {
+_REFUSED: Refusals = {
     400: {"model": Refusal, "description": "Nobody has that name, or it is not allowed."},
     507: {"model": Refusal, "description": "The disk is full, or cannot be written to."},
 }
@@ -103,7 +103,7 @@ def add_people(
         """Return when the partner may begin to speak by itself."""
         return beginning.manners
 
-    @router.post("/people/manners", status_code=_NOTHING, responses=_REFUSED)
+    @router.post("/people/manners", status_code=NOTHING, responses=_REFUSED)
     async def behave(wish: Manners) -> None:
         """Set when the partner may begin to speak by itself."""
         beginning.behave(wish)
@@ -118,12 +118,12 @@ def add_people(
             people=[_describe(memory, one) for one in memory.people.people],
         )
 
-    @router.post("/people/allowed", status_code=_NOTHING, responses=_REFUSED)
+    @router.post("/people/allowed", status_code=NOTHING, responses=_REFUSED)
     async def allow_people(wish: AllowPeopleIn) -> None:
         """Remember people from now on, or delete all that is known of them."""
         memory.allow(wish.allowed)
 
-    @router.post("/people/present", status_code=_NOTHING, responses=_REFUSED)
+    @router.post("/people/present", status_code=NOTHING, responses=_REFUSED)
     async def set_present(wish: PresentIn) -> None:
         """Say who is there."""
         if wish.name is None:
@@ -131,17 +131,17 @@ def add_people(
         else:
             memory.meet(wish.name)
 
-    @router.post("/people/{name}/facts/{number}", status_code=_NOTHING, responses=_REFUSED)
+    @router.post("/people/{name}/facts/{number}", status_code=NOTHING, responses=_REFUSED)
     async def correct_fact(name: _NamePath, number: _NumberPath, wish: FactIn) -> None:
         """Correct something that somebody told."""
         memory.correct(name, number, wish.text, due_of(wish.text, language_of(wish.text), clock()))
 
-    @router.delete("/people/{name}/facts/{number}", status_code=_NOTHING, responses=_REFUSED)
+    @router.delete("/people/{name}/facts/{number}", status_code=NOTHING, responses=_REFUSED)
     async def delete_fact(name: _NamePath, number: _NumberPath) -> None:
         """Delete something that somebody told."""
         memory.correct(name, number, None)
 
-    @router.delete("/people/{name}", status_code=_NOTHING, responses=_REFUSED)
+    @router.delete("/people/{name}", status_code=NOTHING, responses=_REFUSED)
     async def delete_person(name: _NamePath) -> None:
         """Delete somebody, with all that they told."""
         memory.forget(name)

@@ -1,14 +1,27 @@
 """How an application answers when Miburi refuses something: a status, and the reason in words."""
 
+from typing import Any
+
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 
 from miburi.errors import BodyError, InputError, MiburiError, OutputError
+from miburi.interface.wire import Refusal
 from miburi.live.commands import BusyError
 from miburi.live.view import UnreachableError
 
-__all__ = ["refuse_in_words"]
+__all__ = ["NOTHING", "REFUSED", "Refusals", "refuse_in_words"]
+
+#: The status of an answer without content.
+NOTHING = 204
+#: How OpenAPI describes refusals: by status, the model and what it means.
+Refusals = dict[int | str, dict[str, Any]]
+REFUSED: Refusals = {
+    400: {"model": Refusal, "description": "A value is not allowed."},
+    409: {"model": Refusal, "description": "The body cannot do that now."},
+    503: {"model": Refusal, "description": "Too much at once, or the robot cannot be reached."},
+}
 
 
 def refuse_in_words(app: FastAPI) -> None:

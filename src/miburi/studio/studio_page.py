@@ -15,7 +15,7 @@ from nicegui.events import GenericEventArguments
 
 from miburi.feelings import FEELINGS
 from miburi.feelings.catalogue import CATALOGUE
-from miburi.interface.api import describe
+from miburi.interface.description import describe
 from miburi.live.state import State
 from miburi.live.view import LivePartner
 from miburi.live.wishes import MoveHand, Pause, Release

@@ -1,0 +1,62 @@
+"""The recordings of a live partner: here a program can list, start, end, fetch and delete them."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Path, Response
+from fastapi.responses import FileResponse, JSONResponse
+
+from miburi.errors import InputError
+from miburi.interface.refusing import NOTHING, REFUSED, Refusals
+from miburi.interface.wire import RecordingIn, RecordingOut, Refusal
+from miburi.live.view import LivePartner
+
+__all__ = ["add_recordings"]
+
+_NONE: Refusals = {404: {"model": Refusal, "description": "Nothing has that name."}}
+_NO_ROOM: Refusals = {507: {"model": Refusal, "description": "The folder is full or read-only."}}
+_RecordingName = Annotated[str, Path(max_length=60, description="The name of its file.")]
+
+
+def add_recordings(router: APIRouter, runner: LivePartner) -> None:
+    """Add the requests about recordings."""
+    kept = runner.recordings
+
+    # A disk may be slow: these run in threads, and hold up nothing but their own answers.
+
+    @router.get("/recordings")
+    def recordings() -> list[RecordingOut]:
+        """Return all recordings, and the one that is being written."""
+        return [RecordingOut.model_validate(one._asdict()) for one in kept.kept()]
+
+    @router.post("/recordings", status_code=NOTHING, responses=REFUSED | _NO_ROOM)
+    def record(wish: RecordingIn) -> None:
+        """Start or end a recording."""
+        if wish.on:
+            kept.start()
+        else:
+            kept.end()
+
+    @router.get(
+        "/recordings/{name}",
+        response_class=FileResponse,
+        responses={
+            **_NONE,
+            200: {"content": {"application/octet-stream": {}}, "description": "An MCAP file."},
+        },
+    )
+    def recording(name: _RecordingName) -> Response:
+        """Download a recording (MCAP)."""
+        try:
+            path = kept.find(name)
+        except InputError as error:
+            return JSONResponse({"detail": str(error)}, 404)
+        return FileResponse(path, filename=name, media_type="application/octet-stream")
+
+    @router.delete("/recordings/{name}", status_code=NOTHING, responses=_NONE | _NO_ROOM)
+    def delete(name: _RecordingName) -> Response:
+        """Delete a recording."""
+        try:
+            kept.delete(name)
+        except InputError as error:
+            return JSONResponse({"detail": str(error)}, 404)
+        return Response(status_code=NOTHING)
