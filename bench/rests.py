@@ -33,7 +33,7 @@ STEP, SETTLED = 0.02, 30.0
 PAIRS, SHOWN, APART = 20, 24.0, 1.0
 MOODS, EACH, STRONG = ("happiness", "neutral", "sadness"), 4, 0.9
 MOOD_SHOWN, MOOD_APART = 18.0, 1.5
-PIXELS, COLUMNS = 260, 6
+PIXELS, MOOD_PIXELS, COLUMNS = 260, 300, 6
 
 
 def main() -> None:
@@ -50,7 +50,8 @@ def main() -> None:
         return
     out.mkdir(parents=True, exist_ok=True)
     key = []
-    with camera(iphonoid(), PIXELS, PIXELS) as eye:
+    pixels = MOOD_PIXELS if chosen.what == "moods" else PIXELS
+    with camera(iphonoid(), pixels, pixels) as eye:
         if chosen.what == "moods":
             for number, mood in enumerate(rng.permutation(MOODS * EACH).tolist(), start=1):
                 seen = rest(mood, int(rng.integers(1 << 30)), MOOD_SHOWN, MOOD_APART)

@@ -110,7 +110,7 @@ def test_a_held_joint_that_jumped_is_astray_until_it_is_limp(
     rig.servos[0].lie = lambda place: place + size
     rig.run(0.5)
     for _ in range(3):
-        with pytest.raises(BodyError, match=f"{JOINTS[0]}: .* cannot be"):
+        with pytest.raises(BodyError, match=f"{JOINTS[0]}: .* impossible position"):
             rig.body.release()
     assert not orders.wrong
     rig.servos[0].lie = lambda place: place
@@ -205,5 +205,5 @@ def test_no_range_comes_near_the_servos_seam(rig: Rig, end: str) -> None:
         if zero == last:
             rig.body.configure(settings)
         else:
-            with pytest.raises(BodyError, match="right_elbow: .* within 100 steps .* seam"):
+            with pytest.raises(BodyError, match="right_elbow: .* seam .* within 100 steps"):
                 rig.body.configure(settings)

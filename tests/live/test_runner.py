@@ -357,7 +357,7 @@ def test_a_command_that_the_body_refuses_does_not_end_the_loop(
 
 @pytest.mark.parametrize("port", ["/etc/passwd", "/nowhere", "/dev/ptmx", "socket://localhost:1"])
 def test_only_ports_that_the_system_lists_are_opened(runner: Runner, port: str) -> None:
-    with pytest.raises(InputError, match="no serial port that this computer lists"):
+    with pytest.raises(InputError, match="not a serial port that this computer lists"):
         runner.ask(ChangeBody("card", port))
 
 

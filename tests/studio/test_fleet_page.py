@@ -69,7 +69,7 @@ def test_the_table_in_the_terminal(broker: Mosquitto, listener: Listener) -> Non
 
 @pytest.mark.parametrize(
     ("name", "code", "words"),
-    [("hall", 1, "hall did not say so"), ("cellar", 2, "there are: hall")],
+    [("hall", 1, "hall did not confirm it"), ("cellar", 2, "there are: hall")],
 )
 def test_stop_from_the_terminal_says_what_became_of_it(
     broker: Mosquitto, listener: Listener, name: str, code: int, words: str

@@ -105,16 +105,16 @@ class Card:
         self.on_report: Callable[[Report], None] = lambda _: None
         open_line = (lambda: SerialLine(port)) if isinstance(port, str) else port
         try:
-            self._talk = Exchange(open_line, self._take)
+            self._exchange = Exchange(open_line, self._take)
         except OSError as error:
             cause = error.strerror or error
             raise BodyError(f"The card cannot be reached: {cause}.") from error
         try:
-            self._due = self._talk.now()
+            self._due = self._exchange.now()
             self._history = ReportHistory(robot.servo.step, self._due)
             self._greet(_START_UP)
         except BaseException:
-            self._talk.close()
+            self._exchange.close()
             raise
 
     @property
@@ -174,7 +174,7 @@ class Card:
         goals = np.array(self.goals, dtype=np.int64)
         if self._motion is None or self.state.phase is not Phase.MOVING:
             return goals * FINE, np.zeros_like(goals)
-        since = round((self._talk.now() - self._history.heard) * SECOND)
+        since = round((self._exchange.now() - self._history.heard) * SECOND)
         return self._motion.at(self.report.time + since - self.move_began)
 
     def _begin(
@@ -196,7 +196,7 @@ class Card:
     def halt(self) -> None:
         """Send a stop without waiting for an answer; see :meth:`miburi.bodies.Body.halt`."""
         with suppress(OSError):
-            self._talk.send(FrameKind.STOP)
+            self._exchange.send(FrameKind.STOP)
 
     def release(self) -> None:
         """End a stop; see :meth:`miburi.bodies.Body.release`. Torque comes on if it was off.
@@ -272,14 +272,17 @@ class Card:
     def step(self, dt: float) -> BodyState:
         """Listen for ``dt`` seconds; if the card is lost, look for it."""
         # Time that requests took counts towards the step; a long sleep before it does not.
-        now = self._talk.now()
+        now = self._exchange.now()
         self._due = (self._due if now - self._due < _SILENCE else now) + dt
         if self._connected:
-            self._hear(self._talk.now())
-            if self.state.phase is Phase.IDLE and self._talk.now() - self._talk.asked > _LIFE:
+            self._hear(self._exchange.now())
+            if (
+                self.state.phase is Phase.IDLE
+                and self._exchange.now() - self._exchange.asked > _LIFE
+            ):
                 with suppress(NoAnswerError):
                     self.ask(FrameKind.STATUS, struct.pack("<H", _REPORT_PERIOD))
-        while self._talk.now() < self._due:
+        while self._exchange.now() < self._due:
             if self._connected:
                 self._hear(self._due)
             else:
@@ -288,14 +291,14 @@ class Card:
 
     def look(self) -> BodyState:
         """Return the present state, even if nobody has listened for a long time."""
-        self._due = self._talk.now()
+        self._due = self._exchange.now()
         return self.step(_LOOK)
 
     def close(self) -> None:
         """Stop the card if it can be reached, and close the line."""
         with suppress(BodyError):
             self.stop()
-        self._talk.close()
+        self._exchange.close()
 
     # --- requests --------------------------------------------------------------------------------
 
@@ -310,36 +313,43 @@ class Card:
             The card refused; the message says why.
         """
         try:
-            return self._talk.ask(kind, payload, patience, self._settings)
+            return self._exchange.ask(kind, payload, patience, self._settings)
         except NoAnswerError:
             self._lose()
             raise
 
     def hello(self) -> Greeting:
-        """Return which settings the card has; see :func:`miburi.card.transfer.greet`."""
+        """Return which settings the card has; see :func:`miburi.card.transfer.greet`.
+
+        Raises
+        ------
+        BodyError
+            The firmware speaks another version of the link.
+        """
         return greet(self.ask)
 
     def _greet(self, patience: float) -> None:
         """Connect: stop the card, send settings if it needs them, and ask for reports."""
-        self._talk.start_again()
-        until = self._talk.now() + patience
+        self._exchange.start_again()
+        until = self._exchange.now() + patience
         while True:
             try:
                 has = self.hello()
                 break
             except NoAnswerError:
-                if self._talk.now() >= until:
+                if self._exchange.now() >= until:
                     raise
         self.ask(FrameKind.STOP)
         wanted = self._requested_settings or self._default_settings(has)
         self._settings = wanted
         if has.crc != wanted.crc or not has.complete:
             self.configure(wanted)
-        unknown = has.unreadable and not has.complete
-        self._guessed = unknown and self._requested_settings is None
+        # A card that could not read its own may have the description's from an earlier greeting.
+        plain = not has.complete or has.crc == CardSettings.of(self._robot).crc
+        self._guessed = has.unreadable and plain and self._requested_settings is None
         self.ask(FrameKind.STATUS, struct.pack("<H", _REPORT_PERIOD))
         self._connected = True
-        self._history.expect_another_clock(self._talk.now())
+        self._history.expect_another_clock(self._exchange.now())
         self._await_phase(2)  # the card trusts a servo from the second reading on
 
     def _default_settings(self, has: Greeting) -> CardSettings:
@@ -347,23 +357,23 @@ class Card:
         return of_robot.with_calibration(read_settings(self.ask)) if has.complete else of_robot
 
     def _take(self, report: Report) -> None:
-        self._history.add(report, self._talk.now())
+        self._history.add(report, self._exchange.now())
         self.on_report(report)
 
     def _hear(self, until: float) -> None:
         """Listen; after a broken line or a long silence, the card is lost."""
         try:
-            self._talk.listen(until)
+            self._exchange.listen(until)
         except OSError:
             self._lose()
-        if self._talk.now() - self._history.heard > _SILENCE:
+        if self._exchange.now() - self._history.heard > _SILENCE:
             self._lose()
 
     def _await_phase(self, reports: int = 1) -> None:
         """Wait for the first reports after the latest answer."""
         before = self.report.time if self._history else None
-        until = self._talk.now() + _SILENCE
-        while self._connected and reports > 0 and self._talk.now() < until:
+        until = self._exchange.now() + _SILENCE
+        while self._connected and reports > 0 and self._exchange.now() < until:
             self._hear(until)
             if self._history and self.report.time != before:
                 before, reports = self.report.time, reports - 1
@@ -375,22 +385,23 @@ class Card:
     def _lose(self) -> None:
         if self._connected:
             self._connected = False
-            self._retry_at = self._talk.now()
+            self._retry_at = self._exchange.now()
             self._own_stop = Stop(self._retry_at - self._history.began, StopReason.LINE_LOST)
 
     def _reconnect(self) -> None:
         """Try to reach the card, at most once a second; when it answers, it is stopped."""
-        if self._talk.now() < self._retry_at:
-            self._talk.wait(min(self._retry_at, self._due))
+        if self._exchange.now() < self._retry_at:
+            self._exchange.wait(min(self._retry_at, self._due))
             return
-        self._retry_at = self._talk.now() + _RETRY
+        self._retry_at = self._exchange.now() + _RETRY
         try:
             self._greet(0.0)
             if self.report.reason == Reason.STARTED:
                 self._own_stop = None  # the card reports its own stop
         except BodyError:
-            self._talk.reopen()
+            self._exchange.reopen()
 
     def _start_clock(self) -> None:
-        self._due = self._talk.now()
+        """Start the body's clock at 0 now."""
+        self._due = self._exchange.now()
         self._history.start_clock(self._due)

@@ -53,7 +53,7 @@ class ReportHistory:
         return self._reports[-1]
 
     def expect_another_clock(self, now: float) -> None:
-        """Note that the card may have restarted, so that its clock may have started again."""
+        """Note that the card may have restarted, with its clock; ``now`` counts as heard."""
         self._fresh, self.heard = True, now
 
     def add(self, report: Report, now: float) -> None:

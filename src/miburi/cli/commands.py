@@ -8,7 +8,7 @@ import threading
 from importlib import import_module
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -32,9 +32,6 @@ from miburi.cli.wrong import Explaining
 from miburi.errors import InputError, MiburiError
 from miburi.ground.log import log_to_stderr
 from miburi.version import __version__
-
-if TYPE_CHECKING:
-    pass
 
 __all__ = ["app", "common", "feelings_app", "main"]
 

@@ -13,7 +13,7 @@ from miburi.errors import InputError
 if TYPE_CHECKING:
     from miburi.robot import Robot
 
-__all__ = ["Point", "forward", "ik"]
+__all__ = ["forward", "ik"]
 
 #: How far a hand or the head may be from its place, m (ours).
 _MISSED = 1e-3

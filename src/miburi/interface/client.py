@@ -68,7 +68,7 @@ class RemotePartner:
 
     Use it as a context manager, or call :meth:`close`. Every method raises
 
-    - :class:`ConnectionLostError` if the partner cannot be reached or the token is wrong,
+    - :class:`miburi.ConnectionLostError` if the partner cannot be reached or the token is wrong,
     - ``InputError`` if a value is not allowed,
     - ``BodyError`` if the body cannot do it now,
     - ``OutputError`` if there is no room for recordings.
