@@ -19,7 +19,7 @@ from miburi.serving.keys import Keys
 pytestmark = needs_browser
 
 WORDS = {
-    "en": ("Pair this device", "This is not the token"),
+    "en": ("Pair this device", "This is not this partner's token"),
     "ja": ("この端末を登録する", "このロボットのトークンではありません"),
 }
 
