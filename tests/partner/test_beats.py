@@ -65,7 +65,7 @@ def test_a_hand_is_farthest_when_a_syllable_stands_out(robot: Robot, seed: int) 
 
 def test_in_distress_it_does_not_beat_either_in_the_middle_of_a_breath(robot: Robot) -> None:
     partner = Partner(Simulated(robot), at_ease("lively"), life=1)
-    partner.calm = True
+    partner.company.calm = True
     beat = np.linalg.norm(
         gestures.beat(robot, np.ones(2))[0].target - forward(robot, robot.neutral)
     )
@@ -85,14 +85,40 @@ def test_a_feeling_comes_before_a_beat(robot: Robot) -> None:
     assert of(GestureStarted, run(partner, 4.0))
 
 
-def test_a_gesture_is_the_same_with_words_and_without(robot: Robot) -> None:
-    def moves(seconds: float) -> list[np.ndarray]:
+def test_what_it_says_leaves_a_first_gesture_whole_then_it_beats(robot: Robot) -> None:
+    def moves(seconds: float) -> list[MoveSent]:
         partner = Partner(PaperBody(robot), happy(), life=2)
         partner.gesticulate(every(0.5, seconds))
-        return [sent.move.angles for sent in of(MoveSent, run(partner, 8.0))]
+        return of(MoveSent, run(partner, 8.0))
 
-    # After its gestures it beats on, or rests.
-    np.testing.assert_array_equal(moves(0.0)[:9], moves(8.0)[:9])
+    silent, spoken = moves(0.0), moves(8.0)
+    first = next(k for k in range(1, len(silent)) if silent[k].key_pose == 0)
+    for one, other in zip(silent[:first], spoken[:first], strict=True):
+        np.testing.assert_array_equal(one.move.angles, other.move.angles)
+    during = [sent for sent in spoken if sent.time < 7.4]
+    reach = [float(np.abs(sent.move.angles - robot.neutral).max()) for sent in during]
+    assert max(reach[first:]) < 0.5 < max(reach[:first]), "beats, and no second gesture"
+    assert len(reach) > first + 4
+
+
+def test_a_feeling_goes_on_after_what_it_said(robot: Robot) -> None:
+    partner = Partner(PaperBody(robot), happy(), life=2)
+    partner.gesticulate(every(0.5, 8.0))
+    begun = [event.time for event in of(GestureStarted, run(partner, 12.0))]
+    assert len(begun) > 1
+    assert begun[0] < 1.0
+    assert begun[1] > 7.5
+
+
+def test_a_sad_partner_does_not_lift_its_head_to_speak(robot: Robot) -> None:
+    def head(sadness: float) -> float:
+        feelings = at_ease("still")
+        feelings.set_state(mood={"sadness": sadness}, hold=True)
+        partner = Partner(PaperBody(robot), feelings, life=1)
+        partner.gesticulate(every(0.5, 6.0))
+        return float(of(MoveSent, run(partner, 4.0))[-1].move.angles[JOINTS.index("head")])
+
+    assert head(0.9) < head(0.0) - 0.2
 
 
 def test_without_life_paused_or_stopped_it_does_not(robot: Robot) -> None:
@@ -111,7 +137,7 @@ def test_it_stops_beating_when_somebody_needs_calm(robot: Robot) -> None:
     run(partner, 1.0)
     partner.gesticulate(every(0.5, 20.0))
     assert of(MoveSent, run(partner, 3.0))
-    partner.calm = True
+    partner.company.calm = True
     run(partner, 1.5)  # the beat that has begun
     assert not of(MoveSent, run(partner, 3.0))
 
@@ -128,7 +154,7 @@ def test_nothing_at_rest_stands_still_until_a_late_stroke(robot: Robot) -> None:
 
 def test_it_stays_turned_to_whom_it_speaks(robot: Robot) -> None:
     partner = Partner(PaperBody(robot), at_ease("still"), life=1)
-    partner.gaze = 0.3
+    partner.company.gaze = 0.3
     run(partner, 10.0)
     partner.gesticulate(every(0.5, 20.0))
     ends = [event.move.angles for event in of(MoveSent, run(partner, 6.0))]

@@ -27,7 +27,7 @@ def test_it_turns_slowly_and_as_far_as_its_temperament_lets_it(
     temperament = shipped_temperament(name)
     partner = Partner(Simulated(robot), at_ease("still", temperament), life=3)
     run(partner, 5.0)
-    partner.gaze = side * 1.2
+    partner.company.gaze = side * 1.2
     turned = [waist(partner)]
     for _ in range(40):
         run(partner, 0.5)
@@ -41,10 +41,10 @@ def test_it_turns_slowly_and_as_far_as_its_temperament_lets_it(
 
 def test_it_turns_back_when_nobody_is_there(robot: Robot) -> None:
     partner = Partner(PaperBody(robot), at_ease("still"), life=3)
-    partner.gaze = 0.3
+    partner.company.gaze = 0.3
     run(partner, 10.0)
     assert waist(partner) == pytest.approx(0.3, abs=1e-3)
-    partner.gaze = 0.0
+    partner.company.gaze = 0.0
     run(partner, 10.0)
     assert waist(partner) == pytest.approx(0.0, abs=1e-3)
 
@@ -56,7 +56,7 @@ def test_a_partner_without_life_and_one_that_may_not_turn_stay(robot: Robot) -> 
         Partner(PaperBody(robot), EmotionalModel()),
         Partner(PaperBody(robot), at_ease("still", still), life=3),
     ):
-        partner.gaze, partner.attends = 0.3, "thinking"
+        partner.company.gaze, partner.company.attends = 0.3, "thinking"
         for _ in range(500):
             partner.step(0.02)
             assert waist(partner) == pytest.approx(0.0, abs=1e-3)
@@ -71,7 +71,7 @@ def performed(robot: Robot, gaze: float) -> list[Array]:
         return solve_with()(robot, target, start)
 
     partner = Partner(PaperBody(robot), at_ease("still"), solve=solve, life=3)
-    partner.gaze = gaze
+    partner.company.gaze = gaze
     run(partner, 10.0)
     assert waist(partner) == pytest.approx(gaze, abs=1e-3)
     asked.clear()
@@ -89,7 +89,7 @@ def test_gestures_face_whom_it_sees(robot: Robot) -> None:
 
 def test_between_gestures_it_does_not_look_away_from_somebody(robot: Robot) -> None:
     partner = Partner(PaperBody(robot), at_ease("still"), life=3)
-    partner.gaze, partner.attends = 0.3, "speaking"
+    partner.company.gaze, partner.company.attends = 0.3, "speaking"
     run(partner, 10.0)
     partner.feelings.stimulate(Stimulus("happiness", 1.0, "speech"))
     ends = [waist(partner) for _ in range(1000) if of(GestureEnded, partner.step(0.02))]
@@ -100,7 +100,7 @@ def test_between_gestures_it_does_not_look_away_from_somebody(robot: Robot) -> N
 def looks_aside(robot: Robot, attends: Attention, seconds: float) -> list[tuple[float, float]]:
     """Return when it looks aside, and for how long it is turned more than half as far; s."""
     partner = Partner(PaperBody(robot), at_ease("lively"), life=5)
-    partner.attends = attends
+    partner.company.attends = attends
     turned = []
     for _ in range(round(seconds / 0.02)):
         partner.step(0.02)
@@ -128,29 +128,29 @@ def test_it_looks_aside_as_people_do(
 
 def test_whoever_speaks_ends_its_thinking_at_once(robot: Robot) -> None:
     partner = Partner(PaperBody(robot), at_ease("still"), life=5)
-    partner.attends = "thinking"
+    partner.company.attends = "thinking"
     run(partner, 2.0)
     assert abs(waist(partner)) > 0.3
-    partner.attends = "speaking"
+    partner.company.attends = "speaking"
     run(partner, 2.0)
     assert waist(partner) == pytest.approx(0.0, abs=0.02)
 
 
 def test_what_it_attended_to_before_does_not_hold_its_breath_in_distress(robot: Robot) -> None:
     partner = Partner(PaperBody(robot), at_ease("lively"), life=5)
-    partner.attends = "listening"
+    partner.company.attends = "listening"
     run(partner, 1.0)
-    partner.calm = True
+    partner.company.calm = True
     run(partner, 10.0)
     assert of(MoveSent, run(partner, 60.0))
 
 
 def test_it_turns_slowly_to_who_has_moved_while_it_looked_aside(robot: Robot) -> None:
     partner = Partner(PaperBody(robot), at_ease("still"), life=5)
-    partner.attends = "listening"
+    partner.company.attends = "listening"
     while abs(waist(partner)) < 0.05:
         partner.step(0.02)
-    partner.gaze = 0.35
+    partner.company.gaze = 0.35
     turned = [waist(partner)]
     while turned[-1] < 0.33:
         partner.step(0.02)
@@ -168,17 +168,17 @@ def test_who_begins_to_talk_waits_for_no_arm(robot: Robot) -> None:
             if raised > more_than_a_breath:
                 interrupted += 1
                 break
-        partner.attends = "speaking"
+        partner.company.attends = "speaking"
         run(partner, 5.0)
         raised = np.abs(partner.body.state.angles - robot.neutral)[[1, 4]].min()
         assert raised < more_than_a_breath
-        partner.attends = None
+        partner.company.attends = None
     assert interrupted
 
 
 def test_who_is_in_distress_is_not_looked_away_from(robot: Robot) -> None:
     partner = Partner(PaperBody(robot), at_ease("lively"), life=5)
-    partner.attends, partner.calm = "thinking", True
+    partner.company.attends, partner.company.calm = "thinking", True
     turned = []
     for _ in range(1500):
         partner.step(0.02)
@@ -190,7 +190,7 @@ def test_who_is_in_distress_is_not_looked_away_from(robot: Robot) -> None:
 def test_while_stopped_it_turns_to_nobody(robot: Robot, reason: StopReason) -> None:
     body = PaperBody(robot)
     partner = Partner(body, at_ease("still"), life=3)
-    partner.gaze = 0.3
+    partner.company.gaze = 0.3
     run(partner, 0.1)
     assert body.phase is Phase.MOVING
     sent = len(body.moves)
@@ -201,7 +201,7 @@ def test_while_stopped_it_turns_to_nobody(robot: Robot, reason: StopReason) -> N
     (stopped,) = of(Stopped, partner.step(0.02))
     assert stopped.time == body.time
     for side in range(20):  # somebody walks about
-        partner.gaze = 0.3 if side % 2 else -0.3
+        partner.company.gaze = 0.3 if side % 2 else -0.3
         partner.step(0.02)
     assert body.phase is Phase.STOPPED
     assert len(body.moves) == sent
@@ -220,7 +220,7 @@ def contact(robot: Robot, *, news: bool) -> float:
     body.place_hand(max(places, key=lambda place: place[2]), np.array([1.0, 0.0, 0.0]))
     for number in range(500):
         if news:
-            partner.gaze = 0.3 * (-1) ** number
+            partner.company.gaze = 0.3 * (-1) ** number
         if stopped := of(Stopped, partner.step(0.02)):
             return float(stopped[0].time)
     pytest.fail("nothing stopped it")
@@ -237,7 +237,7 @@ def test_a_hand_in_its_way_stops_the_turn(robot: Robot) -> None:
     turned = 0.25  # rad, on the left hand's way
     turn = np.array([[np.cos(turned), -np.sin(turned)], [np.sin(turned), np.cos(turned)]])
     body.place_hand(np.array([*turn @ neutral[:2], neutral[2]]), np.array([0.0, 0.0, 1.0]))
-    partner.gaze = 0.5
+    partner.company.gaze = 0.5
     touched = None
     for _ in range(1000):
         events = partner.step(0.02)

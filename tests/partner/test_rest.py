@@ -56,11 +56,11 @@ def test_what_moves_can_be_seen_and_no_two_windows_are_alike(robot: Robot) -> No
 
 def test_in_distress_it_only_breathes(robot: Robot) -> None:
     partner = Partner(PaperBody(robot), at_ease("lively"), life=4, period=0.5)
-    partner.calm = True
+    partner.company.calm = True
     share, angles = rested(partner, 60.0)
     assert share > 0.05
     assert np.abs(angles - robot.neutral)[:, [WAIST, HEAD]].max() < 0.15
-    partner.calm = False
+    partner.company.calm = False
     assert np.abs(rested(partner, 60.0)[1][:, WAIST]).max() > 0.1
 
 

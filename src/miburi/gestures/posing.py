@@ -182,7 +182,7 @@ def blend(
     return performance
 
 
-def beat(robot: Robot, hands: Array) -> list[KeyPose]:
+def beat(robot: Robot, hands: Array, rise: float = 0.0) -> list[KeyPose]:
     """Return a beat of the arms, and the way back to rest.
 
     Parameters
@@ -191,10 +191,14 @@ def beat(robot: Robot, hands: Array) -> list[KeyPose]:
         Gives lengths, limits and neutral.
     hands
         How large the beat of the right and of the left hand is, (2,); 1 is usual.
+    rise
+        How far the head is raised all the while, rad.
     """
-    offset = np.array([*np.outer(hands, _BEAT).ravel(), 0.0, 0.0])
     there, back = _BEAT_TIMES
-    return [key_pose(robot, offset, there, 0.0), key_pose(robot, np.zeros(8), back, 0.0)]
+    return [
+        key_pose(robot, np.array([*np.outer(size, _BEAT).ravel(), 0.0, rise]), duration, 0.0)
+        for size, duration in ((hands, there), (np.zeros(2), back))
+    ]
 
 
 def turned(target: Array, angle: float) -> Array:

@@ -93,7 +93,7 @@ class Observer:
             felt=_expressed(felt),
             expressed=_expressed(self._current(shown)),
             asked=self._partner.asked,
-            attention=self._partner.attends,
+            attention=self._partner.company.attends,
             eyes=self._eyes(),
             hand_speed=round(speed, 4),
             extent=round(float(np.linalg.norm(hands - self._home, axis=1).max()), 4),
@@ -204,7 +204,7 @@ class Observer:
         weights = np.zeros(len(FEELINGS))
         if shown is not None and self._partner.asked:
             weights[FEELINGS.index(shown.feeling)] = shown.mood
-        elif felt is not None and not self._partner.calm:
+        elif felt is not None and not self._partner.company.calm:
             emotion = self._feelings.emotion
             weights = self._feelings.mood * (emotion / emotion.max()) ** 2
         return [float(weight) for weight in weights.round(3)]

@@ -218,11 +218,12 @@ class Runner:
         self._commands.run()
         partner = inside.partner
         inside.agenda.step(partner, inside.feelings.express(), STEP)
-        partner.calm = inside.speaker.distress is not None
         spoken = inside.speaker.spoken if inside.speaker.speaking else None
-        partner.attends = inside.attending.step(STEP, None if spoken is None else spoken.number)
+        company = partner.company
+        company.calm = inside.speaker.distress is not None
+        company.attends = inside.attending.step(STEP, None if spoken is None else spoken.number)
+        company.gaze = inside.gaze.turn(partner.body.state.time)
         inside.hand.step(partner.body.touchable, STEP)
-        partner.gaze = inside.gaze.turn(partner.body.state.time)
         events: list[Event] = []
         try:
             events = partner.step(STEP)

@@ -11,7 +11,6 @@ lowers the mood by 20 %, waits, and lets the body go back to neutral (Section 4)
 :mod:`miburi.partner.recovery` decides when a stop may end.
 """
 
-from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
@@ -21,6 +20,7 @@ from miburi import gestures
 from miburi.bodies import Body, BodyState
 from miburi.errors import BodyError, InputError
 from miburi.feelings import FEELINGS, Expression, FeelingModel
+from miburi.partner.arbiter import Arbiter, Company
 from miburi.partner.events import (
     Event,
     GestureEnded,
@@ -33,8 +33,6 @@ from miburi.partner.events import (
 )
 from miburi.partner.performance import Performance
 from miburi.partner.recovery import Recovery
-from miburi.partner.rest import Attention, Rest, may_go_on
-from miburi.partner.shown import ShownEmotion
 from miburi.partner.solving import Solve, solve_with
 from miburi.robot import JOINTS
 from miburi.safety.move import Move, plan_move, plan_on
@@ -47,10 +45,6 @@ HOMECOMING = 1.5
 #: A wish is dropped after waiting this long, s, for a stopped body: a person who releases the body
 #: later no longer expects it. The pause after a contact is shorter (ours).
 LAPSES = 8.0
-#: A beat may begin this much later than it should, s (ours).
-_LATE = 0.05
-#: The choice among gestures draws from its own stream of random numbers.
-_CHOICES = 1
 _WAIST, _HEAD = JOINTS.index("waist"), JOINTS.index("head")
 
 
@@ -91,31 +85,23 @@ class Partner:
     ) -> None:
         self.body = body
         self.feelings = feelings
-        self._repertoire = repertoire or gestures.shipped_repertoire()
         self._period = period
         self._solve = solve or solve_with()
         self._periods = -1  # that have begun
-        self._life = None if life is None else np.random.default_rng(life)
-        self._rest = None if life is None else Rest(body.robot, life)
-        self._emotion = None if life is None else ShownEmotion()
-        self._choices = np.random.default_rng([life or 0, _CHOICES])
+        self._lively = life is not None
+        repertoire = repertoire or gestures.shipped_repertoire()
+        self._arbiter = Arbiter(body.robot, feelings, repertoire, life)
         self._performance: Performance | None = None
-        self._asked: Performance | None = None
-        self._asked_at = 0.0
-        self._interrupts = False  # whether the request breaks off the present gesture
         self._untold: list[Event] = []  # since the last step
         self._recovery = Recovery()
         self._angles = np.array(body.robot.neutral)
         self._resting = False
         self._paused = False
-        #: Where somebody is, rad to its left: it turns there at rest, as far and as fast as its
-        #: temperament lets it.
-        self.gaze = 0.0
-        #: While somebody is in distress it shows no feeling, and rests.
-        self.calm = False
-        self.attends: Attention | None = None  # in a conversation, in which it faces the person
-        self._facing = 0.0  # rad to its left: where gestures are turned to
-        self._strokes: deque[float] = deque()  # of what it says, s on the body's clock
+
+    @property
+    def company(self) -> Company:
+        """The people around it: set its attributes when they move, speak or need calm."""
+        return self._arbiter.company
 
     @property
     def expression(self) -> Expression | None:
@@ -169,13 +155,11 @@ class Partner:
     def gesticulate(self, strokes: Sequence[float]) -> None:
         """Beat with the arms to speech: a hand goes farthest at some of these times, s from now.
 
-        Gestures take precedence. A partner does not beat if it has no life, shows a feeling, rests
-        or is stopped. The times must ascend.
+        The first gesture of a feeling takes precedence; what is left of the feeling is then in the
+        posture. A partner does not beat if it has no life, rests or is stopped. The times must
+        ascend.
         """
-        now = self.body.state.time
-        within = [at for at in strokes if at >= gestures.BEAT_LEAD]
-        chosen = [] if self._rest is None else self._rest.choose(within)
-        self._strokes = deque(now + at for at in chosen)
+        self._arbiter.speak(self.body.state.time, strokes)
 
     def perform(
         self,
@@ -207,23 +191,11 @@ class Partner:
         InputError
             There is neither a feeling nor a pose.
         """
-        name = None
-        if poses is None:
-            if expression is None:
-                raise InputError("there is nothing to perform: give a feeling, or key poses.")
-            function = self._repertoire.choose(expression.feeling, self._choices)
-            name = function.name
-            poses = gestures.key_poses(self.body.robot, function, expression.mood)
-        given = list(poses)
+        if expression is None and poses is None:
+            raise InputError("there is nothing to perform: give a feeling, or key poses.")
         self.drop("replaced")
-        self._asked = Performance(
-            lambda _mood: given,
-            expression,
-            name,
-            asked=True,
-            wish=wish,
-        )
-        self._asked_at, self._interrupts = self.body.state.time, interrupt
+        time = self.body.state.time
+        self._arbiter.ask(time, expression, poses, wish, interrupts=interrupt)
 
     def stop(self) -> None:
         """Stop the body because a person asks; it stays stopped until :meth:`release`.
@@ -242,8 +214,8 @@ class Partner:
 
     def drop(self, why: Lapse) -> None:
         """Drop what was asked for and has not begun; the next step reports it."""
-        if self._asked is not None:
-            asked, self._asked = self._asked, None
+        asked, self._arbiter.asked = self._arbiter.asked, None
+        if asked is not None:
             time = self.body.state.time
             self._untold.append(WishDropped(time, asked.expression, why, asked.wish))
 
@@ -288,7 +260,7 @@ class Partner:
             self._recovery.check(self.body.state, by_person=by_person)
         self.body.release()
         self._recovery.forget_release()
-        self._angles, self._facing = np.array(self.body.robot.neutral), 0.0
+        self._angles, self._arbiter.facing = np.array(self.body.robot.neutral), 0.0
 
     def step(self, dt: float) -> list[Event]:
         """Let ``dt`` seconds pass and return the events in them."""
@@ -301,7 +273,7 @@ class Partner:
         elif state.phase is Phase.IDLE:
             # Events before an error are returned by the next step.
             self._untold.extend(self._while_idle(state, due=due))
-        elif state.phase is Phase.MOVING and self._life is not None and not self._quiet:
+        elif state.phase is Phase.MOVING and self._lively and not self._quiet:
             self._untold.extend(self._while_moving(state.time))
         events, self._untold = self._untold, []
         return events
@@ -309,7 +281,7 @@ class Partner:
     def _while_stopped(self, state: BodyState) -> Iterator[Event]:
         if state.stop is not None and self._recovery.notice(state.stop):
             yield from self._take_in(state.stop, state.time)
-        if state.time - self._asked_at > LAPSES:
+        if state.time - self._arbiter.asked_at > LAPSES:
             self.drop("lapsed")
         self._recovery.look(state)
         if self._recovery.is_due(state.time):
@@ -340,18 +312,14 @@ class Partner:
 
     def _while_idle(self, state: BodyState, *, due: bool) -> Iterator[Event]:
         self._recovery.forget_stop()
-        self._drop_strokes(state.time)
-        felt = self._felt()
-        due = due or self._asked is not None or self._is_new(felt)
-        due = due or (self.attends is not None and felt is None)
-        due = due or self._beats(state.time)
+        due = self._arbiter.hurries(state.time) or due
         if self._performance is None and due and not self._quiet:
             yield from self._begin(state.time)
         performance = self._performance
         if performance is not None and (
             performance.is_due(state.time)
             or self._quiet
-            or self._gives_way(performance, state.time)
+            or self._arbiter.gives_way(performance, state.time)
         ):
             yield from self._go_on(performance, state.time)
         if self._performance is None and self._quiet:
@@ -359,11 +327,7 @@ class Partner:
 
     def _while_moving(self, time: float) -> Iterator[Event]:
         """Go on in the middle of a move: something more urgent does not wait for its end."""
-        self._drop_strokes(time)
-        if (performance := self._performance) is not None:
-            broken_off = self._gives_way(performance, time)
-        else:
-            broken_off = self._asked is not None or self._is_new(self._felt())
+        broken_off = self._arbiter.breaks_in(self._performance, time)
         if broken_off:
             yield from self._end(time, complete=False)
             yield from self._begin(time)
@@ -372,67 +336,15 @@ class Partner:
 
     def _begin(self, time: float) -> Iterator[Event]:
         """Begin the requested performance, else a gesture, else an act at rest."""
-        robot, expression = self.body.robot, self._felt()
-        if self._asked is not None:
-            self._performance, self._asked = self._asked, None
-            if self._performance.gesture is not None:  # else the poses are somebody's own
-                self._performance.turn = self._facing
-        else:
-            variation = None if self._life is None else int(self._life.integers(2**32))
-            turned = float(self._angles[_WAIST])
-            if expression is not None:
-                function = self._repertoire.choose(expression.feeling, self._choices)
-                self._performance = Performance.of_gesture(
-                    robot, function, expression, variation, self._facing
-                )
-                if self._emotion is not None:
-                    self._emotion.shown += 1
-            elif self._rest is not None and self._beats(time):
-                self._strokes.popleft()
-                self._performance = self._rest.beat(self.feelings, self._facing)
-            elif self._rest is not None and not self._strokes:
-                self._performance = self._rest.act(
-                    time,
-                    self.feelings,
-                    turned,
-                    self.gaze,
-                    calm=self.calm,
-                    attends=self.attends,
-                )
-        begun = self._performance
-        if begun is not None:
-            self._facing = begun.turn
+        begun = self._arbiter.choose(time, float(self._angles[_WAIST]))
+        self._performance = begun
         if begun is not None and begun.tells:
             yield GestureStarted(time, begun.expression, begun.gesture, begun.wish)
-
-    def _felt(self) -> Expression | None:
-        """Return the feeling to show, if any."""
-        felt = None if self.calm else self.feelings.express()
-        return felt if self._emotion is None else self._emotion.left(felt, self.feelings.emotion)
-
-    def _drop_strokes(self, time: float) -> None:
-        """Forget strokes that would be late; while somebody is in distress, forget all of them."""
-        soonest = np.inf if self.calm else time + gestures.BEAT_LEAD - _LATE
-        while self._strokes and self._strokes[0] < soonest:
-            self._strokes.popleft()
-
-    def _beats(self, time: float) -> bool:
-        """Whether a beat must begin now for a hand to be farthest at the next stroke."""
-        return bool(self._strokes) and self._strokes[0] <= time + gestures.BEAT_LEAD
-
-    def _is_new(self, felt: Expression | None) -> bool:
-        return felt is not None and self._emotion is not None and self._emotion.shown == 0
-
-    def _startles(self, shown: Expression | None) -> bool:
-        """Whether a feeling other than the one shown has risen above it."""
-        felt = self._felt()
-        other = felt is not None and shown is not None and felt.feeling != shown.feeling
-        return other and self._emotion is not None and self._emotion.rises
 
     def _go_on(self, performance: Performance, time: float) -> Iterator[Event]:
         """Send the next key pose at the present mood, or end the performance."""
         robot, shown = self.body.robot, performance.expression
-        if self._gives_way(performance, time):
+        if self._arbiter.gives_way(performance, time):
             yield from self._end(time, complete=False)
             return
         if not self._quiet:
@@ -447,24 +359,10 @@ class Partner:
                     continue  # the body is there already, as at a mood of 0
                 if self._send(move):
                     self._angles = solution.angles
-                    performance.sent(pose, time + move.slows_at if self._life else None)
+                    performance.sent(pose, time + move.slows_at if self._lively else None)
                     yield MoveSent(time, index, move, solution)
                 return
         yield from self._end(time, complete=performance.complete)
-
-    def _gives_way(self, performance: Performance, time: float) -> bool:
-        """Whether a performance is broken off: for calm, a request, a feeling or a beat."""
-        shows = performance.expression is not None
-        if self._asked is not None and (not shows or self._interrupts):
-            return True
-        if shows and performance.asked:
-            return False
-        if shows:
-            return self.calm or self._startles(performance.expression)
-        felt = not performance.asked and self._felt() is not None
-        if felt or not performance.rests:
-            return felt
-        return self._beats(time) or not may_go_on(performance.rests, self.attends)
 
     def _end(self, time: float, *, complete: bool) -> Iterator[Event]:
         ended, self._performance = self._performance, None
@@ -482,7 +380,7 @@ class Partner:
         if not np.array_equal(self._angles, neutral) and self._send(
             plan_move(self.body.robot, self._angles, neutral, HOMECOMING)
         ):
-            self._angles, self._facing = np.array(neutral), 0.0
+            self._angles, self._arbiter.facing = np.array(neutral), 0.0
 
     def _send(self, move: Move) -> bool:
         """Start a move; return False if the body has stopped since it reported its state."""

@@ -228,10 +228,14 @@ class Rest:
         return [at for k, at in enumerate(strokes) if self._hands.random() < _TRIED or k == 0]
 
     def beat(self, feelings: FeelingModel, turn: float) -> Performance:
-        """Return one beat of the arms to speech, turned as the body is; mood shows in its size."""
-        size = np.exp(self._tone(feelings)[1]) * self._hands.uniform(*_SIZES)
+        """Return one beat of the arms to speech, turned as the body is.
+
+        Mood shows in its size and in how the head is held.
+        """
+        lift, depth, _ = self._tone(feelings)
+        size = np.exp(depth) * self._hands.uniform(*_SIZES)
         hands = self._hands.permutation([1.0, self._hands.choice(_OTHERS)])
-        poses = gestures.beat(self._robot, float(np.clip(size, *_BEATS)) * hands)
+        poses = gestures.beat(self._robot, float(np.clip(size, *_BEATS)) * hands, lift)
         return Performance(lambda _mood: poses, turn=turn)
 
     def _pause(self, temperament: Temperament) -> float:

@@ -1,0 +1,210 @@
+"""What the body does next, and what breaks off what it does.
+
+The order is: what somebody asked for, a sudden feeling, a gesture, beats to speech, attention to a
+person, rest. Each of them is a :class:`~miburi.partner.performance.Performance`; the loop carries
+it out. A feeling that lasts while the partner speaks is shown by one whole gesture and then carried
+by the posture, so that the arms are free for beats.
+"""
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from miburi import gestures
+from miburi.feelings import Expression, FeelingModel
+from miburi.partner.performance import Performance
+from miburi.partner.rest import Attention, Rest, may_go_on
+from miburi.partner.shown import ShownEmotion
+from miburi.robot import Robot
+
+__all__ = ["Arbiter", "Company"]
+
+#: A beat may begin this much later than it should, s (ours).
+_LATE = 0.05
+#: The choice among gestures draws from its own stream of random numbers.
+_CHOICES = 1
+
+
+@dataclass
+class Company:
+    """The people around the partner, as far as its body takes them into account.
+
+    Attributes
+    ----------
+    gaze
+        Where somebody is, rad to its left. At rest it turns there, as far and as fast as its
+        temperament lets it.
+    calm
+        Whether somebody is in distress: it then shows no feeling, and rests.
+    attends
+        Its part in a conversation, in which it faces the person; None: there is none.
+    """
+
+    gaze: float = 0.0
+    calm: bool = False
+    attends: Attention | None = None
+
+
+class Arbiter:
+    """Chooses the next performance.
+
+    Parameters
+    ----------
+    robot
+        Gives lengths, limits and neutral.
+    feelings
+        The emotional model, which it only reads.
+    repertoire
+        The gestures.
+    life
+        The seed of rest and variation; None: there is neither, as in the paper's experiment.
+
+    Attributes
+    ----------
+    company
+        The people around it; set its attributes at any time.
+    facing
+        rad to its left, to which gestures are turned.
+    asked
+        What somebody asked for and has not begun.
+    asked_at
+        When that was, s.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        feelings: FeelingModel,
+        repertoire: gestures.Repertoire,
+        life: int | None,
+    ) -> None:
+        self.company = Company()
+        self.facing = 0.0
+        self.asked: Performance | None = None
+        self.asked_at = 0.0
+        self._interrupts = False  # whether the request breaks off the present gesture
+        self._robot, self._feelings, self._repertoire = robot, feelings, repertoire
+        self._choices = np.random.default_rng([life or 0, _CHOICES])
+        self._variations = None if life is None else np.random.default_rng(life)
+        self._rest = None if life is None else Rest(robot, life)
+        self._emotion = None if life is None else ShownEmotion()
+        self._strokes: deque[float] = deque()  # of what it says, s on the body's clock
+
+    def ask(
+        self,
+        time: float,
+        expression: Expression | None,
+        poses: Sequence[gestures.KeyPose] | None,
+        wish: str | None,
+        *,
+        interrupts: bool,
+    ) -> None:
+        """Note a request at ``time`` s, in place of one that waits; see ``Partner.perform``."""
+        name = None
+        if poses is None and expression is not None:
+            function = self._repertoire.choose(expression.feeling, self._choices)
+            name = function.name
+            poses = gestures.key_poses(self._robot, function, expression.mood)
+        given = list(poses or ())
+        self.asked = Performance(lambda _mood: given, expression, name, asked=True, wish=wish)
+        self.asked_at, self._interrupts = time, interrupts
+
+    def speak(self, time: float, strokes: Sequence[float]) -> None:
+        """Note when syllables of what it says stand out, s from ``time`` on; they must ascend."""
+        within = [at for at in strokes if at >= gestures.BEAT_LEAD]
+        chosen = [] if self._rest is None else self._rest.choose(within)
+        self._strokes = deque(time + at for at in chosen)
+
+    def hurries(self, time: float) -> bool:
+        """Whether a body at rest shall not wait for the next period."""
+        self._drop_strokes(time)
+        felt = self._felt()
+        attends = self.company.attends is not None and felt is None
+        return self.asked is not None or self._is_new(felt) or attends or self._beats(time)
+
+    def breaks_in(self, performance: Performance | None, time: float) -> bool:
+        """Whether something more urgent begins in the middle of a move of a performance, if any."""
+        self._drop_strokes(time)
+        if performance is not None:
+            return self.gives_way(performance, time)
+        return self.asked is not None or self._is_new(self._felt())
+
+    def choose(self, time: float, turned: float) -> Performance | None:
+        """Return what begins now with a body that is ``turned`` rad to its left; None: nothing."""
+        chosen = self._chosen(time, turned)
+        if chosen is not None:
+            self.facing = chosen.turn
+        return chosen
+
+    def gives_way(self, performance: Performance, time: float) -> bool:
+        """Whether a performance is broken off: for calm, a request, a feeling or a beat."""
+        shows = performance.expression is not None
+        if self.asked is not None and (not shows or self._interrupts):
+            return True
+        if shows and performance.asked:
+            return False
+        if shows:
+            return self.company.calm or self._startles(performance.expression)
+        felt = not performance.asked and self._felt() is not None
+        if felt or not performance.rests:
+            return felt
+        return self._beats(time) or not may_go_on(performance.rests, self.company.attends)
+
+    def _chosen(self, time: float, turned: float) -> Performance | None:
+        if self.asked is not None:
+            asked, self.asked = self.asked, None
+            if asked.gesture is not None:  # else the poses are somebody's own
+                asked.turn = self.facing
+            return asked
+        draws = self._variations
+        variation = None if draws is None else int(draws.integers(2**32))
+        if (felt := self._felt()) is not None:
+            if self._emotion is not None:
+                self._emotion.shown += 1
+            function = self._repertoire.choose(felt.feeling, self._choices)
+            return Performance.of_gesture(self._robot, function, felt, variation, self.facing)
+        if self._rest is None:
+            return None
+        if self._beats(time):
+            self._strokes.popleft()
+            return self._rest.beat(self._feelings, self.facing)
+        if self._strokes:
+            return None
+        company = self.company
+        return self._rest.act(
+            time,
+            self._feelings,
+            turned,
+            company.gaze,
+            calm=company.calm,
+            attends=company.attends,
+        )
+
+    def _felt(self) -> Expression | None:
+        """Return the feeling that is still to be shown by a gesture, if any."""
+        felt = None if self.company.calm else self._feelings.express()
+        if self._emotion is None:
+            return felt
+        left = self._emotion.left(felt, self._feelings.emotion)
+        return None if self._strokes and self._emotion.shown else left
+
+    def _drop_strokes(self, time: float) -> None:
+        """Forget strokes that would be late; while somebody is in distress, forget all of them."""
+        soonest = np.inf if self.company.calm else time + gestures.BEAT_LEAD - _LATE
+        while self._strokes and self._strokes[0] < soonest:
+            self._strokes.popleft()
+
+    def _beats(self, time: float) -> bool:
+        """Whether a beat must begin now for a hand to be farthest at the next stroke."""
+        return bool(self._strokes) and self._strokes[0] <= time + gestures.BEAT_LEAD
+
+    def _is_new(self, felt: Expression | None) -> bool:
+        return felt is not None and self._emotion is not None and self._emotion.shown == 0
+
+    def _startles(self, shown: Expression | None) -> bool:
+        """Whether a feeling other than the one shown has risen above it."""
+        felt = self._felt()
+        other = felt is not None and shown is not None and felt.feeling != shown.feeling
+        return other and self._emotion is not None and self._emotion.rises
