@@ -90,13 +90,15 @@ def half(rows: list[tuple[str, str]], kept: bool) -> list[tuple[str, str]]:
 
 def everyday(rows: list[tuple[str, str]], change: Callable[[str], str] = str) -> None:
     """What :func:`hear` makes of them, silence and all."""
-    answers = [(label, hear(change(text)).feeling) for label, text in rows]
+    heard = [(label, hear(change(text))) for label, text in rows]
+    grave = sum(one.distress is not None for label, one in heard if label in LABELS[:-1])
+    answers = [(label, one.feeling) for label, one in heard]
     felt = [(a, b) for a, b in answers if a in LABELS[:-1]]
     plain = [b for a, b in answers if a == "neutral"]
     denied = [(a[1:], b) for a, b in answers if a[0] == "-"]
     right = sum(a == b for a, b in felt)
     print(f"feelings right: {share(right, len(felt))}")
-    print(f"  silent {sum(b is None for _, b in felt)}, another feeling "
+    print(f"  distress {grave}, silent {sum(b is None for _, b in felt) - grave}, another feeling "
           f"{sum(b not in (a, None) for a, b in felt)}")  # fmt: skip
     by = [f"{n} {sum(a == b == n for a, b in felt)}/{sum(a == n for a, _ in felt)}"
           for n in LABELS[:-1]]  # fmt: skip

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import textwrap
 import tomllib
+from itertools import chain
 from pathlib import Path
 
 import pytest
@@ -200,3 +201,19 @@ def test_a_builders_report_stands_beside_the_simulation(tmp_path: Path) -> None:
     assert "XL999".lower() in refused.stderr.lower()
     assert "Traceback" not in refused.stderr
     assert page.read_text(encoding="utf-8") == text
+
+
+def test_the_page_of_the_senses_has_the_figures_of_its_bench() -> None:
+    """It showed three rows of another table for weeks."""
+    page = (ROOT / "docs" / "senses.md").read_text("utf-8")
+    bench = (ROOT / "bench" / "words.txt").read_text("utf-8")
+    comments = re.findall(
+        r"^  (\w+) +n +(\d+)  precision (\S+)  recall (\S+)  F1 (\S+)", bench, re.M
+    )
+    rows = [f"| {name} | {' | '.join(figures)} |" for name, *figures in comments[:7]]
+    everyday = re.findall(r"^# Everyday.*?(?=^# )", bench, re.M | re.S)
+    counts = [
+        re.findall(r"^(?:feelings|neutral|denied|all).*: (\d+/\d+)", one, re.M) for one in everyday
+    ]
+    assert (len(rows), len(everyday)) == (7, 8)
+    assert [what for what in [*rows, *chain(*counts)] if what not in page] == []

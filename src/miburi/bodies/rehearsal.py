@@ -57,7 +57,7 @@ def rehearse(
     """Perform key poses from neutral on a new simulated body.
 
     ``settings`` are those of the inverse kinematics; see :func:`miburi.ik.solve`. With ``flows``
-    key poses that allow it are passed without a stop, as a lively partner does.
+    key poses that allow it are passed without a stop, as a partner with ``life`` does.
     """
     body = Simulated(robot)
     present = np.array(robot.neutral)

@@ -70,9 +70,9 @@ _MOST_WEAR = 2.5
 #: rest than in motion (found on simulated servos of known wear).
 _WEARS, _SEEN = 3, 0.92
 #: RMS error of the model, rad: the usual without play, and the least that counts as play. The same
-#: two in steps, for coarser encoders. Play for each rad of error beyond the first. Simulated servos
-#: without play had an error of 0.4 to 1.02 steps of 0.088°; joints that carry little had 1.0 to 1.6
-#: steps with a play of 0.25°, and 1.6 to 3.7 steps with 0.5°.
+#: two in steps, for coarser encoders. Last, how many rad of play each rad of error beyond the usual
+#: stands for. Simulated servos without play had an error of 0.4 to 1.02 steps of 0.088°; joints
+#: that carry little had 1.0 to 1.6 steps with a play of 0.25°, and 1.6 to 3.7 steps with 0.5°.
 _FIRM, _LOOSE, _IN_STEPS, _PLAYS = radians(0.057), radians(0.092), (0.65, 1.05), 3.3
 #: A joint's friction, up to this many times the others', may explain the model's error, instead of
 #: play (ours): with more, half a degree of play at a joint that rubs would go unreported.
@@ -401,7 +401,7 @@ def in_words(robot: Robot, found: Identified) -> list[str]:
 
 
 def _often(times: float) -> str:
-    # Free moves show friction roughly: twice the mirror image's was measured as 1.4 to 2.7 times,
-    # at five joints of the emulated robot. 1.4 times is not reported.
+    # Free moves show friction roughly: at five joints of the emulated robot, twice the mirror
+    # image's was measured as 1.4 to 2.7 times. What is measured as 1.4 times is not reported.
     words = {"about half": (0.42, 0.58), "about twice": (1.75, 2.75)}
     return next((word for word, (a, b) in words.items() if a <= times < b), f"{times:.1f} times")

@@ -192,7 +192,9 @@ class BenchStep:
 
 
 def peek(card: Card, motor: int, address: int, count: int) -> int:
-    """Return the number that 1 to 12 of a servo's registers hold; not during a motion.
+    """Return the number in ``count`` (1 to 12) of a servo's registers, from ``address`` on.
+
+    Not during a motion.
 
     Raises
     ------
@@ -229,8 +231,9 @@ def _go(
 ) -> list[Report]:
     """Make one move; return the reports from its start on, however it ends.
 
-    ``duty``, of ``FULL_PWM``, replaces the move's own ceiling; ``hung`` is by how many quarters of
-    a step a weight pulls the elbow down, whose load then counts ``_DEEPER`` times.
+    ``duty``, of ``FULL_PWM``, replaces the move's own ceiling. ``hung`` is by how many quarters of
+    a step a weight pulls the elbow down; with it, the elbow's load is sent divided by ``_DEEPER``,
+    for a card that counts it so many times.
     """
     move = Move(angles, np.full(len(JOINTS), speed))
     here, origin = np.array(card.report.positions), np.array(card.goals)
@@ -287,7 +290,8 @@ def _measure_stiffness(bench: Bench) -> BenchFindings:
     """Let a weight pull at the elbow, and measure how far it sinks.
 
     It is read after coming from above and from below: dry friction, which holds it up or down, then
-    drops out of the mean. Part of what the gears take of the motor's torque remains.
+    drops out of the mean. The share of the motor's torque that the gears take drops out only in
+    part; what is left is allowed for.
     """
     card, found = bench.card, list[float]()
     for gain in _STIFF:
@@ -428,7 +432,7 @@ def _measure_false_stops(bench: Bench) -> BenchFindings:
 
 
 def _identify(card: Card) -> Identified:
-    """Identify the servos, with the description's gain, from the free moves of all joints."""
+    """Identify the servos, with the description's gain, from free moves of all joints at once."""
     _with_gain(card, card.robot.servo.model.drive.gain)
     moves = [move for name, move in free_moves(card.robot) if name not in JOINTS]
     traces = record(card, moves, uneased(card.robot))
@@ -474,7 +478,7 @@ def _stops_of(card: Card, move: Move) -> list[str]:
 STEPS = (
     BenchStep(
         "stiffness",
-        f"How stiff are the servos? Needs two weights of {1000 * WEIGHT:.0f} g on strings.",
+        f"How stiff are the servos? Needs a weight of {1000 * WEIGHT:.0f} g on a string.",
         _measure_stiffness,
     ),
     BenchStep("hunting", "Do servos at rest go to and fro at higher gains?", _measure_hunting),

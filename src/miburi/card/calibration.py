@@ -1,7 +1,7 @@
 """Calibrate a card: identify its servos from free moves, and derive the rule that fits them.
 
 It takes a connected :class:`~miburi.card.card.Card` whose robot nobody touches, and gives settings
-with its own servos and with guards. :func:`measure` makes the moves;
+that fit the servos it finds there, with guards for them. :func:`measure` makes the moves;
 :mod:`miburi.calibration.identify` finds the servos, as it does for simulated ones.
 """
 
@@ -55,7 +55,8 @@ class Measurement:
     Attributes
     ----------
     robot, found
-        The description with the servos' gain, stiffness and wear, and each servo as a share of it.
+        The description with the servos' gain, stiffness and wear, and each servo's constants as
+        shares of that description's.
     settings
         The settings that the card has now.
     words

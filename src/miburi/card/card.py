@@ -99,7 +99,7 @@ class Card:
         self.goals: tuple[int, ...] = ()
         self.move_began = 0
         self._connected = False
-        self._guessed = False  # defaults stand for what another firmware saved
+        self._guessed = False  # whether defaults stand in for what another firmware saved
         self._settings = settings or CardSettings.of(self._robot)
         #: A function that is called with every report, for recorders and tests.
         self.on_report: Callable[[Report], None] = lambda _: None
@@ -143,7 +143,7 @@ class Card:
 
     @property
     def window(self) -> Window | None:
-        """What the rule compared at the contact that holds now, for its motor only."""
+        """What the rule compared at the contact that keeps the body stopped, for its motor only."""
         return None if self._own_stop else window_of(self.report, self._settings, self._share)
 
     @property
@@ -344,7 +344,8 @@ class Card:
         self._settings = wanted
         if has.crc != wanted.crc or not has.complete:
             self.configure(wanted)
-        # A card that could not read its own may have the description's from an earlier greeting.
+        # A card that could not read its stored settings may already have those of the description,
+        # which an earlier greeting sent.
         plain = not has.complete or has.crc == CardSettings.of(self._robot).crc
         self._guessed = has.unreadable and plain and self._requested_settings is None
         self.ask(FrameKind.STATUS, struct.pack("<H", _REPORT_PERIOD))

@@ -18,8 +18,9 @@ from miburi.safety.stop import Phase, StopReason
 __all__ = ["free_moves", "gestures", "record", "swings"]
 
 #: How far a joint moves to either side of the middle, as a share of half its range. At top speed it
-#: moves at least so far, and ``_RUN`` times what reaching that speed takes, to hold it for a while,
-#: but no further than the share ``_FARTHEST`` (ours).
+#: moves further where it must: from side to side it travels at least ``_RUN`` times what reaching
+#: that speed takes, to hold it for a while. To either side, it moves no further than the share
+#: ``_FARTHEST`` (ours).
 _REACH, _RUN, _FARTHEST = 0.35, 1.1, 0.97
 #: Speeds of single joints, rad/s; the last is above that of every servo (ours).
 _SPEEDS = (0.8, 2.5, np.inf)

@@ -199,7 +199,7 @@ class JointSettings:
 
     @property
     def values(self) -> dict[str, int]:
-        """All values by name, in the order of their bytes, by which the card numbers them."""
+        """All values by name, in the order of their bytes; the card numbers them in this order."""
         own = dict(vars(self))
         guards: Guards[int] = own.pop("guards")
         free: FreeMotor = own.pop("free")

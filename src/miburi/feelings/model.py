@@ -224,8 +224,8 @@ class FeelingModel(ABC):
         """
         levels = (emotion, feeling, mood)
         values = [None if level is None else _row(level) for level in levels]
-        # From the slowest: setting a level drops what it has yet to take up; a faster level that
-        # is set after it then adds to what the slower one has yet to take up.
+        # From the slowest, because setting a level drops what it has yet to take up: what the rise
+        # of a faster level adds to that must come afterwards.
         for row in (2, 1, 0):
             level, value = levels[row], values[row]
             if level is not None and value is not None:

@@ -28,8 +28,8 @@ class Effort(Table):
         Sustained 0, sudden 1: the tempo is 0.5 + time, so 0.5 leaves it as written.
     flow
         Bound 0, free 1: below 0.5 a wide movement halts half-way, for longer the more
-        bound it is. From 0.5 on there is no halt, and above it a lively partner passes a key pose
-        without stopping.
+        bound it is. From 0.5 on there is no halt, and above it a partner that has ``life`` goes
+        through a key pose without stopping, whatever its temperament.
     """
 
     space: Share
@@ -49,7 +49,7 @@ class Effort(Table):
 
     @property
     def free(self) -> bool:
-        """Whether a body passes the key poses at which nothing asks it to stay."""
+        """Whether a body does not stop at key poses at which nothing asks it to stay."""
         return self.flow > 0.5
 
     @property

@@ -45,7 +45,7 @@ def come_first(*, apart: bool = False) -> None:
 
 @contextmanager
 def coming_first() -> Iterator[None]:
-    """Give this process priority, and its terminal's session while the block runs.
+    """Give this process priority, and, while the block runs, its whole terminal session, too.
 
     A process that hears Ctrl-C cannot leave its session, so the whole session gets priority with
     it, and is set back afterwards.

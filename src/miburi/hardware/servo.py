@@ -226,8 +226,9 @@ def cheek_span(
 ) -> tuple[float, float]:
     """Return the angles of a fork's cheek, as :func:`cheek_outline` turns it, at a joint's limits.
 
-    ``frame`` is the servo's on its link, ``axis`` the joint's, and ``direction`` the way that the
-    cheek points at angle 0, both on that link; ``limits`` are in rad.
+    ``frame`` is the servo's frame on its link, ``axis`` the joint's axis, and ``direction`` the way
+    that the cheek points where the joint's angle is 0, both in that link's coordinates; ``limits``
+    are in rad.
     """
     aside = np.cross(axis, direction)
     angles = [
@@ -243,7 +244,8 @@ def stops(low: float, high: float, fit: float) -> Manifold:
     """Return the blocks on a holder's front that a fork's cheek meets beyond its range.
 
     ``low`` and ``high`` are the cheek's angles in rad, 0 towards +x, as :func:`cheek_outline`
-    turns it. The blocks clear it from ``stop`` degrees below ``low`` to ``stop`` above ``high``.
+    turns it. The blocks clear the cheek from a little below ``low`` to as
+    much above ``high``: the dimensions' ``stop``, in degrees.
     """
     s, w = dimensions().servo, dimensions().wall
     wide = s.half_width + fit + w.shell

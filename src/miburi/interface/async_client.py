@@ -166,7 +166,10 @@ class AsyncPartner:
         await self._asker.tell("/stop")
 
     async def release(self) -> None:
-        """Let a stopped body return to neutral and continue; a person's Stop needs a person."""
+        """Let a stopped body return to neutral and continue.
+
+        By default, only a person can end a Stop that a person pressed.
+        """
         await self._asker.tell("/release")
 
     async def pause(self, paused: bool = True) -> None:

@@ -51,9 +51,9 @@ def connect(
 ) -> "RemotePartner":
     """Return a live partner at ``url``, such as ``http://127.0.0.1:8080``.
 
-    It needs the token if the partner was started with ``--https`` or another ``--host``, and by
-    https the certificate of the partner's home authority, a PEM file (its ``/ca.pem``), unless
-    this computer trusts that already.
+    It needs ``token`` if the partner was started with ``--https`` or another ``--host``. At an
+    https address it also needs ``authority``, the PEM file with the certificate of the partner's
+    home authority (the partner serves it as ``/ca.pem``), unless this computer trusts it already.
 
     Raises
     ------
@@ -282,7 +282,7 @@ class RemotePartner:
         self._line.post("/temperament", {"name": name, "rest": rest})
 
     def gestures(self) -> list[GestureOut]:
-        """Return the movement functions."""
+        """Return the partner's gestures, which the paper calls movement functions."""
         return TypeAdapter(list[GestureOut]).validate_python(self._line.get("/gestures"))
 
     def log(self, after: str | None = None) -> list[LiveEvent]:

@@ -66,7 +66,7 @@ class StimulusMessage(StimulusIn):
 class StopMessage(Message):
     """Stop all motors; ``by`` is as in the header of ``POST /stop``.
 
-    ``press`` is for pages: a page's name for a press that it also sends by HTTP.
+    ``press`` is for pages: the name that a page gives to a press which it also sends by HTTP.
     """
 
     do: Literal["stop"]

@@ -38,7 +38,7 @@ class Rhythm:
 
 
 class _Table(Table):
-    """How a language is spoken: s of each letter, syllable and pause; patterns; light words."""
+    """How a language is spoken: seconds for letter, syllable, pause; patterns; unstressed words."""
 
     letter: _Seconds
     syllable: _Seconds

@@ -8,8 +8,8 @@ server's process holds a :class:`~miburi.live.far.FarPartner`, which asks; besid
                ◀── Answer, Latest ──────
                ═══ Stop ═════════════▶
 
-News comes only when the server asks, at every step, so that none piles up while it is busy. Neither
-side waits for the other: each sends from a thread of its own.
+The server asks for news at every step and gets none unasked, so that none piles up while it is
+busy. Neither side waits for the other: each sends from a thread of its own.
 """
 
 import pickle
@@ -78,7 +78,7 @@ class Ask(NamedTuple):
 
 
 class AskRecordings(NamedTuple):
-    """A recordings method to call; the loop has no part in it."""
+    """A call of a method of the recordings, by its name; the partner's loop has no part in it."""
 
     number: int
     what: str
@@ -105,7 +105,10 @@ class Ready(NamedTuple):
 
 
 class Look(NamedTuple):
-    """Ask for news; what comes after these numbers is new. Beats rise while the server serves."""
+    """Ask for news; what comes after these numbers is new.
+
+    ``beats`` grows as long as the server serves; if it stops growing, the server hangs.
+    """
 
     event: int
     sample: int

@@ -118,7 +118,7 @@ class FarPartner:
         return self._ticks[0]
 
     def samples_after(self, serial: int) -> list[tuple[int, Sample]]:
-        """Return the samples of the last two minutes after a step, with their steps' serials."""
+        """Return the samples after a step (two minutes are kept), with their steps' serials."""
         return [taken for taken in self._samples.copy() if taken[0] > serial]
 
     def steps_after(self, serial: int) -> list[Snapshot]:
@@ -181,7 +181,7 @@ class FarPartner:
         self._post.send(Ready())
 
     def beat(self) -> None:
-        """Record that the server serves; :func:`miburi.live.answering.answer` says what for."""
+        """Record that the server serves; :func:`miburi.live.answering.answer` says why."""
         self._beats += 1
         self._ticks.append(self._clock())
 

@@ -1,4 +1,4 @@
-"""How much of an emotion a lively partner shows: at once, a few gestures, and then rest.
+"""How much of an emotion a partner with ``life`` shows: at once, a few gestures, and then rest.
 
 As long as an emotion lasted, the same gesture used to repeat: fourteen times for one remark.
 The paper's experiment still does so; a partner with life does not.

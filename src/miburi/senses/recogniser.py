@@ -26,9 +26,9 @@ except ModuleNotFoundError as error:
 
 __all__ = ["PhraseRecogniser", "Phrases", "Recogniser", "load_phrases"]
 
-#: Log-likelihood above the phone loop's, per 10 ms frame; below this a phrase is rejected (ours,
-#: from synthetic voices: of 150 phrases it kept 136 and let 5 wrong ones pass; of 40 other
-#: sentences it let 1 pass).
+#: A phrase's log-likelihood minus the phone loop's, per 10 ms frame; it must be greater than this,
+#: or the phrase is rejected (ours, from synthetic voices: of 150 phrases it kept 136 and let 5
+#: wrong ones pass; of 40 other sentences it let 1 pass).
 _CLEAR = -8.0
 #: How much the loop's phone sequences weigh beside their sound (PocketSphinx's own advice).
 _LOOP_WEIGHT = 2.0

@@ -87,7 +87,7 @@ PAGE_RATE, PAGE_BURST = 1.0, 12.0
 _PAGES_RATE, _PAGES_BURST = 1.5, 15.0
 #: s between finishing one page and starting the next: a Stop may be waiting meanwhile (ours).
 PAGE_BREATH = 0.05
-#: s for which a page may keep others waiting: whoever asked for it may receive it slowly.
+#: The most s for which a page keeps others waiting: whoever asked for it may receive it slowly.
 _PAGE_TIME = 1.0
 #: Wrong tokens per second, and at once, from one address.
 WRONG_RATE, WRONG_BURST = 0.2, 10.0

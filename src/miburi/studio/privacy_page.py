@@ -23,7 +23,7 @@ from miburi.studio.words import Words, words
 __all__ = ["Switch", "privacy_router", "switches"]
 
 _PAGE = Path(__file__).with_suffix(".html")
-#: What is kept, by the names of its words.
+#: What is kept, each by the stem of its two keys in the page's words (``_kept``, ``_about``).
 _KEPT = ("memory", "people", "feelings", "recordings", "keys", "browser", "delete")
 
 

@@ -44,7 +44,7 @@ def emotion_before_mood(_: Runs) -> Claim:
         holds(emotion > 0.5 and mood - rest < 0.01 < model.mood[happy] - rest),
         f"one remark: emotion {emotion:.2f}, mood {rest:.2f} → {mood:.2f}; a quarter of an hour: "
         f"mood {model.mood[happy]:.2f}",
-        "all constants, and the mood's rest",
+        "all constants, and the mood's resting value",
     )
 
 
@@ -181,6 +181,6 @@ def healing(runs: Runs) -> Claim:
         sentence,
         holds(abs(lost[1] / lost[0] - np.exp(-1)) < 1e-3),
         f"of a loss of {lost[0]:.2f}, {lost[1]:.2f} is left after the mood's time constant "
-        f"({watched.time_constant:.0f} s), beside an untouched twin",
+        f"({watched.time_constant:.0f} s), compared with a twin that was not touched",
         "the time constant",
     )

@@ -276,7 +276,7 @@ class Runs:
 
 
 #: The links in the order of :func:`_gaps`, and how near an obstacle counts as met, m (ours: half an
-#: arm's width and a finger's).
+#: arm's width plus half a finger's).
 _LINKS = ("upper_arm", "forearm", "upper_arm", "forearm", "phone")
 _SKIN = 0.02
 

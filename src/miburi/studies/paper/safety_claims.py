@@ -70,7 +70,8 @@ def on_the_card(runs: Runs) -> Claim:
         + (
             "listened, did not stop"
             if card.stop is None
-            else f"listened, stops {card.silence:.1f} s after its last word ({card.stop.reason})"
+            else f"listened, stops {card.silence:.1f} s after the host's last word "
+            f"(reason: {card.stop.reason})"
         ),
         "the processor is emulated, the body is simulated",
     )
@@ -110,7 +111,7 @@ def one_motor_stops_all(runs: Runs) -> Claim:
         "“If the speed of only one motor is under the decided limit, the robot … directly stops "
         "its movement.”",
         holds(max(waits) <= _SOON),
-        "one arm of two is blocked, in a move and on the way back (by "
+        "one arm of two is blocked, in a move and on the way back (noticed at: "
         f"{', '.join(named) or 'none'}): all eight motors are slower than {_STILL:g} rad/s from "
         f"{1e3 * max(waits):.0f} ms after the stop on",
         "the speed is compared with that of a free servo, at every reading",

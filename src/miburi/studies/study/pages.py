@@ -86,8 +86,8 @@ def make_app(
     films
         The file of every film, by the films' names.
     local
-        Whether only this computer may ask, and only by its own names, because a website could
-        point a name of its own at this address.
+        Whether only this computer may ask, and only under a loopback name or address, such as
+        ``localhost``: a website could make its own domain name point at this computer.
     code
         Makes a new participant's code.
     perform
@@ -416,7 +416,7 @@ def _values(study: Study, question: Question, form: Mapping[str, str]) -> dict[s
         whole = value.isascii() and value.isdigit() and len(value) <= 6
         allowed_here = whole and question.low <= int(value) <= question.high
         return {"": str(int(value))} if allowed_here else None
-    # One form for text that looks the same, and no invisible characters.
+    # Texts that look the same are kept as the same characters, without invisible ones.
     plain = unicodedata.normalize("NFKC", value)
     shown = "".join(letter for letter in plain if letter.isprintable()).strip()
     return {"": shown} if 0 < len(shown) <= _LONGEST else None

@@ -74,7 +74,8 @@ class TrialPlant(Plant):
     robot
         The description, which is all that the code driving it knows.
     true
-        The robot as it is, where it differs; that its servos' clocks may be off is left out.
+        The robot as it really is, if it differs from the description; that its servos' clocks may
+        be off is not simulated.
     voltage
         The supply's voltage, V, whatever a variation says; None for the variation's.
 

@@ -57,7 +57,7 @@ Done = tuple[Chunk, list[Outcome]]
 class Subject(NamedTuple):
     """A robot as it is described, the rule that watches it, and the robot as it really is.
 
-    ``true`` is None for a robot that is as described, ``voltage`` where each trial draws its own.
+    ``true`` is None if the robot is as described; ``voltage`` is None if each trial draws its own.
     """
 
     robot: Robot
@@ -68,7 +68,7 @@ class Subject(NamedTuple):
 
 @dataclass(frozen=True)
 class Plan:
-    """A run of trials; trial i uses servo i modulo their number.
+    """A run of trials; trial i uses servo i modulo the number of servos.
 
     Attributes
     ----------
@@ -220,7 +220,7 @@ def _on_processes(plan: Plan, todo: list[Chunk], workers: int) -> Iterator[Done]
 
 
 def _begin_worker(plan: Plan) -> None:
-    global _plan  # noqa: PLW0603  (a pool can hand this to its workers only once)
+    global _plan  # noqa: PLW0603  (a pool hands its workers the plan once, as they begin)
     _plan = plan
     # Ctrl-C is for the parent, which lets the workers finish their chunks.
     signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -95,7 +95,8 @@ def calibrate_servos(robot: Robot, seed: int, true: Robot | None = None) -> Cali
             break
         robot = fitted(robot, found)
         true = _with_gain(true, robot.servo.model.drive.gain)
-    # A ceiling for new gears would hold worn ones back, and make them seem softer than they are.
+    # A ceiling for the motors' push that suits new gears would hold worn ones back, and make them
+    # seem softer than they are.
     robot, found, _ = worn(robot, found, traces)
     plant = TrialPlant(robot, true)
     traces = record_free_moves(plant, seed)
