@@ -9,8 +9,9 @@ from tests.fixtures.desk import DONE, END, FILES, LOOK, STOP, Desk, answer, desk
 from tests.fixtures.keys import keys
 
 from miburi.serving.access import CONNECTIONS, HEADER_TIME, HEADERS
+from miburi.serving.crowd import GRACE, HANDSHAKES
+from miburi.serving.lane import BEAT, SILENCE
 from miburi.serving.passing import ENCRYPTED, PLAIN
-from miburi.serving.reception import BEAT, GRACE, HANDSHAKES, SILENCE
 
 
 @pytest.fixture

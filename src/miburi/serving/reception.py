@@ -2,67 +2,50 @@
 
 The server may be busy: with pages, with many requests, with a long step; or it may hang.
 So a separate process listens, and looks at the head of each request by plain http. A Stop goes
-from here to the partner's process, past the server. Any other request is relayed to the server, and
-so is its answer (:mod:`miburi.serving.relay`); the connection stays here. So a Stop never waits
-for the server, whether it comes over a new connection or over one that was kept open; and
-connections that say nothing cost the server nothing.
+from here to the partner's process, past the server (:mod:`miburi.serving.lane`). Any other request
+is relayed to the server, and so is its answer (:mod:`miburi.serving.relay`); the connection stays
+here. So a Stop never waits for the server, whether it comes over a new connection or over one that
+was kept open; and connections that say nothing cost the server nothing. Where there are too many,
+one gives way (:mod:`miburi.serving.crowd`).
 
 Only the server, which has the keys, can read a head over https: a Stop there takes its turn.
 
 Windows cannot pass open files this way; there the server itself listens.
 """
 
-import errno
 import gc
 import math
 import re
 import selectors
 import socket
 import time
-from collections import defaultdict, deque
+from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from functools import partial
 from multiprocessing.connection import Connection
 
-import h11
 from starlette.types import Receive, Scope, Send
 
 from miburi.ground.cores import come_first
-from miburi.ground.log import log_once
-from miburi.serving.access import (
-    CONNECTIONS,
-    HEADER_TIME,
-    HEADERS,
-    STOP,
-    Gate,
-    RefusedError,
-)
+from miburi.serving.access import HEADER_TIME, HEADERS, STOP, Gate
+from miburi.serving.crowd import Crowd
 from miburi.serving.keys import Keys
+from miburi.serving.lane import Lane
 from miburi.serving.passing import ENCRYPTED, PLAIN, Note, pass_on
-from miburi.serving.press import BY, PRESS, PRESSED, Press, press
 from miburi.serving.relay import Guest, answer_of
 
-__all__ = ["BEAT", "GRACE", "HANDSHAKES", "SILENCE", "Reception", "receive"]
+__all__ = ["Reception", "receive"]
 
-#: s between two signs of life, and s after which a Stop is said to have reached nobody (ours).
-BEAT, SILENCE = 1.0, 1.0
-#: s in which a new connection does not have to give way to newer ones (ours).
-GRACE = 0.5
-#: Connections by https, from all addresses, whose handshakes may be under way: each takes 0.33 MB
-#: of the server (ours).
-HANDSHAKES = 100
 #: Files of its process other than connections.
 _OWN_FILES = 64
 #: Connections that are taken in, and passed on, before others are looked at: one may be a Stop.
 _AT_ONCE, _PASSED_AT_ONCE = 64, 16
 _GLANCE = 0.25
 _END = re.compile(rb"\n\r?\n")
-_WISHES = {b"upgrade", b"expect"}
 _TOO_LARGE = f"the headers of a request may have {HEADERS} bytes at most."
 _STOP = f"POST {STOP} ".encode()
 _OVERTAKEN = "Stop has overtaken this request, which may not have been obeyed."
-_NO_ANSWER = "the partner cannot be reached; should it answer again, it will stop."
 
 
 def receive(
@@ -122,18 +105,14 @@ class Reception:
         most: int,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._passage, self._stopping, self._gate, self._clock = passage, stopping, gate, clock
-        self._crowds: defaultdict[str, dict[Guest, None]] = defaultdict(dict)
-        self._sockets: dict[Guest, None] = {}
-        self._shaking: defaultdict[str, dict[Guest, None]] = defaultdict(dict)  # TLS handshakes
-        self._files, self._most = 0, most
+        self._passage, self._clock = passage, clock
+        self._crowd = Crowd(
+            most, clock, lambda guest: self._hear(guest, selectors.EVENT_READ), self._close
+        )
+        self._lane = Lane(stopping, gate, self._answer, clock)
         self._waiting: deque[Guest] = deque()  # for the server
         self._full = False  # whether it takes nothing now
-        self._pressing: list[Guest] = []
-        self._press: Press | None = None  # since the last Stop was sent
-        self._pressed: list[Guest] = []
-        self._wanted = self._asked = False
-        self._told = self._tidied = -math.inf  # the first sign of life is due
+        self._tidied = -math.inf
         self._over = False
         self._selector = selectors.DefaultSelector()
         for listener in plain:
@@ -150,7 +129,7 @@ class Reception:
 
     def close(self) -> None:
         """Close all connections that are here."""
-        for guest in self._everybody():
+        for guest in self._crowd.everybody():
             self._close(guest)
         self._selector.close()
 
@@ -195,78 +174,23 @@ class Reception:
             except BlockingIOError:
                 return
             except OSError as error:
-                if error.errno in (errno.EMFILE, errno.ENFILE):
-                    self._make_room(_largest(self._crowds))
-                return  # else the client left
+                self._crowd.make_room(error)
+                return  # there are no files left, or the client has left
             line.setblocking(False)
             guest = Guest(line, (address[0], address[1]), kind, self._clock())
-            if len(self._crowds[address[0]]) >= CONNECTIONS:
-                self._make_room(self._crowds[address[0]])
-            if kind == ENCRYPTED:
-                if sum(map(len, self._shaking.values())) >= HANDSHAKES:
-                    self._make_room(_largest(self._shaking))
-                self._shaking[address[0]][guest] = None
-            self._crowds[address[0]][guest] = None
-            self._take_files(1)
+            self._crowd.enter(guest)
             self._hear(guest, selectors.EVENT_READ)  # now: what came with it keeps its turn
             self._attend(guest)
-
-    def _take_files(self, count: int) -> None:
-        """Count files; where there are too many, the address that has the most gives some back."""
-        self._files += count
-        while self._files > self._most and self._make_room(_largest(self._crowds)):
-            pass
-
-    def _everybody(self) -> list[Guest]:
-        return [*self._sockets, *(guest for crowd in self._crowds.values() for guest in crowd)]
-
-    def _make_room(self, crowd: dict[Guest, None]) -> bool:
-        """Close one: a silent stranger, else a silent guest, else a busy one, else a new one.
-
-        If more than half are new, somebody is flooding, and the oldest new one is closed before any
-        guest. Its bytes are read first, because they may be a Stop; a Stop that is being answered
-        is closed last.
-        """
-        now = self._clock()
-        new = [g for g in crowd if g.silent and not g.known and now - g.since < GRACE]
-        flood = 2 * len(new) > len(crowd)
-
-        def rank(guest: Guest) -> tuple[int, float]:
-            if guest.stop:
-                return 5, guest.since
-            if not guest.silent:
-                return 3, guest.since
-            if guest.known:
-                return 2, guest.since
-            if now - guest.since < GRACE:
-                return 1 if flood else 4, guest.since
-            return 0, guest.since
-
-        for _ in range(_AT_ONCE):
-            if not crowd:
-                return False
-            guest = min(crowd, key=rank)
-            was = rank(guest)
-            if guest.silent:
-                self._hear(guest, selectors.EVENT_READ)
-            if guest.closed:
-                return True
-            if rank(guest) <= was:
-                break
-        self._close(guest)
-        return True
 
     def _close(self, guest: Guest) -> None:
         if guest.closed:
             return
         for one in (guest.line, guest.relay):
             if one is not None:
-                self._files -= 1
+                self._crowd.give_file()
                 self._forget(one)
         guest.close()
-        self._sockets.pop(guest, None)
-        _leave(self._shaking, guest)
-        _leave(self._crowds, guest)
+        self._crowd.leave(guest)
 
     def _forget(self, what: socket.socket) -> None:
         with suppress(KeyError, ValueError):
@@ -292,7 +216,7 @@ class Reception:
         if events & selectors.EVENT_READ:
             guest.fetch()
             if guest.relay is None:
-                self._files -= 1
+                self._crowd.give_file()
                 self._forget(relay)
             gone = not guest.flush()
         self._go_on(guest, gone=gone)
@@ -300,7 +224,7 @@ class Reception:
     def _go_on(self, guest: Guest, *, gone: bool) -> None:
         """Close a connection that is at its end, or wait for what is next."""
         if not guest.silent:
-            _leave(self._shaking, guest)
+            self._crowd.has_spoken(guest)
         if gone or (guest.ends and guest.resting):
             self._close(guest)
             return
@@ -328,12 +252,10 @@ class Reception:
         if end is None and len(head) < HEADERS and (head[:1].isupper() if new else may_be_stop):
             guest.seen = len(head)  # look again when more has come
             guest.line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVLOWAT, len(head) + 1)
-        elif may_be_stop and end is not None and self._may_stop(guest, head[: end.end()]):
+        elif may_be_stop and end is not None and self._lane.lets_in(guest, head[: end.end()]):
             guest.stop, guest.silent, guest.since = end.end(), False, self._clock()
             guest.looked = True
-            self._pressing.append(guest)
-            self._wanted = True
-            self._send_press()
+            self._lane.stop(guest)
         elif not new:
             guest.looked = True  # it has its turn
         elif end is None and head[:1].isupper():
@@ -348,65 +270,8 @@ class Reception:
         guest.wait(head)
         self._waiting.append(guest)
 
-    def _may_stop(self, guest: Guest, head: bytes) -> bool:
-        """Whether this is a Stop that the gate lets in; the server answers anything else."""
-        reader = h11.Connection(h11.SERVER, HEADERS)
-        try:
-            reader.receive_data(head)
-            request, end = reader.next_event(), reader.next_event()
-        except h11.RemoteProtocolError:
-            return False
-        if not isinstance(request, h11.Request) or not isinstance(end, h11.EndOfMessage):
-            return False  # it brings a body
-        headers = [*request.headers]
-        if request.http_version != b"1.1" or not _WISHES.isdisjoint(dict(headers)):
-            return False  # whoever asks for more than a Stop is the server's guest
-        guest.ends = reader.their_state is h11.MUST_CLOSE
-        known = {name: value.decode("latin-1") for name, value in headers}
-        guest.origin = self._gate.origin_of(STOP, known)
-        came = press(known.get(BY.encode(), ""), known.get(PRESS.encode(), ""))
-        try:
-            self._gate.check(
-                {
-                    "type": "http",
-                    "scheme": "http",
-                    "method": "POST",
-                    "path": STOP,
-                    "headers": headers,
-                    "client": guest.client,
-                    "server": guest.line.getsockname(),
-                }
-            )
-        except (RefusedError, OSError):
-            return False
-        except Exception as error:  # the reception must survive whatever this is
-            log_once("a Stop could not be judged", error)
-            return False
-        self._press = Press.both(self._press, came)
-        return True
-
-    def _send_press(self) -> None:
-        """Send a Stop, one at a time; requests that come meanwhile share the next one."""
-        if self._wanted and not self._asked:
-            self._pressed, self._pressing, self._wanted = self._pressing, [], False
-            pressed, self._press = self._press or PRESSED, None
-            self._tell((self._clock(), pressed))
-
-    def _tell(self, what: tuple[float, Press] | None) -> None:
-        self._asked, self._told = True, self._clock()
-        with suppress(OSError):  # its end will be noticed
-            self._stopping.send(what)
-
     def _hear_partner(self) -> None:
-        try:
-            self._stopping.recv()
-        except (OSError, EOFError):
-            self._over = True
-            return
-        pressed, self._pressed, self._asked = self._pressed, [], False
-        for guest in pressed:
-            self._answer(guest, 204)
-        self._send_press()
+        self._over = not self._lane.hear() or self._over
 
     def _answer(self, guest: Guest, status: int, words: str = "") -> None:
         """Answer a Stop, or a bad request."""
@@ -419,7 +284,7 @@ class Reception:
                 return  # its turn comes after what has begun; then it stops the body once more
             bare = guest.head.startswith(b"HEAD ")
             if guest.relay is not None:
-                self._files -= 1
+                self._crowd.give_file()
                 self._forget(guest.relay)
             guest.waits = False
             guest.drop()
@@ -443,7 +308,7 @@ class Reception:
             try:
                 ours, theirs = socket.socketpair()
             except OSError:  # there are no files left
-                self._make_room(_largest(self._crowds))
+                self._crowd.make_room()
                 return
             here = guest.line.getsockname()
             note = Note(guest.kind, guest.since, guest.client, (here[0], here[1]))
@@ -458,9 +323,8 @@ class Reception:
             self._waiting.popleft()
             guest.begin(ours)
             if guest.apart:
-                self._sockets[guest] = None
-                _leave(self._crowds, guest)
-            self._take_files(1)
+                self._crowd.set_apart(guest)
+            self._crowd.take_file()
             self._attend(guest)
 
     def _hear_passage(self, events: int) -> None:
@@ -473,23 +337,7 @@ class Reception:
 
     def _tidy(self, now: float) -> None:
         """Give a sign of life, and close what has been silent or waiting for too long."""
-        if not self._asked and now - self._told >= BEAT:
-            self._tell(None)
-        for waiting in (self._pressed, self._pressing):
-            while waiting and now - waiting[0].since > SILENCE:
-                self._answer(waiting.pop(0), 503, _NO_ANSWER)
-        for guest in self._everybody():
+        self._lane.tidy(now)
+        for guest in self._crowd.everybody():
             if guest.silent and now - guest.since > HEADER_TIME:
                 self._close(guest)
-
-
-def _largest(crowds: dict[str, dict[Guest, None]]) -> dict[Guest, None]:
-    """Return the guests of the address that has the most."""
-    return max(crowds.values(), key=len, default={})
-
-
-def _leave(crowds: dict[str, dict[Guest, None]], guest: Guest) -> None:
-    crowd = crowds.get(guest.client[0], {})
-    crowd.pop(guest, None)
-    if not crowd:
-        crowds.pop(guest.client[0], None)

@@ -1,0 +1,145 @@
+"""The connections that are open in the reception, by address, and which one has to give way."""
+
+import errno
+from collections import defaultdict
+from collections.abc import Callable
+
+from miburi.serving.access import CONNECTIONS
+from miburi.serving.passing import ENCRYPTED
+from miburi.serving.relay import Guest
+
+__all__ = ["GRACE", "HANDSHAKES", "Crowd"]
+
+#: s in which a new connection does not have to give way to newer ones (ours).
+GRACE = 0.5
+#: Connections by https, from all addresses, whose handshakes may be under way: each takes 0.33 MB
+#: of the server (ours).
+HANDSHAKES = 100
+#: Bytes of so many connections are read, at most, to find one that may be closed.
+_READ = 64
+
+_ByAddress = defaultdict[str, dict[Guest, None]]
+
+
+class Crowd:
+    """All guests, and the files that they take.
+
+    Parameters
+    ----------
+    most
+        Files that may be open.
+    clock
+        Gives s.
+    hear
+        Reads what a guest has sent: it may be a Stop.
+    close
+        Closes a guest, and has it :meth:`leave`.
+    """
+
+    def __init__(
+        self,
+        most: int,
+        clock: Callable[[], float],
+        hear: Callable[[Guest], None],
+        close: Callable[[Guest], None],
+    ) -> None:
+        self._files, self._most = 0, most
+        self._clock, self._hear, self._close = clock, hear, close
+        self._addresses: _ByAddress = defaultdict(dict)
+        self._shaking: _ByAddress = defaultdict(dict)  # TLS handshakes
+        self._apart: dict[Guest, None] = {}  # WebSockets, which count for no address
+
+    def everybody(self) -> list[Guest]:
+        """Return all guests."""
+        return [*self._apart, *(guest for crowd in self._addresses.values() for guest in crowd)]
+
+    def enter(self, guest: Guest) -> None:
+        """Take in a new guest; others may have to leave."""
+        address = guest.client[0]
+        if len(self._addresses[address]) >= CONNECTIONS:
+            self._make_room(self._addresses[address])
+        if guest.kind == ENCRYPTED:
+            if sum(map(len, self._shaking.values())) >= HANDSHAKES:
+                self._make_room(_largest(self._shaking))
+            self._shaking[address][guest] = None
+        self._addresses[address][guest] = None
+        self.take_file()
+
+    def leave(self, guest: Guest) -> None:
+        """Forget a guest that was closed."""
+        self._apart.pop(guest, None)
+        _leave(self._shaking, guest)
+        _leave(self._addresses, guest)
+
+    def has_spoken(self, guest: Guest) -> None:
+        """Note that a guest's handshake is over."""
+        _leave(self._shaking, guest)
+
+    def set_apart(self, guest: Guest) -> None:
+        """Let a guest no longer count for its address."""
+        self._apart[guest] = None
+        _leave(self._addresses, guest)
+
+    def take_file(self) -> None:
+        """Count a file; where there are too many, the address that has the most gives some back."""
+        self._files += 1
+        while self._files > self._most and self.make_room():
+            pass
+
+    def give_file(self) -> None:
+        """Count a file that was closed."""
+        self._files -= 1
+
+    def make_room(self, error: OSError | None = None) -> bool:
+        """Close a guest of the address that has the most, unless the error is of another kind."""
+        if error is not None and error.errno not in (errno.EMFILE, errno.ENFILE):
+            return False
+        return self._make_room(_largest(self._addresses))
+
+    def _make_room(self, crowd: dict[Guest, None]) -> bool:
+        """Close one: a silent stranger, else a silent guest, else a busy one, else a new one.
+
+        If more than half are new, somebody is flooding, and the oldest new one is closed before any
+        guest. Its bytes are read first, because they may be a Stop; a Stop that is being answered
+        is closed last.
+        """
+        now = self._clock()
+        new = [g for g in crowd if g.silent and not g.known and now - g.since < GRACE]
+        flood = 2 * len(new) > len(crowd)
+
+        def rank(guest: Guest) -> tuple[int, float]:
+            if guest.stop:
+                return 5, guest.since
+            if not guest.silent:
+                return 3, guest.since
+            if guest.known:
+                return 2, guest.since
+            if now - guest.since < GRACE:
+                return 1 if flood else 4, guest.since
+            return 0, guest.since
+
+        for _ in range(_READ):
+            if not crowd:
+                return False
+            guest = min(crowd, key=rank)
+            was = rank(guest)
+            if guest.silent:
+                self._hear(guest)
+            if guest.closed:
+                return True
+            if rank(guest) <= was:
+                break
+        self._close(guest)
+        return True
+
+
+def _largest(addresses: _ByAddress) -> dict[Guest, None]:
+    """Return the guests of the address that has the most."""
+    return max(addresses.values(), key=len, default={})
+
+
+def _leave(addresses: _ByAddress, guest: Guest) -> None:
+    crowd = addresses.get(guest.client[0], {})
+    crowd.pop(guest, None)
+    if not crowd:
+        addresses.pop(guest.client[0], None)

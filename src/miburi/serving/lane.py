@@ -1,0 +1,125 @@
+"""Stop's own lane: from the reception to the partner's process, past the server."""
+
+import math
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from multiprocessing.connection import Connection
+
+import h11
+
+from miburi.ground.log import log_once
+from miburi.serving.access import HEADERS, STOP, Gate, RefusedError
+from miburi.serving.press import BY, PRESS, Press, press
+from miburi.serving.relay import Guest
+
+__all__ = ["BEAT", "SILENCE", "Lane"]
+
+#: s between two signs of life, and s after which a Stop is said to have reached nobody (ours).
+BEAT, SILENCE = 1.0, 1.0
+_WISHES = {b"upgrade", b"expect"}
+_NO_ANSWER = "the partner cannot be reached; should it answer again, it will stop."
+
+
+class Lane:
+    """Judges Stops, and sends them one at a time.
+
+    Parameters
+    ----------
+    partner
+        Leads to the partner's process: takes a Stop's time and who pressed, or None as a sign of
+        life, and answers each with None when it is done.
+    gate
+        Says who may stop the partner.
+    answer
+        Answers a guest with a status and words.
+    clock
+        Gives s, the same in all processes.
+    """
+
+    def __init__(
+        self,
+        partner: Connection,
+        gate: Gate,
+        answer: Callable[[Guest, int, str], None],
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._partner, self._gate, self._answer, self._clock = partner, gate, answer, clock
+        self._waiting: list[Guest] = []
+        self._press: Press | None = None  # since the last Stop was sent
+        self._sent: list[Guest] = []
+        self._asked = False  # whether the partner has yet to answer
+        self._told = -math.inf  # the first sign of life is due
+
+    def lets_in(self, guest: Guest, head: bytes) -> bool:
+        """Whether this is a Stop that the gate lets in; the server answers anything else."""
+        reader = h11.Connection(h11.SERVER, HEADERS)
+        try:
+            reader.receive_data(head)
+            request, end = reader.next_event(), reader.next_event()
+        except h11.RemoteProtocolError:
+            return False
+        if not isinstance(request, h11.Request) or not isinstance(end, h11.EndOfMessage):
+            return False  # it brings a body
+        headers = [*request.headers]
+        if request.http_version != b"1.1" or not _WISHES.isdisjoint(dict(headers)):
+            return False  # whoever asks for more than a Stop is the server's guest
+        guest.ends = reader.their_state is h11.MUST_CLOSE
+        known = {name: value.decode("latin-1") for name, value in headers}
+        guest.origin = self._gate.origin_of(STOP, known)
+        came = press(known.get(BY.encode(), ""), known.get(PRESS.encode(), ""))
+        try:
+            self._gate.check(
+                {
+                    "type": "http",
+                    "scheme": "http",
+                    "method": "POST",
+                    "path": STOP,
+                    "headers": headers,
+                    "client": guest.client,
+                    "server": guest.line.getsockname(),
+                }
+            )
+        except (RefusedError, OSError):
+            return False
+        except Exception as error:  # the reception must survive whatever this is
+            log_once("a Stop could not be judged", error)
+            return False
+        self._press = Press.both(self._press, came)
+        return True
+
+    def stop(self, guest: Guest) -> None:
+        """Send a guest's Stop, or let it share the next one if one is on its way."""
+        self._waiting.append(guest)
+        self._send()
+
+    def hear(self) -> bool:
+        """Hear that the partner has done what it was told; False if its process has ended."""
+        try:
+            self._partner.recv()
+        except (OSError, EOFError):
+            return False
+        sent, self._sent, self._asked = self._sent, [], False
+        for guest in sent:
+            self._answer(guest, 204, "")
+        self._send()
+        return True
+
+    def tidy(self, now: float) -> None:
+        """Give a sign of life, and tell whoever has waited for too long."""
+        if not self._asked and now - self._told >= BEAT:
+            self._tell(None)
+        for waiting in (self._sent, self._waiting):
+            while waiting and now - waiting[0].since > SILENCE:
+                self._answer(waiting.pop(0), 503, _NO_ANSWER)
+
+    def _send(self) -> None:
+        if self._press is not None and not self._asked:
+            self._sent, self._waiting = self._waiting, []
+            pressed, self._press = self._press, None
+            self._tell((self._clock(), pressed))
+
+    def _tell(self, what: tuple[float, Press] | None) -> None:
+        self._asked, self._told = True, self._clock()
+        with suppress(OSError):  # its end will be noticed
+            self._partner.send(what)
