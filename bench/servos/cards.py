@@ -13,7 +13,7 @@ import numpy as np
 
 from miburi import ik
 from miburi.card.calibration import measure
-from miburi.card.card import Card
+from miburi.card.card import Card, wake
 from miburi.card.settings import CardSettings
 from miburi.emulation.body import EmulatedRobot
 from miburi.errors import BodyError
@@ -29,7 +29,7 @@ MOODS = (0.3, 0.6, 1.0)
 
 def perform(card: Card, robot: Robot, seed: int) -> tuple[int, int]:
     """Perform all gestures freely; return the moves made, and the false stops."""
-    card.wake()
+    wake(card)
     moves, stops = 0, 0
     for mood in MOODS:
         for number, feeling in enumerate(FEELINGS):
@@ -43,7 +43,7 @@ def perform(card: Card, robot: Robot, seed: int) -> tuple[int, int]:
                 if card.state.phase is Phase.STOPPED:
                     print("   ", mood, feeling, card.state.stop)
                     stops += 1
-                    card.wake()
+                    wake(card)
                     break
     return moves, stops
 

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from miburi.card.card import wake
 from miburi.emulation.body import EmulatedBody
 from miburi.emulation.packets import FAST_SYNC_READ, SYNC_READ, SYNC_WRITE
 from miburi.robot import forward, iphonoid
@@ -75,7 +76,7 @@ def measure(others: float) -> tuple[list[float], list[float]]:
         delays.append(told - reads[-1])
         gaps += np.diff(reads).tolist()
         body.step(1.0)
-        body.wake()
+        wake(body)
     body.close()
     return delays, gaps
 

@@ -129,7 +129,7 @@ def test_the_pwm_rises_with_its_slope(bench: Bench) -> None:
     began = bench.port.time
     for milliseconds in range(1, 30):
         bench.wait((began - bench.port.time) / 1e6 + milliseconds / 1e3)
-        if bench.servo.control.duty > 0.999:
+        if bench.servo.duty > 0.999:
             break
     assert milliseconds in (18, 19)
 
@@ -146,7 +146,7 @@ def test_a_blocked_shaft_stays_and_pushes(bench: Bench) -> None:
     bench.shaft.high = 2148.0
     bench.write(GOAL, 2848, 4)
     assert bench.wait(1.0) == pytest.approx(100 * bench.shaft.axis.servo.step, abs=0.004)
-    assert bench.servo.control.duty == pytest.approx(1.0)
+    assert bench.servo.duty == pytest.approx(1.0)
 
 
 def test_an_integral_brings_it_to_its_goal_and_feed_forward_keeps_it_on_its_way(

@@ -3,6 +3,7 @@
 import numpy as np
 from tests.firmware.rig import Rig
 
+from miburi.card.card import wake
 from miburi.safety.move import Move
 from miburi.safety.stop import Phase
 
@@ -18,7 +19,7 @@ def raise_arms(rig: Rig, speed: float = 1.0) -> None:
 
 def recovers(rig: Rig) -> None:
     """Only a release brings it back, to neutral."""
-    rig.body.wake()
+    wake(rig.body)
     assert np.abs(rig.body.state.angles - rig.robot.neutral).max() < 0.01
     raise_arms(rig)
     assert rig.settle() is Phase.IDLE

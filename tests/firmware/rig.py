@@ -13,7 +13,7 @@ import numpy as np
 from tests.firmware.toolchain import BUILD, building
 
 from miburi.calibration.guards import granted
-from miburi.card.card import Card
+from miburi.card.card import Card, wake
 from miburi.card.free_moves import free_moves, record
 from miburi.card.link import FrameKind, Reason, Report
 from miburi.card.order import Order
@@ -195,7 +195,7 @@ class Rig:
         firmware: Path,
         seed: int = 0,
         *,
-        wake: bool = True,
+        awake: bool = True,
         twin: bool = True,
         settings: CardSettings | None = None,
     ) -> None:
@@ -212,9 +212,9 @@ class Rig:
         self.twin = Twin(self.robot, self.settings)
         if twin:
             self._join_twin()
-        if wake:
+        if awake:
             self.body.step(0.04)
-            self.body.wake()
+            wake(self.body)
 
     def _join_twin(self) -> None:
         self.body.ask(FrameKind.STATUS, struct.pack("<H", 1))  # a report after every reading

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from tests.firmware.orders import Orders, begin
 from tests.firmware.rig import Rig
 
+from miburi.card.card import wake
 from miburi.errors import BodyError
 from miburi.robot import JOINTS
 from miburi.safety.controller import YIELD_AFTER, YIELDS
@@ -117,6 +118,6 @@ def test_no_lie_throws_an_arm(
     assert not orders.wrong, orders.wrong
     # The truth alone does not set anything in motion again; a release does.
     rig.body.stop()
-    rig.body.wake()
+    wake(rig.body)
     assert not orders.wrong, orders.wrong
     rig.close()

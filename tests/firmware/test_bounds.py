@@ -9,6 +9,7 @@ from tests.firmware.endings import raise_arms
 from tests.firmware.rig import Rig
 from tests.firmware.test_faults import symbol
 
+from miburi.card.card import wake
 from miburi.card.link import FrameKind
 from miburi.errors import BodyError
 from miburi.robot import JOINTS
@@ -43,7 +44,7 @@ def ceilings(rig: Rig) -> list[int]:
 def test_a_ceiling_that_a_servo_has_lost_is_sent_again(rig: Rig) -> None:
     """At rest: in motion there is no time beside the readings."""
     raise_arms(rig, speed=0.5)
-    order = rig.body.order
+    order = rig.body.underway.order
     assert order is not None
     assert ceilings(rig) == order.cruise.tolist() != order.pwm.tolist()
     assert rig.settle() is Phase.IDLE
@@ -93,7 +94,7 @@ def test_the_stack_leaves_a_kilobyte(rig: Rig, firmware: Path) -> None:
     rig.run(0.3)
     rig.servos[4].dead = False
     rig.run(0.3)
-    rig.body.wake()
+    wake(rig.body)
     free = next(n for n, byte in enumerate(mega.peek(used, stack - used)) if byte != PAINT)
     print(f"{free} bytes between data and stack were never used")
     assert free > SPARE

@@ -14,9 +14,10 @@ from miburi.calibration.file import Calibration, read_calibration, write_calibra
 from miburi.calibration.identify import Identified
 from miburi.card import calibration
 from miburi.card.calibration import apply_calibration, changes, describe, measure
-from miburi.card.card import Card
+from miburi.card.card import Card, wake
 from miburi.card.free_moves import free_moves, gestures
 from miburi.card.settings import ALLOWED, CardSettings
+from miburi.card.transfer import greet
 from miburi.emulation.body import EmulatedRobot
 from miburi.emulation.servos import Servo
 from miburi.errors import BodyError
@@ -108,7 +109,7 @@ def test_a_robot_that_differs_is_identified_tested_and_stored(
     # Another host finds the calibration on the card, and what it asks of the motors fits it.
     again = Card(lambda: emulation, real)
     assert again.settings == settings
-    again.wake()
+    wake(again)
     rng = np.random.default_rng(3)
     for _ in range(4):
         there = rng.uniform(0.7 * real.lower + 0.3 * real.neutral, 0.7 * real.upper)
@@ -168,7 +169,7 @@ def test_a_servo_that_gives_hardly_any_torque_is_refused_by_name(
     before = card.settings
     with pytest.raises(BodyError, match=r"contact \(left_elbow\).* nothing is in its way.* horn"):
         measure(card)
-    assert (card.settings, card.hello()[0]) == (before, before.crc)
+    assert (card.settings, greet(card.ask)[0]) == (before, before.crc)
     assert card.state.phase is Phase.STOPPED
 
 
@@ -232,7 +233,7 @@ def test_a_calibration_that_is_broken_off_leaves_the_guards_as_they_were(rig: Ri
     with pytest.raises(BodyError, match=r"contact \(waist\)\. Give the robot room"):
         measure(rig.body)
     assert rig.body.state.phase is Phase.STOPPED
-    assert rig.body.hello()[:3] == (rig.settings.crc, True, True)
+    assert greet(rig.body.ask)[:3] == (rig.settings.crc, True, True)
     rig.servos[0].shaft.high = np.inf
     # Not even when the host is killed, and cannot put them back.
     rig.body.configure(rig.settings.generous)
@@ -254,10 +255,10 @@ def test_a_rule_is_loaded_whole_or_not_at_all(rig: Rig) -> None:
     with pytest.raises(BodyError, match="refuses ratio 0.5: allowed is 0.8 to 1"):
         rig.body.configure(settings.with_rule(deaf))
     assert rig.body.settings == settings
-    assert rig.body.hello()[:2] == (settings.crc, True)
+    assert greet(rig.body.ask)[:2] == (settings.crc, True)
     swapped = settings.mounting.model_copy(update={"id": [2, 1, 3, 4, 5, 6, 7, 8]})
     rig.body.configure(settings.with_mounting(swapped))
-    assert rig.body.hello()[:2] == (settings.with_mounting(swapped).crc, True)
+    assert greet(rig.body.ask)[:2] == (settings.with_mounting(swapped).crc, True)
     twice = settings.mounting.model_copy(update={"id": [1] * 8})
     with pytest.raises(BodyError, match="an id of its own"):
         rig.body.configure(settings.with_mounting(twice))

@@ -11,6 +11,7 @@ from tests.firmware.endings import raise_arms, recovers
 from tests.firmware.rig import Rig, calibrated
 
 from miburi.bodies import Motor
+from miburi.card.card import wake
 from miburi.card.link import FrameKind
 from miburi.errors import BodyError
 from miburi.robot import JOINTS
@@ -36,7 +37,7 @@ def stays_stopped(rig: Rig, seconds: float = 1.0) -> None:
 
 
 def test_power_on_moves_nothing(firmware: Path) -> None:
-    rig = Rig(firmware, wake=False, twin=False)
+    rig = Rig(firmware, awake=False, twin=False)
     for servo in rig.servos:
         servo.set("goal_position", 0)  # a trap: torque on would pull there at once
     before = [servo.shaft.place for servo in rig.servos]
@@ -90,7 +91,7 @@ def test_a_host_at_rest_shows_the_card_that_it_lives(firmware: Path) -> None:
 
 
 def test_a_card_tells_how_its_servos_are_until_it_is_lost(firmware: Path) -> None:
-    rig = Rig(firmware, wake=False, twin=False)
+    rig = Rig(firmware, awake=False, twin=False)
     assert rig.body.touchable is None
     assert rig.body.motors().rule.period == rig.settings.general.period
     # It looks at their health every half second; until then that is not known.
@@ -146,7 +147,7 @@ def test_card_reset_in_mid_move_ends_at_rest(rig: Rig, saved: bool) -> None:
     if saved:
         rig.body.stop()
         rig.body.save()
-        rig.body.wake()
+        wake(rig.body)
     raise_arms(rig, speed=0.8)
     rig.line.mega.reset()
     rig.line.run(rig.line.mega.time + 300_000)
@@ -279,7 +280,7 @@ def test_noisy_bus_stops_the_robot_or_lets_it_go_on(rig: Rig) -> None:
     rig.run(0.5)
     assert rig.at_rest()
     if rig.body.state.phase is Phase.STOPPED:
-        rig.body.wake()
+        wake(rig.body)
     raise_arms(rig)
 
 
@@ -300,7 +301,7 @@ def test_clock_that_wraps_in_mid_move_is_not_noticed(rig: Rig, firmware: Path) -
     rig.run(0.1)
     # For the card an hour has passed, and nobody has said a word.
     assert rig.body.state.stop.reason == StopReason.LINE_LOST
-    rig.body.wake()
+    wake(rig.body)
     rig.run((wraps - rig.line.mega.time) / 1e6 - 0.2)
     raise_arms(rig)
     assert rig.line.mega.time > wraps
@@ -315,7 +316,7 @@ def test_a_tap_on_stop_holds_softly(rig: Rig) -> None:
     assert {servo.get("goal_pwm") for servo in rig.servos} == {222}
     assert rig.at_rest()
     recovers(rig)
-    order = rig.body.order
+    order = rig.body.underway.order
     assert order is not None
     assert [servo.get("goal_pwm") for servo in rig.servos] == order.cruise.tolist()
 
@@ -327,7 +328,7 @@ def test_a_stop_under_load_lets_nothing_sink_and_its_end_is_no_contact(rig: Rig)
     rig.body.hung = tuple(-load for load in loads)
     rig.body.stop()  # loads that come at rest are a hand that pulls
     rig.run(0.4)
-    rig.body.wake()
+    wake(rig.body)
     raise_arms(rig)
     rig.run(0.3)
     rig.body.stop()
@@ -336,7 +337,7 @@ def test_a_stop_under_load_lets_nothing_sink_and_its_end_is_no_contact(rig: Rig)
     rig.run(1.0)
     assert np.abs(np.subtract(rig.body.report.positions, where)).max() <= 1
     assert {servo.get("goal_pwm") for servo in rig.servos} == {222}
-    rig.body.wake()
+    wake(rig.body)
     assert rig.body.state.phase is Phase.IDLE
 
 
@@ -345,12 +346,12 @@ def test_a_soft_servo_hangs_by_more_than_the_host_says(firmware: Path) -> None:
     told = (0, 12, 10, -8, -12, -10, 8, 12)
     settings = calibrated(firmware)
     soft = replace(settings, joints=tuple(replace(joint, sag=768) for joint in settings.joints))
-    rig = Rig(firmware, wake=False, settings=soft)
+    rig = Rig(firmware, awake=False, settings=soft)
     rig.body.hung = told
     for servo, sag in zip(rig.servos, told, strict=True):
         servo.shaft.load = -3.0 * sag
     rig.body.step(0.04)
-    rig.body.wake()
+    wake(rig.body)
     raise_arms(rig)
     assert rig.settle() is Phase.IDLE, rig.body.state.stop
     assert rig.twin.looks > 30

@@ -9,6 +9,7 @@ import pytest
 from tests.firmware.rig import Rig
 from tests.firmware.toolchain import HERE, NATIVE, SANITIZED, need, run
 
+from miburi.card.card import wake
 from miburi.card.link import ANSWER, VERSION, Frame, FrameKind, Receiver, Result, encode
 from miburi.card.settings import CardSettings
 from miburi.emulation.packets import STATUS, packet
@@ -125,7 +126,7 @@ def obeys(rig: Rig) -> bool:
     rig.body.step(1.0)
     rig.body.stop()
     rig.body.configure(rig.settings)
-    rig.body.wake()
+    wake(rig.body)
     angles = rig.robot.neutral.copy()
     angles[0] += 0.5
     rig.body.move(Move(angles, np.ones(8)))
@@ -176,7 +177,7 @@ def test_bus_of_the_real_binary(firmware: Path, what: str) -> None:
         rig.run(0.2)
         if rig.body.state.phase is Phase.STOPPED:
             try:
-                rig.body.wake()
+                wake(rig.body)
             except BodyError:
                 wild += 1
         if rig.body.state.phase is Phase.IDLE:

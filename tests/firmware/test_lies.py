@@ -9,6 +9,7 @@ import pytest
 from tests.firmware.orders import Orders, begin
 from tests.firmware.rig import Rig
 
+from miburi.card.card import wake
 from miburi.card.settings import SEAM
 from miburi.errors import BodyError
 from miburi.robot import JOINTS
@@ -71,10 +72,10 @@ def test_a_lying_reading_throws_no_arm_and_is_named(firmware: Path, motor: int) 
             rig.run(0.2)
             assert not orders.wrong, (what, orders.wrong)
             if rig.body.state.phase is Phase.STOPPED:
-                rig.body.wake()
+                wake(rig.body)
             elif phase is not Phase.IDLE:
                 rig.body.stop()
-                rig.body.wake()
+                wake(rig.body)
     rig.close()
 
 
@@ -96,7 +97,7 @@ def test_a_limp_joint_that_is_turned_by_hand_is_believed(rig: Rig) -> None:
     rig.run(0.2)
     neutral = rig.settings.joints[0].neutral
     assert abs(rig.body.report.positions[0] - neutral) > 290
-    rig.body.wake()
+    wake(rig.body)
 
 
 @pytest.mark.parametrize("size", [317, -1000])
@@ -121,7 +122,7 @@ def test_a_held_joint_that_jumped_is_astray_until_it_is_limp(
     rig.run(0.1)
     rig.servos[0].shaft.place += size / 4
     rig.run(0.1)
-    rig.body.wake()
+    wake(rig.body)
 
 
 @pytest.mark.parametrize("alias", [1, 8])
@@ -137,7 +138,7 @@ def test_a_servo_that_answers_with_anothers_id_is_named(rig: Rig, alias: int) ->
         rig.body.release()
     rig.servos[3].alias = None
     rig.run(0.2)
-    rig.body.wake()
+    wake(rig.body)
 
 
 @pytest.mark.parametrize("phase", [Phase.IDLE, Phase.MOVING])
@@ -149,7 +150,7 @@ def test_a_servo_that_restarted_within_a_moment_is_named(rig: Rig, phase: Phase)
     stop = rig.body.state.stop
     assert stop is not None
     assert (stop.reason, stop.motor) == (StopReason.SERVO_RESTARTED, JOINTS[7])
-    rig.body.wake()
+    wake(rig.body)
     assert rig.servos[7].get("torque_enable") == 1
 
 
@@ -170,7 +171,7 @@ def test_a_joint_outside_its_limits_is_refused_with_its_angle(
     assert servo.get("torque_enable") == 0
     servo.shaft.place = joint.zero + joint.direction * (end + sign * 6)  # it lies a little beyond
     rig.run(0.2)
-    rig.body.wake()
+    wake(rig.body)
 
 
 def test_a_joint_across_the_servos_seam_is_not_turned_the_long_way(rig: Rig) -> None:
@@ -188,7 +189,7 @@ def test_a_joint_across_the_servos_seam_is_not_turned_the_long_way(rig: Rig) -> 
     assert before < 20
     angle = (joint.max + 112) * 360 / TURN
     with pytest.raises(BodyError, match=rf"right_elbow stands at {angle:.1f}°"):
-        rig.body.wake()
+        wake(rig.body)
     assert servo.shaft.place == before
 
 

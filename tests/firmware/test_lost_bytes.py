@@ -13,6 +13,7 @@ import pytest
 from tests.firmware.rig import Rig
 from tests.firmware.toolchain import changed_card
 
+from miburi.card.card import wake
 from miburi.safety.move import plan_move
 from miburi.safety.stop import Phase
 
@@ -160,7 +161,7 @@ def test_a_stop_whose_limit_of_the_duty_a_servo_missed_says_it_again(rig: Rig) -
         assert missed
         assert {each.get("goal_pwm") for each in rig.servos} == {soft}
         servo.write = write
-        rig.body.wake()
+        wake(rig.body)
 
 
 @pytest.mark.proof("test_an_order_damaged_once_makes_no_move_a_contact")
@@ -211,7 +212,7 @@ def test_free_moves_on_a_bus_that_loses_bytes(firmware: Path, rate: float) -> No
         rig.body.move(rig.random_move())
         if rig.settle() is not Phase.IDLE:
             stopped.append(rig.body.state.stop)
-            rig.body.wake()
+            wake(rig.body)
         rig.bus.spoil = lambda data: data
     print(f"{MOVES} moves, {lost} bytes lost, {len(stopped)} stopped: {stopped}")
     assert lost > rate * 5_000 * MOVES - 3

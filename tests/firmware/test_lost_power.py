@@ -9,6 +9,7 @@ from tests.firmware.endings import raise_arms, recovers
 from tests.firmware.rig import Rig
 from tests.firmware.toolchain import changed_card
 
+from miburi.card.card import wake
 from miburi.card.link import Reason, Report
 from miburi.robot import JOINTS
 from miburi.safety.move import Move
@@ -58,7 +59,7 @@ def test_a_stopped_body_of_which_a_servo_restarts_is_named(
         found = rig.body.state.stop
         assert (found.reason, found.motor) == (StopReason.SERVO_RESTARTED, JOINTS[motor])
         assert not rig.body.report.held
-        rig.body.wake()
+        wake(rig.body)
 
 
 def test_a_stopped_body_without_its_supply_is_named_off_and_on(rig: Rig) -> None:
@@ -79,22 +80,22 @@ def test_a_stopped_body_without_its_supply_is_named_off_and_on(rig: Rig) -> None
         assert rig.body.state.stop.reason is StopReason.SERVO_RESTARTED
         assert not rig.body.report.held
         assert [servo.get("torque_enable") for servo in rig.servos] == [0] * 8
-        rig.body.wake()
+        wake(rig.body)
 
 
 def test_a_body_that_was_never_held_or_was_let_go_is_not_named(firmware: Path) -> None:
-    rig = Rig(firmware, wake=False, twin=False)
+    rig = Rig(firmware, awake=False, twin=False)
     never_held_without_torque(rig)
     rig.run(0.5)
     assert not rig.body.report.held
     assert rig.body.state.stop.reason is StopReason.CARD_STARTED
-    rig.body.wake()
+    wake(rig.body)
     rig.body.stop()
     rig.body.relax()
     rig.run(0.5)
     assert not rig.body.report.held
     assert rig.body.state.stop.reason is StopReason.ASKED
-    rig.body.wake()
+    wake(rig.body)
     rig.line.mega.reset()  # the servos keep their torque
     rig.run(2.0)
     assert rig.body.state.stop.reason is StopReason.CARD_STARTED
@@ -123,7 +124,7 @@ def test_an_undervoltage_that_latches_on_all_servos_is_named_at_once(
         for servo in rig.servos:
             servo.power_up()
         rig.run(0.1)
-        rig.body.wake()
+        wake(rig.body)
 
 
 def test_a_servo_that_restarts_in_motion_is_no_contact(rig: Rig) -> None:
@@ -140,7 +141,7 @@ def test_a_servo_that_restarts_in_motion_is_no_contact(rig: Rig) -> None:
         assert reasons <= {Reason.NONE, Reason.RESTARTED}
         found = rig.body.state.stop
         assert (found.reason, found.motor) == (StopReason.SERVO_RESTARTED, JOINTS[motor])
-        rig.body.wake()
+        wake(rig.body)
 
 
 def test_torque_that_is_lost_in_motion_is_noticed(rig: Rig) -> None:

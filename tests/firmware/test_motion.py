@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from tests.firmware.rig import Rig
 
+from miburi.card.card import wake
 from miburi.robot import JOINTS
 from miburi.safety.move import Move, plan_move
 from miburi.safety.stop import Phase, StopReason
@@ -88,7 +89,7 @@ def test_a_blocked_motor_stops_all(firmware: Path, seed: int) -> None:
         assert rig.body.report.held
         assert rig.at_rest()
         shaft.low, shaft.high = -np.inf, np.inf
-        rig.body.wake()
+        wake(rig.body)
     rig.close()
 
 
@@ -124,7 +125,7 @@ def test_who_still_keeps_a_motor_from_its_place_wins_once(firmware: Path) -> Non
     assert servo.segment.goal == stays
     assert rig.body.report.held
     shaft.low, shaft.high = -np.inf, np.inf
-    rig.body.wake()
+    wake(rig.body)
     rig.close()
 
 

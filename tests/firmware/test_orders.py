@@ -9,9 +9,10 @@ import pytest
 from tests.firmware.endings import recovers
 from tests.firmware.rig import LOAD, NO_LOADS, Rig
 
-from miburi.card.card import Card
+from miburi.card.card import Card, wake
 from miburi.card.link import FrameKind
 from miburi.card.settings import ALLOWED, CardSettings, JointSettings
+from miburi.card.transfer import greet
 from miburi.errors import BodyError
 from miburi.robot import JOINTS
 from miburi.robot.guards import GUARDS, Guards
@@ -115,7 +116,7 @@ def test_settings_stay_inside_safe_ranges_and_change_only_while_stopped(rig: Rig
     rig.body.configure(settings)
     with pytest.raises(BodyError):
         rig.body.configure(replace(settings, joints=twice))
-        rig.body.wake()
+        wake(rig.body)
     rig.body.configure(settings)
     recovers(rig)
 
@@ -133,7 +134,7 @@ def test_settings_outlast_a_loss_of_power_and_a_blank_or_torn_eeprom_is_no_setti
         rig.line.mega.eeprom = bytes(torn)
         rig.line.mega.reset()
         rig.line.run(rig.line.mega.time + 100_000)
-        crc, has_all, stored, _ = rig.body.hello()
+        crc, has_all, stored, _ = greet(rig.body.ask)
         assert has_all == complete
         if complete:
             assert crc == rig.settings.crc
@@ -167,6 +168,6 @@ def test_settings_of_another_layout_are_noticed(rig: Rig) -> None:
     for _ in range(2):  # the second finds on the card what the first has sent
         again = Card(lambda: rig.line, rig.robot)
         with pytest.raises(BodyError, match=r"another version of the firmware.* card load"):
-            again.wake()
+            wake(again)
     again.configure(rig.settings)  # as `miburi card load` and `calibrate` do
-    again.wake()
+    wake(again)

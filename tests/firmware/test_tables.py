@@ -7,6 +7,7 @@ import pytest
 from tests.firmware.endings import raise_arms, recovers
 from tests.firmware.rig import Rig
 
+from miburi.card.card import wake
 from miburi.emulation.control_table import REGISTERS
 from miburi.emulation.servos import Servo
 from miburi.errors import BodyError
@@ -53,7 +54,7 @@ def test_who_loses_the_cards_gains_is_named_and_gets_them_back(rig: Rig) -> None
         stop = rig.body.state.stop
         assert stop is not None, name
         assert (stop.reason, stop.motor) == (StopReason.SERVO_RESTARTED, JOINTS[3])
-        rig.body.wake()
+        wake(rig.body)
         assert [servo.get(name) for name in gains] == ours
 
 
@@ -67,7 +68,7 @@ def test_a_servo_that_takes_no_gains_is_refused(rig: Rig) -> None:
 
     servo.write = but_gains  # type: ignore[method-assign]
     with pytest.raises(BodyError, match=f"{JOINTS[6]}: servo does not take orders"):
-        rig.body.wake()
+        wake(rig.body)
     servo.write = write  # type: ignore[method-assign]
     recovers(rig)
 
@@ -88,7 +89,7 @@ def test_only_what_the_manual_defines_is_read(rig: Rig) -> None:
 
         servo.read = read  # type: ignore[method-assign]
     rig.body.stop()
-    rig.body.wake()
+    wake(rig.body)
     raise_arms(rig)
     assert rig.settle() is Phase.IDLE
     rig.run(0.6)  # it looks at health and gains meanwhile
@@ -101,7 +102,7 @@ def test_a_servo_never_gets_torque_back_by_itself(rig: Rig, startup: int) -> Non
     """Its Startup Configuration may bring torque and, from a backup, another goal."""
     rig.body.stop()
     rig.servos[5].set("startup", startup)
-    rig.body.wake()
+    wake(rig.body)
     assert [servo.get("startup") for servo in rig.servos] == [0] * 8
     rig.servos[5].power_up()
     assert rig.servos[5].get("torque_enable") == 0
@@ -125,7 +126,7 @@ def test_identify_gives_a_new_servo_its_id(
     firmware: Path, number: int, baud: int, late: float
 ) -> None:
     """As from the factory, or half-done: with the new id or speed already; however late it is."""
-    rig = Rig(firmware, wake=False, twin=False)
+    rig = Rig(firmware, awake=False, twin=False)
     fresh = Servo.new(number)
     fresh.set("baud", baud)
     fresh.delay = late

@@ -7,6 +7,7 @@ import pytest
 from tests.firmware.rig import Rig
 from tests.firmware.toolchain import changed_card
 
+from miburi.card.card import wake
 from miburi.robot import JOINTS
 from miburi.safety.controller import YIELDS
 from miburi.safety.move import Move
@@ -96,7 +97,7 @@ def test_stop_takes_the_place_of_a_touch(firmware: Path) -> None:
     assert rig.body.report.held
     free(rig)
     rig.run(0.3)
-    rig.body.wake()
+    wake(rig.body)
     rig.close()
 
 

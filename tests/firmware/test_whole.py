@@ -12,7 +12,7 @@ import pytest
 from tests.firmware.rig import Rig
 from tests.fixtures.command import miburi
 
-from miburi.card.card import Card
+from miburi.card.card import Card, wake
 from miburi.card.line import SerialLine
 from miburi.card.link import FrameKind
 from miburi.card.order import Order
@@ -95,8 +95,7 @@ def test_who_has_sped_up_may_push_less(firmware: Path) -> None:
 
     def begin() -> Order:
         body.move(Move(there, speeds))
-        order = body.order
-        assert order is not None
+        order = body.underway.order
         assert ceilings() == order.pwm.tolist()
         assert (order.cruise <= order.pwm).all()
         return order
@@ -106,7 +105,7 @@ def test_who_has_sped_up_may_push_less(firmware: Path) -> None:
     body.ask(FrameKind.LOADS, order._replace(cruise=order.pwm).pack_loads())
     while ceilings() == order.pwm.tolist() and body.state.phase is Phase.MOVING:
         body.step(0.01)
-    after = (body.report.time - body.move_began) / SECOND
+    after = (body.report.time - body.underway.began) / SECOND
     due = speeds.max() / robot.servo.acceleration + EASES_AFTER / SECOND
     assert due - 0.02 < after < due + 0.02  # the latest report is up to 20 ms old
     assert ceilings() == order.cruise.tolist()
@@ -141,7 +140,7 @@ def test_a_body_on_a_pseudo_terminal(firmware: Path, monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(SerialLine, "now", now)
     monkeypatch.setattr(SerialLine, "read", read)
     body = Card(os.ttyname(theirs), robot)
-    body.wake()
+    wake(body)
     angles = robot.neutral.copy()
     angles[0] += 0.4
     body.move(plan_move(robot, robot.neutral, angles, 0.5))
@@ -224,7 +223,7 @@ def test_servos_that_sit_wrongly_are_found_before_torque(
     firmware: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """All eight are wrong at once, in three ways: each has a line, and none has had torque."""
-    rig = Rig(firmware, wake=False)
+    rig = Rig(firmware, awake=False)
     rig.body.step(0.04)
     built = mounting(rig.robot)
 

@@ -18,7 +18,7 @@ from pydantic import Field
 
 from miburi import ik
 from miburi.calibration.identify import Identified, identify, stiffness
-from miburi.card.card import Card
+from miburi.card.card import Card, wake
 from miburi.card.free_moves import free_moves, record
 from miburi.card.link import FrameKind, Report
 from miburi.card.order import Order
@@ -218,7 +218,7 @@ def _with_gain(card: Card, gain: float, deeper: int = 1) -> Robot:
     joints = list(settings.joints)
     joints[_ELBOW] = replace(joints[_ELBOW], sag=deeper * FINE)
     card.configure(replace(settings, joints=tuple(joints)))
-    card.wake()
+    wake(card)
     return robot
 
 
@@ -236,7 +236,7 @@ def _go(
     for a card that counts it so many times.
     """
     move = Move(angles, np.full(len(JOINTS), speed))
-    here, origin = np.array(card.report.positions), np.array(card.goals)
+    here, origin = np.array(card.report.positions), card.goals
     order = Order.of(card.robot, card.settings, here, origin, move)
     if duty is not None:
         same = np.full(len(JOINTS), duty)
@@ -352,7 +352,7 @@ def _measure_ceiling(bench: Bench) -> BenchFindings:
         speeds.append(float(ways.max() * robot.servo.step))
         if card.state.phase is Phase.STOPPED:  # the contact rule may have found it too slow
             card.step(_REST)
-            card.wake()
+            wake(card)
         _go(card, robot.neutral)
     obeys = "yes" if speeds[1] < 0.6 * speeds[0] else "no"
     duties = [float(duty) for duty in _DUTIES]
@@ -364,7 +364,7 @@ def _measure_clock(bench: Bench) -> BenchFindings:
     card = bench.card
     found = _identify(card)
     robot = card.robot
-    card.wake()
+    wake(card)
     _go(card, robot.neutral - _LONG / 2 * (np.arange(8) == 0))
     reports = _go(card, robot.neutral + _LONG / 2 * (np.arange(8) == 0), _SLOW)
     way = _positions(reports)[:, 0]
@@ -405,7 +405,7 @@ def _measure_friction(bench: Bench) -> BenchFindings:
     bench.ask("The servos should be cold: let them rest for half an hour")
     for state in ("cold", "warm"):
         if state == "warm":
-            card.wake()
+            wake(card)
             _perform(card, bench.gestures // 2)
         found = _identify(card)
         measured[f"friction_{state}"] = found.friction.tolist()
@@ -422,7 +422,7 @@ def _measure_false_stops(bench: Bench) -> BenchFindings:
     """Count how often free motion is stopped, with the rule that the card has."""
     card = bench.card
     card.stop()
-    card.wake()
+    wake(card)
     stops, moves = list[str](), 0
     for _name, move in free_moves(card.robot):
         moves += 1
@@ -470,7 +470,7 @@ def _stops_of(card: Card, move: Move) -> list[str]:
     if stop.sign is None:
         raise BodyError(f"Stopped: {stop.reason.spoken} ({stop.motor}). Mend that, then go on.")
     card.step(_REST)
-    card.wake()
+    wake(card)
     return [f"{stop.motor}, {stop.sign}"]
 
 

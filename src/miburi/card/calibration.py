@@ -24,7 +24,7 @@ from miburi.calibration.identify import (
     stiffness,
     worn,
 )
-from miburi.card.card import Card
+from miburi.card.card import Card, wake
 from miburi.card.free_moves import free_moves, gestures, record, swings
 from miburi.card.settings import ALLOWED, STEPS_PER_TURN, CardSettings, format_value
 from miburi.errors import BodyError
@@ -155,7 +155,7 @@ def _trace(
 ) -> list[Trace]:
     """Make free moves under generous guards, tell of each joint, and stop; return the traces."""
     card.configure(settings.generous)
-    card.wake()
+    wake(card)
     traces, told = list[Trace](), ""
     for name, move in moves:
         if name != told:
@@ -168,7 +168,7 @@ def _trace(
 
 def _test(card: Card, tell: Callable[[str], None]) -> list[Trace]:
     """Make gestures under the new rule; return their traces."""
-    card.wake()
+    wake(card)
     traces = list[Trace]()
     for feeling, moves in gestures(card.robot):
         tell(f"testing: {feeling}")

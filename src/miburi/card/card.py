@@ -32,20 +32,19 @@ from miburi.card.exchange import Exchange
 from miburi.card.history import ReportHistory
 from miburi.card.line import Line, SerialLine
 from miburi.card.link import FrameKind, Reason, Report
-from miburi.card.order import Order
+from miburi.card.order import Order, Underway
 from miburi.card.report import motors_of, window_of
 from miburi.card.settings import CardSettings, check_encoder
-from miburi.card.transfer import Greeting, greet, read_settings, send_settings
+from miburi.card.transfer import agree, greet, replace_settings, save_settings
 from miburi.errors import BodyError
 from miburi.robot import JOINTS, Robot
 from miburi.safety.contact import Window
 from miburi.safety.controller import check_move
-from miburi.safety.free import granted_share
 from miburi.safety.move import Course, Move
-from miburi.safety.profile import FINE, SECOND, Motion, Steps, whole
+from miburi.safety.profile import FINE, SECOND, Steps, whole
 from miburi.safety.stop import Phase, Stop, StopReason
 
-__all__ = ["Card"]
+__all__ = ["Card", "wake"]
 
 #: Seconds to wait for an answer, and seconds that a card needs to start.
 _PATIENCE, _START_UP = 0.25, 4.0
@@ -91,13 +90,8 @@ class Card:
         check_encoder(robot)
         self._requested_settings = settings
         self._own_stop: Stop | None = None
-        self._share = np.full(len(JOINTS), FINE)
-        #: The latest move as it was sent to the card.
-        self.order: Order | None = None
-        self._motion: Motion | None = None
-        #: Goals of the latest move or return, steps, and its start, µs on the card's clock.
-        self.goals: tuple[int, ...] = ()
-        self.move_began = 0
+        #: The latest move or return; None before the first.
+        self.underway: Underway | None = None
         self._connected = False
         self._guessed = False  # whether defaults stand in for what another firmware saved
         self._settings = settings or CardSettings.of(self._robot)
@@ -128,6 +122,11 @@ class Card:
         return self._settings
 
     @property
+    def goals(self) -> Steps:
+        """Goals of the latest move or return, (8,) steps; empty before the first."""
+        return np.array([], dtype=np.int64) if self.underway is None else self.underway.order.goals
+
+    @property
     def report(self) -> Report:
         """The card's latest report, with temperatures and voltages."""
         return self._history.latest
@@ -144,7 +143,8 @@ class Card:
     @property
     def window(self) -> Window | None:
         """What the rule compared at the contact that keeps the body stopped, for its motor only."""
-        return None if self._own_stop else window_of(self.report, self._settings, self._share)
+        share = np.full(len(JOINTS), FINE) if self.underway is None else self.underway.share
+        return None if self._own_stop else window_of(self.report, self._settings, share)
 
     @property
     def state(self) -> BodyState:
@@ -171,20 +171,18 @@ class Card:
 
     def _motion_now(self) -> tuple[Steps, Steps]:
         """Return where the profiles are, (8,) 1/256 steps, and how fast, 1/256 steps/s."""
-        goals = np.array(self.goals, dtype=np.int64)
-        if self._motion is None or self.state.phase is not Phase.MOVING:
-            return goals * FINE, np.zeros_like(goals)
+        if self.underway is None or self.state.phase is not Phase.MOVING:
+            return self.goals * FINE, np.zeros_like(self.goals)
         since = round((self._exchange.now() - self._history.heard) * SECOND)
-        return self._motion.at(self.report.time + since - self.move_began)
+        return self.underway.motion.at(self.report.time + since - self.underway.began)
 
     def _begin(
         self, order: Order, place: Steps, velocity: Steps, kind: FrameKind, payload: bytes = b""
     ) -> None:
-        profile, direction = order.profile(self._settings, whole(place), velocity)
         self.ask(FrameKind.LOADS, order.pack_loads())
-        (self.move_began,) = struct.unpack("<q", self.ask(kind, payload))
-        self._share, self._motion = granted_share(profile), Motion(profile, direction, whole(place))
-        self._own_stop, self.order, self.goals = None, order, tuple(order.goals.tolist())
+        (began,) = struct.unpack("<q", self.ask(kind, payload))
+        self.underway = Underway.of(order, self._settings, place, velocity, began)
+        self._own_stop = None
         self._await_phase()
 
     def stop(self) -> None:
@@ -217,20 +215,6 @@ class Card:
         order = Order.home(self._robot, self._settings, here, led=led)
         self._begin(order, here * FINE, np.zeros_like(here), FrameKind.RELEASE)
 
-    def wake(self) -> None:
-        """Release a stopped body and wait until it rests at neutral.
-
-        Raises
-        ------
-        BodyError
-            It did not reach neutral; the message says why.
-        """
-        self.release()
-        while self.state.phase is Phase.RETURNING:
-            self.step(0.02)
-        if self.state.phase is not Phase.IDLE:
-            raise BodyError(not_home(self.state.stop))
-
     def relax(self) -> None:
         """Switch a stopped body's torque off, so that it can be moved by hand."""
         self.ask(FrameKind.RELAX)
@@ -247,27 +231,17 @@ class Card:
         BodyError
             The card is not stopped, or a value is outside its safe range.
         """
-        try:
-            send_settings(self.ask, settings)
-        except BodyError:
-            with suppress(BodyError):
-                send_settings(self.ask, self._settings)
-            raise
+        replace_settings(self.ask, settings, self._settings)
         self._settings, self._guessed = settings, False
 
     @property
     def stored(self) -> bool:
         """Whether the card's settings are stored and survive a loss of power."""
-        return self.hello().stored
+        return greet(self.ask).stored
 
     def save(self) -> None:
         """Store the settings in the card's EEPROM; this takes about 4 s."""
-        self.ask(FrameKind.SAVE)
-        for _ in range(50):
-            self.step(0.2)
-            if self.stored:
-                return
-        raise BodyError("The card did not store its settings; try again.")
+        save_settings(self.ask, self.step)
 
     def step(self, dt: float) -> BodyState:
         """Listen for ``dt`` seconds; if the card is lost, look for it."""
@@ -318,44 +292,22 @@ class Card:
             self._lose()
             raise
 
-    def hello(self) -> Greeting:
-        """Return which settings the card has; see :func:`miburi.card.transfer.greet`.
-
-        Raises
-        ------
-        BodyError
-            The firmware speaks another version of the link.
-        """
-        return greet(self.ask)
-
     def _greet(self, patience: float) -> None:
         """Connect: stop the card, send settings if it needs them, and ask for reports."""
         self._exchange.start_again()
         until = self._exchange.now() + patience
         while True:
             try:
-                has = self.hello()
+                has = greet(self.ask)
                 break
             except NoAnswerError:
                 if self._exchange.now() >= until:
                     raise
-        self.ask(FrameKind.STOP)
-        wanted = self._requested_settings or self._default_settings(has)
-        self._settings = wanted
-        if has.crc != wanted.crc or not has.complete:
-            self.configure(wanted)
-        # A card that could not read its stored settings may already have those of the description,
-        # which an earlier greeting sent.
-        plain = not has.complete or has.crc == CardSettings.of(self._robot).crc
-        self._guessed = has.unreadable and plain and self._requested_settings is None
+        self._settings, self._guessed = agree(self.ask, has, self._robot, self._requested_settings)
         self.ask(FrameKind.STATUS, struct.pack("<H", _REPORT_PERIOD))
         self._connected = True
         self._history.expect_another_clock(self._exchange.now())
         self._await_phase(2)  # the card trusts a servo from the second reading on
-
-    def _default_settings(self, has: Greeting) -> CardSettings:
-        of_robot = CardSettings.of(self._robot)
-        return of_robot.with_calibration(read_settings(self.ask)) if has.complete else of_robot
 
     def _take(self, report: Report) -> None:
         self._history.add(report, self._exchange.now())
@@ -402,7 +354,17 @@ class Card:
         except BodyError:
             self._exchange.reopen()
 
-    def _start_clock(self) -> None:
-        """Start the body's clock at 0 now."""
-        self._due = self._exchange.now()
-        self._history.start_clock(self._due)
+
+def wake(card: Card) -> None:
+    """Release a stopped body and wait until it rests at neutral.
+
+    Raises
+    ------
+    BodyError
+        It did not reach neutral; the message says why.
+    """
+    card.release()
+    while card.state.phase is Phase.RETURNING:
+        card.step(0.02)
+    if card.state.phase is not Phase.IDLE:
+        raise BodyError(not_home(card.state.stop))

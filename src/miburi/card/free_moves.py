@@ -150,7 +150,7 @@ def _check_free(card: Card) -> None:
 
 
 def _record_one(card: Card, move: Move, driven: Robot | None) -> Trace:
-    origin, reports = np.array(card.goals), [card.report]
+    origin, reports = card.goals, [card.report]
     previous, card.on_report = card.on_report, reports.append
     try:
         _begin(card, move, driven)
@@ -161,18 +161,18 @@ def _record_one(card: Card, move: Move, driven: Robot | None) -> Trace:
         _check_free(card)
     finally:
         card.on_report = previous
-    before = [report for report in reports if report.time <= card.move_began]
-    # The card does not judge readings that a motor did not answer.
-    complete = [r for r in reports if r.time > card.move_began and r.heard == _ALL]
-    start, order = np.array(before[-1].positions), card.order
-    if order is None:
+    if (made := card.underway) is None:
         raise BodyError("The card made no move; connect to it again.")
+    before = [report for report in reports if report.time <= made.began]
+    # The card does not judge readings that a motor did not answer.
+    complete = [r for r in reports if r.time > made.began and r.heard == _ALL]
+    start, order = np.array(before[-1].positions), made.order
     profile, direction = order.profile(card.settings, origin)
     return Trace(
         profile,
         start,
         direction,
-        times=np.array([report.time - card.move_began for report in complete]),
+        times=np.array([report.time - made.began for report in complete]),
         positions=np.array([report.positions for report in complete]),
         loading=order.loading(card.settings, start, origin, direction),
     )

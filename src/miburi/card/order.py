@@ -1,4 +1,4 @@
-"""What a card is sent besides a move: the loads that its motors will bear.
+"""What a card is sent besides a move, the loads that its motors will bear; and the move underway.
 
 It takes the robot's description and the move, and gives, for each motor, the position error that
 the load causes at both ends of its way, and how much duty the motor may use. The card refuses a
@@ -15,10 +15,11 @@ from miburi.robot import JOINTS, Array, Robot
 from miburi.safety.contact import Loading
 from miburi.safety.controller import return_speed
 from miburi.safety.drive import aim, demand
+from miburi.safety.free import granted_share
 from miburi.safety.move import Move
-from miburi.safety.profile import FINE, Profile, Steps, plan_towards, to_steps
+from miburi.safety.profile import FINE, Motion, Profile, Steps, plan_towards, to_steps, whole
 
-__all__ = ["Order"]
+__all__ = ["Order", "Underway"]
 
 #: The unit in which errors are sent to the card, in 1/256 steps; and the most of them.
 _QUARTER, _MOST = FINE // 4, 127
@@ -149,6 +150,37 @@ class Order(NamedTuple):
         motion = np.array(struct.unpack("<8h8H", move), dtype=np.int64)
         of_motor = np.array(list(_LOAD.iter_unpack(loads)), dtype=np.int64).T
         return cls(*motion.reshape(2, len(JOINTS)), *of_motor)
+
+
+class Underway(NamedTuple):
+    """An order that the card carries out.
+
+    Attributes
+    ----------
+    order
+        The move, or the way home.
+    began
+        Its start, µs on the card's clock.
+    share
+        How much of the rule's usual limits applies to each motor, (8,) 1/256; see
+        :func:`miburi.safety.free.granted_share`.
+    motion
+        What the servos make of it.
+    """
+
+    order: Order
+    began: int
+    share: Steps
+    motion: Motion
+
+    @classmethod
+    def of(
+        cls, order: Order, settings: CardSettings, place: Steps, velocity: Steps, began: int
+    ) -> "Underway":
+        """Return an order that begins where the profiles are, in 1/256 steps, 1/256 steps/s."""
+        profile, direction = order.profile(settings, whole(place), velocity)
+        motion = Motion(profile, direction, whole(place))
+        return cls(order, began, granted_share(profile), motion)
 
 
 def _profile(

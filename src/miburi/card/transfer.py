@@ -5,15 +5,24 @@ Each function takes the card's ``ask``, which sends a request and returns the an
 
 import struct
 from collections.abc import Callable
+from contextlib import suppress
 from typing import NamedTuple
 
 from miburi.card.answers import OutOfRangeError, foreign
 from miburi.card.link import VERSION, FrameKind
 from miburi.card.settings import CardSettings, General, JointSettings, refusal
 from miburi.errors import BodyError
-from miburi.robot import JOINTS
+from miburi.robot import JOINTS, Robot
 
-__all__ = ["Ask", "Greeting", "greet", "read_settings", "send_settings"]
+__all__ = [
+    "Ask",
+    "Greeting",
+    "agree",
+    "greet",
+    "read_settings",
+    "replace_settings",
+    "save_settings",
+]
 
 Ask = Callable[[FrameKind, bytes], bytes]
 #: A card's codes for settings that are stored, and for stored ones it cannot read (``memory.h``).
@@ -50,14 +59,74 @@ def read_settings(ask: Ask) -> CardSettings:
     return CardSettings(General.unpack(pieces[-1]), joints)
 
 
-def send_settings(ask: Ask, settings: CardSettings) -> None:
-    """Send settings to a stopped card.
+def agree(
+    ask: Ask, has: Greeting, robot: Robot, wanted: CardSettings | None
+) -> tuple[CardSettings, bool]:
+    """Stop a card and let it have the settings that it should; return them.
+
+    Parameters
+    ----------
+    ask
+        The card's.
+    has
+        Its greeting.
+    robot
+        The description.
+    wanted
+        Settings for the card; None: those of the robot, with the calibration that the card has.
+
+    Returns
+    -------
+    settings, guessed
+        What the card has now; and whether defaults stand in for what another firmware saved.
+    """
+    ask(FrameKind.STOP, b"")
+    settings = of_robot = CardSettings.of(robot)
+    if wanted is not None:
+        settings = wanted
+    elif has.complete:
+        settings = of_robot.with_calibration(read_settings(ask))
+    if has.crc != settings.crc or not has.complete:
+        replace_settings(ask, settings, settings)
+    # A card that could not read its stored settings may already have those of the description,
+    # which an earlier greeting sent.
+    plain = not has.complete or has.crc == of_robot.crc
+    return settings, has.unreadable and plain and wanted is None
+
+
+def replace_settings(ask: Ask, settings: CardSettings, before: CardSettings) -> None:
+    """Send settings to a stopped card; if it refuses them, send the previous ones again.
 
     Raises
     ------
     BodyError
         The card is not stopped, or a value is outside its safe range.
     """
+    try:
+        _send(ask, settings)
+    except BodyError:
+        with suppress(BodyError):
+            _send(ask, before)
+        raise
+
+
+def save_settings(ask: Ask, wait: Callable[[float], object]) -> None:
+    """Store a card's settings in its EEPROM; ``wait`` lets s pass (it takes about 4 s).
+
+    Raises
+    ------
+    BodyError
+        It did not store them.
+    """
+    ask(FrameKind.SAVE, b"")
+    for _ in range(50):
+        wait(0.2)
+        if greet(ask).stored:
+            return
+    raise BodyError("The card did not store its settings; try again.")
+
+
+def _send(ask: Ask, settings: CardSettings) -> None:
     pieces: list[JointSettings | General] = [*settings.joints, settings.general]
     # While two servos swap ids, both have the same one: send the joints a second time.
     for _ in range(2):

@@ -12,7 +12,7 @@ import numpy as np
 
 from miburi.bodies.base import BodyState, Touch
 from miburi.bodies.plant import Plant
-from miburi.card.card import Card
+from miburi.card.card import Card, wake
 from miburi.card.settings import CardSettings, JointSettings
 from miburi.emulation.bus import Bus
 from miburi.emulation.card import EmulatedCard
@@ -143,8 +143,9 @@ class EmulatedBody(Card):
         self._world, self._plant = self.emulation.world, self.emulation.plant
         super().__init__(lambda: self.emulation, robot, settings)
         self.step(1.0)  # the body sinks a little when the servos take its weight
-        self.wake()
-        self._start_clock()
+        wake(self)
+        self._due = self._exchange.now()
+        self._history.start_clock(self._due)
 
     @property
     def touchable(self) -> "EmulatedBody":

@@ -9,12 +9,12 @@ read. What a host reads and writes allows for turns, direction and homing offset
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from struct import Struct
-from typing import NamedTuple
 
-from miburi.emulation.control import FULL, Control, PidGains
+from miburi.emulation.control import FULL
 from miburi.emulation.control_table import EEPROM_END, REGISTERS
-from miburi.emulation.table import ACCESS_ERROR, GAINS, RANGE_ERROR, ControlTable
+from miburi.emulation.count import POSITION, TURN, Count
+from miburi.emulation.drive import Drive
+from miburi.emulation.table import ACCESS_ERROR, RANGE_ERROR, ControlTable
 from miburi.emulation.trajectory import Segment
 from miburi.servos import Servo as Model
 from miburi.servos import load_servo
@@ -23,18 +23,11 @@ __all__ = ["ACCELERATION_UNIT", "INSTRUCTION_ERROR", "MODEL", "SPEED_UNIT", "Ser
 
 MODEL = 1200
 _FAILED, INSTRUCTION_ERROR, _ALERT = 0x01, 0x02, 0x80
-#: Operating modes that drive the motor here; in those of current and speed it gets no duty.
-_POSITION, _EXTENDED, _CURRENT_AND_POSITION, _PWM = 3, 4, 5, 16
-_POSITIONS = (_POSITION, _EXTENDED, _CURRENT_AND_POSITION)
-_GAINS_BYTES, _GAINS_AT = Struct("<3H2x2H"), REGISTERS[GAINS[0]].address
 #: What one unit of the servo's speed and acceleration is, in steps/s and steps/s².
 SPEED_UNIT = 0.229 * 4096 / 60
 ACCELERATION_UNIT = 214.577 * 4096 / 3600
-_TURN = 4096
-#: The largest homing offset that counts in position control.
-_HOMING = 1024
 #: Bits of Drive Mode.
-_REVERSE, _IN_TIME, _TORQUE_BY_GOAL = 0x01, 0x04, 0x08
+_IN_TIME, _TORQUE_BY_GOAL = 0x04, 0x08
 #: A bit of Startup Configuration, and two of Shutdown and Hardware Error Status.
 _TORQUE_AT_START, _VOLTAGE, _HEAT = 0x01, 0x01, 0x04
 #: Bits of Moving Status, and the steps within which a servo is in position (ours).
@@ -82,15 +75,6 @@ class Shaft:
         return (self.position(servo, time) - before) * 100
 
 
-class _Orders(NamedTuple):
-    """What the table asks of the motor, looked up when something in it changes."""
-
-    gains: PidGains | None  # None where a PWM is asked for
-    most: float
-    pwm: float
-    slope: int
-
-
 @dataclass
 class Servo:
     """One servo: its control table, its trajectory and its faults.
@@ -128,11 +112,9 @@ class Servo:
     before: Segment | None = None
     _heard: float = 0.0
     _registered: tuple[int, bytes] | None = None
-    _turns: int = 0  # whole turns that it does not count, in steps
 
     def __post_init__(self) -> None:
-        self.control = Control(self.table.model)
-        self._looked_at, self._orders = self.table.changes, self._look_up()
+        self._drive, self._count = Drive(self.table), Count(self.table)
 
     @classmethod
     def new(
@@ -168,7 +150,7 @@ class Servo:
         self._count_anew(self._heard)
         if self.get("startup") & _TORQUE_AT_START:
             place = self.shaft.position(self, self._heard)
-            self.set("goal_position", self._to_host(place))
+            self.set("goal_position", self._count.to_host(place))
             self.set("torque_enable", 1)
             self._set_torque(True, self._heard)
 
@@ -185,33 +167,9 @@ class Servo:
         """
         goal = self.setpoint(time)
         if goal is None or self.segment is None:
-            self.control.rest()
+            self._drive.rest()
             return None
-        if self._looked_at != self.table.changes:
-            self._looked_at, self._orders = self.table.changes, self._look_up()
-        orders = self._orders
-        pwm = orders.pwm
-        if orders.gains is not None:
-            wanted = 0.0
-            if orders.gains.first or orders.gains.second:
-                wanted = self.segment.speed_at(time, 1e6 / self.table.model.loop.rate)
-            error = goal - round(place)
-            pwm = self.control.follow(orders.gains, error, speed, wanted, orders.most)
-        return self.control.set_pwm(pwm, orders.slope)
-
-    def _look_up(self) -> _Orders:
-        get, data_sheet = self.table.get, self.table.model.data_sheet
-        mode, ceiling = get("operating_mode"), get("goal_pwm")
-        most: float = min(abs(ceiling), get("pwm_limit"))
-        pwm, gains = 0.0, None
-        if mode == _PWM:
-            pwm = min(max(ceiling, -most), most) * self._sign
-        elif mode in _POSITIONS:
-            if mode == _CURRENT_AND_POSITION:
-                share = abs(get("goal_current")) / 1e3 / data_sheet.stall_current
-                most = min(most, share * FULL)
-            gains = PidGains(*_GAINS_BYTES.unpack_from(self.table.data, _GAINS_AT))
-        return _Orders(gains, most, pwm, get("pwm_slope"))
+        return self._drive.turn(self.segment, time, goal - round(place), speed)
 
     def setpoint(self, time: float) -> float | None:
         """Where the servo wants its shaft at ``time``, in steps; None with torque off."""
@@ -230,7 +188,7 @@ class Servo:
             return
         began, self.before = time + self.start_delay, self.segment
         initial = self.segment.speed_at(began, 1.0)
-        origin, goal = self.segment.at(began), self._to_shaft(self.get("goal_position"))
+        origin, goal = self.segment.at(began), self._count.to_shaft(self.get("goal_position"))
         speed, ramp = self.get("profile_speed"), self.get("profile_acceleration")
         if self.get("drive_mode") & _IN_TIME:
             ms = 1e-3 / self.clock
@@ -250,10 +208,10 @@ class Servo:
         if not on:
             self.segment = self.before = None
         elif self.segment is None:
-            if self.get("operating_mode") == _POSITION:
+            if self.get("operating_mode") == POSITION:
                 self._count_anew(time)
             # When torque goes on, it pulls at once towards the goal in the table.
-            goal = self._to_shaft(self.get("goal_position"))
+            goal = self._count.to_shaft(self.get("goal_position"))
             self.segment = Segment(time, place, goal, 0.0, 0.0)
             self.before = Segment(time - 1e6, place, place, 0.0, 0.0)
 
@@ -267,29 +225,14 @@ class Servo:
                 self.before = self.segment
                 self.segment = Segment(tripped, here, here, 0.0, 0.0)
 
-    # --- how it counts positions ------------------------------------------------------------------
-
     @property
-    def _sign(self) -> int:
-        return -1 if self.get("drive_mode") & _REVERSE else 1
-
-    @property
-    def _offset(self) -> int:
-        """What is added to the shaft's own steps, after their sign is applied."""
-        homing = self.get("homing_offset")
-        if self.get("operating_mode") == _POSITION and abs(homing) > _HOMING:
-            homing = 0
-        return homing - self._turns
-
-    def _to_shaft(self, position: float) -> float:
-        return (position - self._offset) * self._sign
-
-    def _to_host(self, place: float) -> int:
-        return round(place * self._sign) + self._offset
+    def duty(self) -> float:
+        """The motor's duty, −1 to 1."""
+        return self._drive.duty
 
     def _count_anew(self, time: float) -> None:
         """Drop the whole turns from the count of positions."""
-        self._turns = round(self.shaft.position(self, time) * self._sign) // _TURN * _TURN
+        self._count.start_anew(self.shaft.position(self, time))
 
     # --- what it does when asked to ---------------------------------------------------------------
 
@@ -321,29 +264,29 @@ class Servo:
         """Write the present readings into the table."""
         speed, place = self.shaft.speed(self, time), self.shaft.position(self, time)
         segment, span = self._under_way(time), 1e6 / self.table.model.loop.rate
-        motor, duty = self.table.model.motor, self.control.duty
+        motor, duty = self.table.model.motor, self._drive.duty
         volts = duty * self.table.model.supply.voltage
         turning = speed * self.table.model.step
         # The XL330 measures the current that it takes from the supply.
         amperes = duty * (volts - motor.back_emf * turning) / motor.resistance
         now = {
             "realtime_tick": int(time / 1000) % 32_768,
-            "pwm": round(duty * FULL) * self._sign,
-            "current": round(amperes * 1000) * (1 if duty >= 0 else -1) * self._sign,
-            "speed": round(speed / SPEED_UNIT) * self._sign,
-            "position": self.lie(self._to_host(place + self.shaft.noise())),
+            "pwm": round(duty * FULL) * self._count.sign,
+            "current": round(amperes * 1000) * (1 if duty >= 0 else -1) * self._count.sign,
+            "speed": round(speed / SPEED_UNIT) * self._count.sign,
+            "position": self.lie(self._count.to_host(place + self.shaft.noise())),
             "velocity_trajectory": 0,
-            "position_trajectory": self._to_host(place),
+            "position_trajectory": self._count.to_host(place),
         }
         status = 0
         if segment is not None:
             wanted, there = segment.at(time), segment.speed_at(time, span) / SPEED_UNIT
             ongoing = wanted != segment.goal
-            near, behind = abs(segment.goal - place) <= _NEAR, abs(wanted - place) > _TURN / 16
+            near, behind = abs(segment.goal - place) <= _NEAR, abs(wanted - place) > TURN / 16
             status = segment.kind | _ONGOING * ongoing
             status |= _IN_POSITION * near | _FOLLOWING_ERROR * behind
-            now["velocity_trajectory"] = round(there) * self._sign
-            now["position_trajectory"] = self._to_host(wanted)
+            now["velocity_trajectory"] = round(there) * self._count.sign
+            now["position_trajectory"] = self._count.to_host(wanted)
         moves = abs(now["speed"]) > self.get("moving_threshold") or status & _ONGOING
         for name, value in (now | {"moving": bool(moves), "moving_status": status}).items():
             self.set(name, value)
@@ -367,7 +310,7 @@ class Servo:
             self.table.set_byte(at, byte)
         if self.get("operating_mode") != mode:
             self.table.change_mode()
-            if self.get("operating_mode") == _POSITION:
+            if self.get("operating_mode") == POSITION:
                 self._count_anew(time)
         if REGISTERS["goal_position"].address in written:
             if self.get("drive_mode") & _TORQUE_BY_GOAL and not self.get("hardware_error"):

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from miburi import gestures
+from miburi.errors import InputError
 from miburi.feelings import Expression, FeelingModel
 from miburi.partner.performance import Performance
 from miburi.partner.rest import Attention, Rest, may_go_on
@@ -92,24 +93,32 @@ class Arbiter:
         self._emotion = None if life is None else ShownEmotion()
         self._strokes: deque[float] = deque()  # of what it says, s on the body's clock
 
-    def ask(
+    def prepare(
         self,
-        time: float,
         expression: Expression | None,
         poses: Sequence[gestures.KeyPose] | None,
         wish: str | None,
-        *,
-        interrupts: bool,
-    ) -> None:
-        """Note a request at ``time`` s, in place of one that waits; see ``Partner.perform``."""
+    ) -> Performance:
+        """Return the performance that somebody asks for; see ``Partner.perform``.
+
+        Raises
+        ------
+        InputError
+            There is neither a feeling nor a pose.
+        """
         name = None
-        if poses is None and expression is not None:
+        if poses is None:
+            if expression is None:
+                raise InputError("there is nothing to perform: give a feeling, or key poses.")
             function = self._repertoire.choose(expression.feeling, self._choices)
             name = function.name
             poses = gestures.key_poses(self._robot, function, expression.mood)
-        given = list(poses or ())
-        self.asked = Performance(lambda _mood: given, expression, name, asked=True, wish=wish)
-        self.asked_at, self._interrupts = time, interrupts
+        given = list(poses)
+        return Performance(lambda _mood: given, expression, name, asked=True, wish=wish)
+
+    def ask(self, asked: Performance, time: float, *, interrupts: bool) -> None:
+        """Note at ``time`` s what somebody asks for, in place of what they asked for before."""
+        self.asked, self.asked_at, self._interrupts = asked, time, interrupts
 
     def speak(self, time: float, strokes: Sequence[float]) -> None:
         """Note when syllables of what it says stand out, s from ``time`` on; they must ascend."""

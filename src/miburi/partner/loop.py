@@ -12,13 +12,10 @@ lowers the mood by 20 %, waits, and lets the body go back to neutral (Section 4)
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
-
-import numpy as np
 
 from miburi import gestures
 from miburi.bodies import Body, BodyState
-from miburi.errors import BodyError, InputError
+from miburi.errors import BodyError
 from miburi.feelings import FEELINGS, Expression, FeelingModel
 from miburi.partner.arbiter import Arbiter, Company
 from miburi.partner.events import (
@@ -26,26 +23,21 @@ from miburi.partner.events import (
     GestureEnded,
     GestureStarted,
     Lapse,
-    MoveSent,
     Released,
     Stopped,
     WishDropped,
 )
+from miburi.partner.mover import Mover
 from miburi.partner.performance import Performance
 from miburi.partner.recovery import Recovery
 from miburi.partner.solving import Solve, solve_with
-from miburi.robot import JOINTS
-from miburi.safety.move import Move, plan_move, plan_on
 from miburi.safety.stop import Phase, Stop, StopReason
 
-__all__ = ["HOMECOMING", "LAPSES", "Partner"]
+__all__ = ["LAPSES", "Partner"]
 
-#: The shortest time of the last move, back to neutral, s (ours).
-HOMECOMING = 1.5
 #: A wish is dropped after waiting this long, s, for a stopped body: a person who releases the body
 #: later no longer expects it. The pause after a contact is shorter (ours).
 LAPSES = 8.0
-_WAIST, _HEAD = JOINTS.index("waist"), JOINTS.index("head")
 
 
 class Partner:
@@ -86,22 +78,17 @@ class Partner:
         self.body = body
         self.feelings = feelings
         self._period = period
-        self._solve = solve or solve_with()
         self._periods = -1  # that have begun
         self._lively = life is not None
         repertoire = repertoire or gestures.shipped_repertoire()
         self._arbiter = Arbiter(body.robot, feelings, repertoire, life)
+        #: The people around it: set its attributes when they move, speak or need calm.
+        self.company: Company = self._arbiter.company
         self._performance: Performance | None = None
         self._untold: list[Event] = []  # since the last step
         self._recovery = Recovery()
-        self._angles = np.array(body.robot.neutral)
-        self._resting = False
-        self._paused = False
-
-    @property
-    def company(self) -> Company:
-        """The people around it: set its attributes when they move, speak or need calm."""
-        return self._arbiter.company
+        self._mover = Mover(body, solve or solve_with(), lively=self._lively)
+        self._resting = self._paused = False
 
     @property
     def expression(self) -> Expression | None:
@@ -111,11 +98,7 @@ class Partner:
     @property
     def ahead(self) -> tuple[float, float]:
         """How far a moving head has yet to turn to its left, and to rise, to its goal; rad."""
-        state = self.body.state
-        if state.phase in (Phase.STOPPED, Phase.IDLE):
-            return 0.0, 0.0
-        left = self._angles - state.angles
-        return float(left[_WAIST]), float(left[_HEAD])
+        return self._mover.ahead
 
     @property
     def asked(self) -> bool:
@@ -130,8 +113,7 @@ class Partner:
     @property
     def at_rest(self) -> bool:
         """Whether :meth:`rest` has been called and the body is back at neutral."""
-        home = np.array_equal(self._angles, self.body.robot.neutral)
-        return self._resting and home and self.body.state.phase is Phase.IDLE
+        return self._resting and self._mover.home and self.body.state.phase is Phase.IDLE
 
     def rest(self) -> None:
         """Start no more gestures; after the present move, go to neutral and stay there.
@@ -191,11 +173,9 @@ class Partner:
         InputError
             There is neither a feeling nor a pose.
         """
-        if expression is None and poses is None:
-            raise InputError("there is nothing to perform: give a feeling, or key poses.")
+        asked = self._arbiter.prepare(expression, poses, wish)
         self.drop("replaced")
-        time = self.body.state.time
-        self._arbiter.ask(time, expression, poses, wish, interrupts=interrupt)
+        self._arbiter.ask(asked, self.body.state.time, interrupts=interrupt)
 
     def stop(self) -> None:
         """Stop the body because a person asks; it stays stopped until :meth:`release`.
@@ -260,7 +240,8 @@ class Partner:
             self._recovery.check(self.body.state, by_person=by_person)
         self.body.release()
         self._recovery.forget_release()
-        self._angles, self._arbiter.facing = np.array(self.body.robot.neutral), 0.0
+        self._mover.is_released()
+        self._arbiter.facing = 0.0
 
     def step(self, dt: float) -> list[Event]:
         """Let ``dt`` seconds pass and return the events in them."""
@@ -296,17 +277,9 @@ class Partner:
         """Break off the gesture because of a new stop; lower the mood if it was a contact."""
         shown = self.expression or self.feelings.express()
         before = self._mood_of(shown)
-        if self._recovery.halted and stop.reason is StopReason.ASKED:
-            stop = replace(stop, reason=StopReason.LOOP_LATE)
-            self._recovery.pause(time)
-        elif stop.reason == StopReason.CONTACT:
+        stop = self._recovery.take_in(stop, time)
+        if stop.reason is StopReason.CONTACT:
             self.feelings.contact()
-            self._recovery.pause(time)
-        elif stop.reason == StopReason.TOUCHED:
-            self._recovery.follow(time)
-        else:
-            self._recovery.wait_for_a_person()
-        self._recovery.halted = False
         yield Stopped(time, stop, before, self._mood_of(shown))
         yield from self._end(time, complete=False)
 
@@ -322,8 +295,8 @@ class Partner:
             or self._arbiter.gives_way(performance, state.time)
         ):
             yield from self._go_on(performance, state.time)
-        if self._performance is None and self._quiet:
-            self._go_home()
+        if self._performance is None and self._quiet and self._mover.go_home():
+            self._arbiter.facing = 0.0
 
     def _while_moving(self, time: float) -> Iterator[Event]:
         """Go on in the middle of a move: something more urgent does not wait for its end."""
@@ -336,31 +309,19 @@ class Partner:
 
     def _begin(self, time: float) -> Iterator[Event]:
         """Begin the requested performance, else a gesture, else an act at rest."""
-        begun = self._arbiter.choose(time, float(self._angles[_WAIST]))
-        self._performance = begun
+        begun = self._performance = self._arbiter.choose(time, self._mover.turned)
         if begun is not None and begun.tells:
             yield GestureStarted(time, begun.expression, begun.gesture, begun.wish)
 
     def _go_on(self, performance: Performance, time: float) -> Iterator[Event]:
         """Send the next key pose at the present mood, or end the performance."""
-        robot, shown = self.body.robot, performance.expression
         if self._arbiter.gives_way(performance, time):
             yield from self._end(time, complete=False)
             return
         if not self._quiet:
-            for index, pose in performance.go_on(self._mood_of(shown)):
-                target = gestures.turned(pose.target, performance.turn)
-                solution = self._solve(robot, target, self._angles)
-                if self.body.state.phase is Phase.MOVING:
-                    move = plan_on(robot, self.body.course(), solution.angles, pose.duration)
-                else:
-                    move = plan_move(robot, self._angles, solution.angles, pose.duration)
-                if np.max(np.abs(solution.angles - self._angles)) < robot.servo.step:
-                    continue  # the body is there already, as at a mood of 0
-                if self._send(move):
-                    self._angles = solution.angles
-                    performance.sent(pose, time + move.slows_at if self._lively else None)
-                    yield MoveSent(time, index, move, solution)
+            sent = self._mover.go_on(performance, self._mood_of(performance.expression), time)
+            if sent is not None:
+                yield from sent
                 return
         yield from self._end(time, complete=performance.complete)
 
@@ -375,24 +336,5 @@ class Partner:
     def _quiet(self) -> bool:
         return self._resting or self._paused
 
-    def _go_home(self) -> None:
-        neutral = self.body.robot.neutral
-        if not np.array_equal(self._angles, neutral) and self._send(
-            plan_move(self.body.robot, self._angles, neutral, HOMECOMING)
-        ):
-            self._angles, self._arbiter.facing = np.array(neutral), 0.0
-
-    def _send(self, move: Move) -> bool:
-        """Start a move; return False if the body has stopped since it reported its state."""
-        try:
-            self.body.move(move)
-        except BodyError:
-            if self.body.state.phase is Phase.IDLE:
-                raise
-            return False
-        return True
-
-    def _mood_of(self, expression: Expression | None) -> float:
-        if expression is None:
-            return 0.0
-        return float(self.feelings.mood[FEELINGS.index(expression.feeling)])
+    def _mood_of(self, shown: Expression | None) -> float:
+        return 0.0 if shown is None else float(self.feelings.mood[FEELINGS.index(shown.feeling)])

@@ -10,12 +10,14 @@ A :class:`Recovery` is told of stops and gestures, and answers whether the body 
 - After any other stop, and while a person holds the body: only when a person releases it.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from miburi.bodies import BodyState
 from miburi.errors import BodyError
 from miburi.robot import Array
-from miburi.safety.stop import Stop
+from miburi.safety.stop import Stop, StopReason
 
 __all__ = [
     "FIRST_PAUSE",
@@ -67,14 +69,26 @@ class Recovery:
             self._moved_at = stop.time
         return new
 
-    def pause(self, time: float) -> None:
+    def take_in(self, stop: Stop, time: float) -> Stop:
+        """Plan what follows a new stop; return it, with the reason if the partner knows better."""
+        late = self.halted and stop.reason is StopReason.ASKED
+        self.halted = False
+        if late or stop.reason is StopReason.CONTACT:
+            self._pause(time)
+        elif stop.reason is StopReason.TOUCHED:
+            self._follow(time)
+        else:  # somebody asked for it, or something failed: only a person ends it
+            self._release_at, self._stillness = None, REST_TIME
+        return replace(stop, reason=StopReason.LOOP_LATE) if late else stop
+
+    def _pause(self, time: float) -> None:
         """Plan to release the body after a pause that grows with each stop in a row."""
         pause = min(FIRST_PAUSE * 2**self._encounters, LONGEST_PAUSE)
         self._release_at = self._pause_ends = time + pause
         self._stillness = REST_TIME
         self._encounters += 1
 
-    def follow(self, time: float) -> None:
+    def _follow(self, time: float) -> None:
         """Plan to release the body when the hand that moves it has let go."""
         self._release_at, self._stillness = time, LET_GO
         self._moved_at, self._place = time, None
@@ -130,10 +144,6 @@ class Recovery:
         self._pause_ends, self._encounters = now + left, other._encounters
         self.held = other.held or left > 0
         return self.held
-
-    def wait_for_a_person(self) -> None:
-        """Plan no release: somebody asked for the stop, or something failed."""
-        self._release_at, self._stillness = None, REST_TIME
 
     def is_due(self, time: float) -> bool:
         """Whether to release the body now."""

@@ -1,0 +1,102 @@
+"""From key poses to moves of the body: the inverse kinematics, and where the last move leads."""
+
+import numpy as np
+
+from miburi import gestures
+from miburi.bodies import Body
+from miburi.errors import BodyError
+from miburi.partner.events import MoveSent
+from miburi.partner.performance import Performance
+from miburi.partner.solving import Solve
+from miburi.robot import JOINTS, Array
+from miburi.safety.move import Move, plan_move, plan_on
+from miburi.safety.stop import Phase
+
+__all__ = ["Mover"]
+
+#: The shortest time of the last move, back to neutral, s (ours).
+_HOMECOMING = 1.5
+_WAIST, _HEAD = JOINTS.index("waist"), JOINTS.index("head")
+
+
+class Mover:
+    """Sends a body its moves.
+
+    Parameters
+    ----------
+    body
+        The body, at neutral.
+    solve
+        The inverse kinematics.
+    lively
+        Whether key poses that allow it are passed without a stop.
+    """
+
+    def __init__(self, body: Body, solve: Solve, *, lively: bool) -> None:
+        self._body, self._solve, self._lively = body, solve, lively
+        self._neutral: Array = np.array(body.robot.neutral)
+        self._angles = self._neutral  # to which the latest move leads
+
+    @property
+    def home(self) -> bool:
+        """Whether the latest move leads to neutral."""
+        return np.array_equal(self._angles, self._neutral)
+
+    @property
+    def turned(self) -> float:
+        """How far the latest move turns the body to its left, rad."""
+        return float(self._angles[_WAIST])
+
+    @property
+    def ahead(self) -> tuple[float, float]:
+        """How far a moving head has yet to turn to its left, and to rise, to its goal; rad."""
+        state = self._body.state
+        if state.phase in (Phase.STOPPED, Phase.IDLE):
+            return 0.0, 0.0
+        left = self._angles - state.angles
+        return float(left[_WAIST]), float(left[_HEAD])
+
+    def is_released(self) -> None:
+        """Note that the body goes back to neutral by itself."""
+        self._angles = self._neutral
+
+    def go_home(self) -> bool:
+        """Move to neutral; return whether a move was sent."""
+        sent = not self.home and self._send(
+            plan_move(self._body.robot, self._angles, self._neutral, _HOMECOMING)
+        )
+        if sent:
+            self._angles = self._neutral
+        return sent
+
+    def go_on(self, performance: Performance, mood: float, time: float) -> list[MoveSent] | None:
+        """Send the next key pose of a performance that moves the body; None: there is none.
+
+        The list is empty if the body has stopped meanwhile.
+        """
+        robot = self._body.robot
+        for index, pose in performance.go_on(mood):
+            target = gestures.turned(pose.target, performance.turn)
+            solution = self._solve(robot, target, self._angles)
+            if self._body.state.phase is Phase.MOVING:
+                move = plan_on(robot, self._body.course(), solution.angles, pose.duration)
+            else:
+                move = plan_move(robot, self._angles, solution.angles, pose.duration)
+            if np.max(np.abs(solution.angles - self._angles)) < robot.servo.step:
+                continue  # the body is there already, as at a mood of 0
+            if not self._send(move):
+                return []
+            self._angles = solution.angles
+            performance.sent(pose, time + move.slows_at if self._lively else None)
+            return [MoveSent(time, index, move, solution)]
+        return None
+
+    def _send(self, move: Move) -> bool:
+        """Start a move; return False if the body has stopped since it reported its state."""
+        try:
+            self._body.move(move)
+        except BodyError:
+            if self._body.state.phase is Phase.IDLE:
+                raise
+            return False
+        return True
