@@ -9,7 +9,7 @@ from miburi.emulation.count import POSITION, Count
 from miburi.emulation.table import GAINS, ControlTable
 from miburi.emulation.trajectory import Segment
 
-__all__ = ["Drive"]
+__all__ = ["MotorDrive"]
 
 #: Operating modes that drive the motor here; in those of current and speed it gets no duty.
 _EXTENDED, _CURRENT_AND_POSITION, _PWM = 4, 5, 16
@@ -26,7 +26,7 @@ class _Orders(NamedTuple):
     slope: int
 
 
-class Drive:
+class MotorDrive:
     """The drive of one servo.
 
     Parameters

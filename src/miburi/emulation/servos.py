@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from miburi.emulation.control import FULL
 from miburi.emulation.control_table import EEPROM_END, REGISTERS
 from miburi.emulation.count import POSITION, TURN, Count
-from miburi.emulation.drive import Drive
+from miburi.emulation.drive import MotorDrive
 from miburi.emulation.table import ACCESS_ERROR, RANGE_ERROR, ControlTable
 from miburi.emulation.trajectory import Segment
 from miburi.servos import Servo as Model
@@ -114,7 +114,7 @@ class Servo:
     _registered: tuple[int, bytes] | None = None
 
     def __post_init__(self) -> None:
-        self._drive, self._count = Drive(self.table), Count(self.table)
+        self._drive, self._count = MotorDrive(self.table), Count(self.table)
 
     @classmethod
     def new(
