@@ -110,15 +110,21 @@ def shown(feeling: str, life: int | None) -> tuple[Partner, Simulated]:
     return Partner(body, feelings, life=life, period=0.5), body
 
 
+def made(number: int, robots: int, seed: int) -> Simulated:
+    """Return a robot of a workshop, calibrated as its maker would; −1: the one as described."""
+    robot = iphonoid()
+    if number < 0:
+        return Simulated(robot)
+    done = calibrate_servos(robot, seed, specimens(robot, seed, robots)[number].robot)
+    return Simulated(done.robot, done.rule, plant=TrialPlant(done.robot, done.true))
+
+
 def alive(number: int, robots: int, seed: int, minutes: int) -> str:
-    robot, name = iphonoid(), "as described" if number < 0 else str(number)
-    body = Simulated(robot)
-    if number >= 0:
-        try:
-            done = calibrate_servos(robot, seed, specimens(robot, seed, robots)[number].robot)
-        except BodyError as error:
-            return f"{name:12} refused: {error}"
-        body = Simulated(done.robot, done.rule, plant=TrialPlant(done.robot, done.true))
+    name = "as described" if number < 0 else str(number)
+    try:
+        body = made(number, robots, seed)
+    except BodyError as error:
+        return f"{name:12} refused: {error}"
     feelings, rng = EmotionalModel(), np.random.default_rng([seed, number + 1])
     partner = Partner(body, feelings, life=seed, period=0.5)
     moves = within = contacts = own = 0
