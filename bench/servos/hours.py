@@ -2,10 +2,10 @@
 
     python bench/servos/hours.py [--hours 10] [--robot -1] [--robots 12] [--seed 1]
 
-Nobody touches it. It rests. Every 3 to 10 minutes it hears a drawn feeling; every 2 to 6 minutes it
-says something for 3 to 8 s with beats, and every 5 to 60 s the face that it looks at has moved.
-``--robot`` is one of a workshop, calibrated as its maker would; −1 is the robot as described. A line
-comes after each hour, with all since the start, so that it may be interrupted.
+Nobody touches it. It rests. Every 3 to 10 minutes it hears a drawn feeling; every 2 to 6 minutes
+it says something for 3 to 8 s with beats; every 5 to 60 s the face that it looks at has moved.
+``--robot`` is one of a workshop, calibrated as its maker would; −1 is the robot as described. One
+line comes after each hour, with all since the start, so that it may be interrupted.
 """
 
 import argparse

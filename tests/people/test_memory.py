@@ -10,6 +10,7 @@ import pytest
 
 from miburi.errors import InputError
 from miburi.feelings import FEELINGS, EmotionalModel, Stimulus, shipped_temperament
+from miburi.languages import Language
 from miburi.people import Memory
 from miburi.people.memory import MOST_FACTS, STAYS
 from miburi.people.recall import recall
@@ -245,3 +246,20 @@ def test_absence_and_contacts_move_it(path: Path, clock: Clock) -> None:
     one.meet("Anna")
     assert one.leaning is not None
     assert abs(one.leaning[HAPPINESS]) < 0.01
+
+
+@pytest.mark.parametrize(
+    ("language", "told", "asks"),
+    [
+        ("en", "My daughter is Carol.", "So what do you know about me so far?"),
+        ("fr", "Ma fille s'appelle Anne.", "Que sais-tu de moi ?"),
+        ("ja", "娘の名前は花子です。", "私のことを何を知っていますか？"),
+    ],
+)
+def test_who_asks_for_everything_hears_the_latest(
+    path: Path, clock: Clock, language: Language, told: str, asks: str
+) -> None:
+    memory = Memory(path, shipped_temperament(), clock)
+    assert memory.recall(asks, language) is None
+    memory.remember(told, language)
+    assert memory.recall(asks, language) == told.rstrip(".。")

@@ -528,3 +528,58 @@ def test_no_sentence_holds_up_the_patterns(language: Language) -> None:
         assert not wants_stop(said, language) or word in ("stop", "ストップ")
         list(script(language).topics_of(said))
         script(language).facts_in(said)
+
+
+def test_another_one_is_another_joke_for_some_turns() -> None:
+    one = Answerer()
+    first = answer("Tell me a joke.", answerer=one)
+    answer("I have heard worse.", answerer=one)
+    again = answer("Got another one?", answerer=one)
+    assert again.cue is not None
+    assert again.cue.name == "joke"
+    assert again.text != first.text
+    cue = answer("That dog is barking again. Can you hear it?", answerer=one).cue
+    assert cue is None or cue.name != "joke"
+
+
+@pytest.mark.parametrize(
+    ("said", "name"),
+    [
+        ("Good lad. And what time is it?", "time"),
+        ("Lovely, thank you. Can you dance?", "dance"),
+        ("Good. So what should I cook for her?", "advice"),
+        ("You are not bad company. See you later.", "farewell"),
+        ("Thank you.", "thanks"),
+    ],
+)
+def test_what_is_asked_comes_before_what_is_said_beside_it(said: str, name: str) -> None:
+    assert meant(said) == name
+
+
+@pytest.mark.parametrize(
+    "said",
+    ["That's enough now, stop.", "Enough, stop now please.", "Okay, stop, stop, my coffee!"],
+)
+def test_stop_is_heard_after_what_leads_up_to_it(said: str) -> None:
+    assert wants_stop(said, "en")
+
+
+@pytest.mark.parametrize("said", ["Enough rain, will it stop?", "That is enough of the bus stop."])
+def test_no_other_stop_stops_the_body(said: str) -> None:
+    assert not wants_stop(said, "en")
+
+
+def test_what_follows_remember_this_is_kept() -> None:
+    assert answer("Well, remember this, then. The brown bin goes out this week.").words == (
+        "The brown bin goes out this week"
+    )
+
+
+def test_a_feeling_that_is_half_a_guess_is_not_spoken_of() -> None:
+    def answered(strength: float) -> str:
+        heard = Impression("happiness", strength, "speech")
+        return Answerer().answer("I saw leeks.", heard, None, "en", NOW).text
+
+    spoken = script("en").feelings.lines("happiness", None)
+    assert answered(0.9) in spoken
+    assert answered(0.5) not in spoken

@@ -76,6 +76,7 @@ class _Rules(Table):
     denied: str | None = None
     same: list[str] = Field(default_factory=list)
     subject: str | None = None
+    everything: str = "(?!)"
     elsewhere: list[str] = Field(default_factory=list)
     whom: list[_Whom] = Field(default_factory=list)
     parts: dict[str, str] = Field(default_factory=dict)
@@ -155,6 +156,15 @@ def subjects_of(question: str, language: Language) -> list[str]:
     found = _rules(language).subjects.finditer(plain(question, language))
     names = _NAMED.findall(question) if is_spaced(language) else []
     return [match["it"] for match in found] + [plain(name, language) for name in names]
+
+
+def asks_for_everything(question: str, language: Language) -> bool:
+    """Return whether somebody asks what the partner knows about them.
+
+    >>> asks_for_everything("So what do you know about me?", "en")
+    True
+    """
+    return bool(re.search(_rules(language).everything, plain(question, language)))
 
 
 def with_whom(told: str, earlier: Iterable[str], language: Language) -> str:

@@ -18,7 +18,7 @@ from miburi.errors import InputError
 from miburi.feelings import Stimulus, Temperament
 from miburi.feelings.temperament import Array
 from miburi.ground.files import write_whole
-from miburi.languages import Language
+from miburi.languages import Language, asks_for_everything
 from miburi.people.attachment import Attachment
 from miburi.people.recall import recall
 
@@ -32,6 +32,8 @@ MOST_PEOPLE, MOST_FACTS = 50, 500
 _NAME, _FACT = 40, 200  # letters
 #: How many remarks are kept to tell what "she" and "that" mean, and how old they may be (ours).
 _REMARKS, _MEANT = 3, timedelta(minutes=5)
+#: How many things told are said to somebody who asks for all of them (ours).
+_LATEST = 3
 
 
 class Fact(BaseModel):
@@ -229,6 +231,8 @@ class Memory:
     def recall(self, question: str, language: Language) -> str | None:
         """Return the answer to a question among things told by the person who is there, if any."""
         told = [fact.text for fact in self._facts_now() if fact.language == language]
+        if told and asks_for_everything(question, language):
+            return " ".join(told[-_LATEST:]).rstrip(".。")
         found = recall(question, told, language)
         return None if found is None else found.rstrip(".。")
 

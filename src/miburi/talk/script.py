@@ -81,14 +81,17 @@ class Cue(Table):
     look
         Where it looks.
     stays
-        Whether a question that comes next, and that the script's ``again`` matches, is about the
-        same thing.
+        For how many turns a question, or a short wish, that the script's ``again`` matches is about
+        the same thing: the next one unless it asks for an act, later ones if no other intent is
+        clear.
     broad
         Whether its patterns catch much, so that :mod:`miburi.talk.asking` may know better.
     light
         Whether the model must be surer than elsewhere: a wrong match would be silly.
     own
         Whether it asks something about the partner's feelings beyond how the partner is now.
+    aside
+        Whether it only goes with something else: what another sentence asks or wants comes first.
     capital
         Whether what it is about must be written with a capital, as a name is.
     tune
@@ -102,10 +105,11 @@ class Cue(Table):
     move: Annotated[str, Field(pattern=f"^({'|'.join(MOVES)})$")] | None = None
     show: FeelingName | None = None
     look: Literal["user", "left", "right", "up", "down", "aside"] | None = None
-    stays: bool = False
+    stays: Annotated[int, Field(ge=0, le=9)] = 0
     broad: bool = False
     light: bool = False
     own: bool = False
+    aside: bool = False
     capital: bool = False
     tune: list[Annotated[list[float], Field(min_length=2, max_length=2)]] | None = None
 
@@ -274,9 +278,19 @@ class Script(Table):
         return bool(self._people.search(plain(said[:_READ], self.language)))
 
     def goes_on(self, said: str) -> bool:
-        """Whether this is a question about what was said before."""
+        """Whether this is a question, or a short wish, about what was said before."""
         words = plain(said[:_READ], self.language)
-        return bool(self.asks(said[:_READ]) and self._again.search(words))
+        asks = self.asks(said[:_READ]) or len(words.split()) <= _WORDS
+        return bool(asks and self._again.search(words))
+
+    def point_of(self, said: str) -> str | None:
+        """Return the sentence that asks or wants something, of several; the last if many do."""
+        sentences = _WHOLE.findall(said[:_READ])
+        points = [each for each in sentences if self.asks(each) or self._wants(each)]
+        return points[-1] if points and len(sentences) > 1 else None
+
+    def _wants(self, said: str) -> bool:
+        return any(not match.cue.aside for match in self.intents_of(said))
 
     def facts_in(self, said: str) -> list[str]:
         """Return the sentences that tell something about the person, and ask nothing."""
