@@ -105,7 +105,7 @@ def lines(language: Language) -> list[str]:
         ("Do you ever get fed up with me?", "tiring"),
         ("Did you sleep well?", "sleep"),
         ("What was I supposed to do at four?", "not_told"),
-        ("Who did I say was coming?", "not_told"),
+        ("Who did I say was coming?", "not_kept"),
         ("Have I told you about the wedding?", "not_told"),
         ("Am I boring you?", "tiring"),
         ("Do I talk too much?", "tiring"),
@@ -583,3 +583,19 @@ def test_a_feeling_that_is_half_a_guess_is_not_spoken_of() -> None:
     spoken = script("en").feelings.lines("happiness", None)
     assert answered(0.9) in spoken
     assert answered(0.5) not in spoken
+
+
+@pytest.mark.parametrize(
+    ("language", "asks"),
+    [
+        ("en", "So what's my name?"),
+        ("fr", "Quel est mon nom ?"),
+        ("ja", "私の名前を覚えていますか。"),
+    ],
+)
+def test_a_name_that_it_knows_is_never_denied(language: Language, asks: str) -> None:
+    for seed in range(20):
+        one = Answerer(seed)
+        known = one.answer(asks, NOTHING, None, language, NOW, {"name": "Anna"}).text
+        assert "Anna" in known, known
+        assert "Anna" not in answer(asks, language, Answerer(seed)).text

@@ -117,6 +117,8 @@ class Answerer:
         match = next(_sayable(words.intents_of(said), slots), None)
         if match is not None and match.cue.aside and (point := words.point_of(said)):
             match = next(_sayable(words.intents_of(point), slots), None)
+        elif match is not None and match.cue.aside and words.tells_more(said):
+            match = None  # "Fair enough. I did not sleep much either."
         if match is None and told_before:
             match = next(_sayable(words.intents_of(asks), slots), None)
         topic = next(_sayable(words.topics_of(said), slots), None)

@@ -289,6 +289,11 @@ class Script(Table):
         points = [each for each in sentences if self.asks(each) or self._wants(each)]
         return points[-1] if points and len(sentences) > 1 else None
 
+    def tells_more(self, said: str) -> bool:
+        """Return whether the last of several sentences has a topic."""
+        sentences = _WHOLE.findall(said[:_READ])
+        return len(sentences) > 1 and next(self.topics_of(sentences[-1]), None) is not None
+
     def _wants(self, said: str) -> bool:
         return any(not match.cue.aside for match in self.intents_of(said))
 
