@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from miburi.card.bench import BenchFindings, BenchReport, write_report
+from miburi.card.bench_report import BenchFindings, BenchReport, write_report
 from miburi.cli.commands import app
 from tests.fixtures.command import miburi
 

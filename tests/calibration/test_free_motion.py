@@ -15,7 +15,8 @@ from miburi.calibration.free_motion import (
     measure_lag,
     measure_need,
 )
-from miburi.calibration.identify import Shares, expecting
+from miburi.calibration.identify import expecting
+from miburi.calibration.shares import Shares
 from miburi.errors import DescriptionError, InputError
 from miburi.robot import Robot
 from miburi.robot.guards import GUARDS, Guards

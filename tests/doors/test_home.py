@@ -15,7 +15,8 @@ from tests.fixtures.live import block_the_right_arm, stays_stopped
 from tests.fixtures.waiting import until
 
 from miburi.doors.broker import find_broker
-from miburi.doors.home import BIRTH, BURST, About, check_free, discovery, discovery_topic
+from miburi.doors.home import BIRTH, BURST, check_free
+from miburi.doors.home_discovery import About, discovery, discovery_topic
 from miburi.doors.report import ALL, DistressNews, HomeReport, StopNews, Topics
 from miburi.errors import InputError
 from miburi.feelings import FEELINGS

@@ -17,7 +17,8 @@ from miburi.card.card import Card, wake
 from miburi.card.free_moves import free_moves, record
 from miburi.card.link import FrameKind, Reason, Report
 from miburi.card.order import Order
-from miburi.card.settings import FULL_PWM, CardSettings, FreeMotor, real_acceleration
+from miburi.card.settings import FULL_PWM, CardSettings, FreeMotor
+from miburi.card.units import real_acceleration
 from miburi.emulation.bus import Bus
 from miburi.emulation.card import EmulatedCard
 from miburi.emulation.servos import Servo

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from miburi.card.bench import LEVER, STEPS, WEIGHT, peek
+from miburi.card.bench import LEVER, STEPS, WEIGHT
+from miburi.card.bench_moves import peek
 from miburi.card.card import Card
 from miburi.card.settings import CardSettings
 from miburi.cli.card import app

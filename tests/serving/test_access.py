@@ -20,10 +20,10 @@ from miburi.serving.access import (
     SOCKETS,
     STOP,
     WRONG_BURST,
-    Allowance,
     Gate,
-    is_loopback,
 )
+from miburi.serving.allowance import Allowance
+from miburi.serving.asked import is_loopback
 from miburi.serving.keys import Keys
 from miburi.serving.origins import check_origin
 

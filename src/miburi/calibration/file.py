@@ -20,7 +20,7 @@ from miburi.safety.contact import Rule
 from miburi.safety.profile import SECOND
 
 if TYPE_CHECKING:
-    from miburi.calibration.identify import Shares
+    from miburi.calibration.shares import Shares
     from miburi.safety.free import FreeRule
 
 __all__ = [
@@ -164,7 +164,8 @@ def read_calibration(robot: Robot, path: Path) -> Calibration:
     DescriptionError
         The file cannot be read, or it is not a calibration; the message says what is wrong.
     """
-    from miburi.calibration.identify import Shares, expecting  # it loads Numba
+    from miburi.calibration.identify import expecting
+    from miburi.calibration.shares import Shares
     from miburi.safety.free import FreeRule
 
     table = load_table(CalibrationFile, path)

@@ -16,6 +16,7 @@ from math import radians
 import numpy as np
 
 from miburi.calibration.free_motion import Trace
+from miburi.calibration.shares import Shares
 from miburi.errors import BodyError, InputError
 from miburi.ground.compiled import compiled
 from miburi.robot import JOINTS, Array, Robot
@@ -28,7 +29,6 @@ from miburi.servos.free import STEP, travel
 __all__ = [
     "STIFFNESS",
     "Identified",
-    "Shares",
     "and_play",
     "check",
     "expecting",
@@ -82,28 +82,6 @@ _NAMES = ("stiffness", "damping", "friction", "gravity")
 #: Constants that the search changes together: each alone, then those whose common change
 #: hardly alters the motion, without friction and with it.
 _TOGETHER = (*((name,) for name in _NAMES), ("stiffness", "damping", "gravity"), _NAMES)
-
-
-@dataclass(frozen=True)
-class Shares:
-    """Eight servos, as shares of the description's constants, (8,) each.
-
-    Attributes
-    ----------
-    stiffness, damping, friction
-        Of the position control, of back EMF with viscous friction, of the dry friction.
-    gravity
-        Of the load's weight; 1 where the joint carries none.
-    wear
-        The friction of all of them as a multiple of the description's, 1 or more; ``friction`` is
-        a share of that, and what a move needs of the motors is computed with this wear.
-    """
-
-    stiffness: Array
-    damping: Array
-    friction: Array
-    gravity: Array
-    wear: float = 1.0
 
 
 @dataclass(frozen=True)

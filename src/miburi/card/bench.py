@@ -6,48 +6,46 @@ when it is done, so that an interrupted session can be resumed. A report's ``con
 form of a servo's TOML file.
 """
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
 from itertools import pairwise
-from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
-from pydantic import Field
 
 from miburi import ik
 from miburi.calibration.identify import Identified, identify, stiffness
+from miburi.card.bench_moves import (
+    CLEAR,
+    DEEPER,
+    ELBOW,
+    GENTLY,
+    GRID,
+    LOOK,
+    REST,
+    go,
+    listening,
+    peek,
+    positions,
+    rest,
+    with_gain,
+)
+from miburi.card.bench_report import BenchFindings, Value
 from miburi.card.card import Card, wake
 from miburi.card.free_moves import free_moves, record
-from miburi.card.link import FrameKind, Report
-from miburi.card.order import Order
-from miburi.card.settings import FULL_PWM, next_speed, real_speed
+from miburi.card.settings import FULL_PWM
+from miburi.card.units import next_speed, real_speed
 from miburi.errors import BodyError
 from miburi.feelings import FEELINGS
 from miburi.gestures import key_poses, load
-from miburi.ground.files import write_whole
-from miburi.ground.tables import Table, load_table
 from miburi.robot import JOINTS, Array, Robot
 from miburi.robot.loads import GRAVITY, loads
 from miburi.safety.drive import uneased
-from miburi.safety.free import FreeRule
 from miburi.safety.move import Move, plan_move
 from miburi.safety.profile import FINE, SECOND
 from miburi.safety.stop import Phase
 
-__all__ = [
-    "LEVER",
-    "STEPS",
-    "WEIGHT",
-    "Bench",
-    "BenchFindings",
-    "BenchReport",
-    "BenchStep",
-    "peek",
-    "read_report",
-    "write_report",
-]
+__all__ = ["LEVER", "STEPS", "WEIGHT", "Bench", "BenchStep"]
 
 #: The weight that the person hangs on the arm, kg, and how far from the elbow's axle, m.
 WEIGHT, LEVER = 0.1, 0.1
@@ -59,83 +57,8 @@ _PUSH, _DUTIES, _FAST = 0.8, (FULL_PWM, 110), 4.0
 _LONG, _SLOW = 1.2, 0.1
 #: Registers: present PWM and current, 2 bytes each, input voltage.
 _PWM, _CURRENT, _VOLTAGE = 124, 126, 144
-#: Speed of the moves to a pose, rad/s; time for it to come to rest, and to look at it, s.
-_GENTLY, _REST, _LOOK = 0.8, 1.5, 0.5
-#: The joint at which weights pull; how far it stays from its limits, rad; poses per joint to try.
-_ELBOW, _CLEAR, _GRID = JOINTS.index("right_elbow"), 0.35, 40
 #: From how far away on either side the weighed joint comes, rad, and how fast, rad/s.
 _ASIDE, _SIDEWAYS = 0.15, 0.3
-#: A weight makes the elbow sag more than can be sent to a card: a third is sent, counted threefold.
-_DEEPER = 3
-
-Value = float | str | list[float] | list[str]
-
-
-class BenchFindings(NamedTuple):
-    """What a step has found: figures for people, and constants for the servo's tables."""
-
-    measured: dict[str, Value]
-    constants: dict[str, dict[str, float]]
-
-
-class BenchReport(Table):
-    """A report: what each step measured, and constants as a servo's TOML file has them."""
-
-    robot: str
-    servo: str
-    measured: dict[str, dict[str, Value]] = Field(default_factory=dict)
-    constants: dict[str, dict[str, float]] = Field(default_factory=dict)
-
-    def after(self, step: str, found: BenchFindings) -> "BenchReport":
-        """Return the report with what a step has found."""
-        constants = dict(self.constants)
-        for table, values in found.constants.items():
-            constants[table] = constants.get(table, {}) | values
-        measured = self.measured | {step: found.measured}
-        return self.model_copy(update={"measured": measured, "constants": constants})
-
-
-def read_report(robot: Robot, path: Path) -> BenchReport:
-    """Read the report of this robot in a file, or return an empty one where there is none.
-
-    Raises
-    ------
-    DescriptionError
-        The file is not a report.
-    BodyError
-        It is another robot's report.
-    """
-    new = BenchReport(robot=robot.name, servo=robot.servo.model.name)
-    if not path.exists():
-        return new
-    old = load_table(BenchReport, path)
-    if (old.robot, old.servo) != (new.robot, new.servo):
-        raise BodyError(
-            f"{path} is the report of another robot ({old.robot} with {old.servo}); name another "
-            "file with --out."
-        )
-    return old
-
-
-def write_report(report: BenchReport, path: Path) -> None:
-    """Write a report as TOML; the file is whole or unchanged."""
-    lines = ["# Measured by `miburi card measure`; constants as in a servo's TOML file, SI units."]
-    lines += [f'robot = "{report.robot}"', f'servo = "{report.servo}"']
-    tables = {f"measured.{name}": values for name, values in report.measured.items()}
-    for name, values in (*tables.items(), *_constants(report)):
-        lines += ["", f"[{name}]", *(f"{key} = {_toml(value)}" for key, value in values.items())]
-    write_whole(path, "\n".join(lines) + "\n")
-
-
-def _constants(report: BenchReport) -> Iterator[tuple[str, dict[str, Value]]]:
-    for name, values in report.constants.items():
-        yield f"constants.{name}", dict(values)
-
-
-def _toml(value: Value) -> str:
-    if isinstance(value, list):
-        return f"[{', '.join(_toml(one) for one in value)}]"
-    return f'"{value}"' if isinstance(value, str) else f"{float(f'{value:.5g}')}"
 
 
 @dataclass(frozen=True)
@@ -191,97 +114,14 @@ class BenchStep:
                 card.configure(before)
 
 
-def peek(card: Card, motor: int, address: int, count: int) -> int:
-    """Return the number in ``count`` (1 to 12) of a servo's registers, from ``address`` on.
-
-    Not during a motion.
-
-    Raises
-    ------
-    BodyError
-        The body moves, or the servo does not answer, or has no such registers.
-    """
-    held = card.ask(FrameKind.PEEK, bytes((motor, address, count)))
-    return int.from_bytes(held, "little", signed=True)
-
-
-def _with_gain(card: Card, gain: float, deeper: int = 1) -> Robot:
-    """Set another P gain, with wide guards; return the robot with it, the body awake at neutral.
-
-    The load that is sent for the elbow counts ``deeper`` times.
-    """
-    servo = card.robot.servo.model
-    drive = servo.drive.model_copy(update={"gain": gain})
-    robot = card.robot.with_servo(servo.model_copy(update={"drive": drive}))
-    card.stop()
-    settings = card.settings.with_servos(robot, FreeRule.of(robot)).generous
-    joints = list(settings.joints)
-    joints[_ELBOW] = replace(joints[_ELBOW], sag=deeper * FINE)
-    card.configure(replace(settings, joints=tuple(joints)))
-    wake(card)
-    return robot
-
-
-def _go(
-    card: Card,
-    angles: Array,
-    speed: float = _GENTLY,
-    duty: int | None = None,
-    hung: int | None = None,
-) -> list[Report]:
-    """Make one move; return the reports from its start on, however it ends.
-
-    ``duty``, of ``FULL_PWM``, replaces the move's own ceiling. ``hung`` is by how many quarters of
-    a step a weight pulls the elbow down; with it, the elbow's load is sent divided by ``_DEEPER``,
-    for a card that counts it so many times.
-    """
-    move = Move(angles, np.full(len(JOINTS), speed))
-    here, origin = np.array(card.report.positions), card.goals
-    order = Order.of(card.robot, card.settings, here, origin, move)
-    if duty is not None:
-        same = np.full(len(JOINTS), duty)
-        order = order._replace(pwm=same, cruise=same)
-    if hung is not None:
-        for told in (order.begin, order.end):
-            told[_ELBOW] = (told[_ELBOW] + hung) // _DEEPER
-    with _reports(card) as reports:
-        card.start(order)
-        while card.step(0.02).phase is Phase.MOVING:
-            pass
-    return reports
-
-
-@contextmanager
-def _reports(card: Card) -> Iterator[list[Report]]:
-    reports = list[Report]()
-    before, card.on_report = card.on_report, reports.append
-    try:
-        yield reports
-    finally:
-        card.on_report = before
-
-
-def _positions(reports: list[Report]) -> Array:
-    return np.array([report.positions for report in reports], dtype=np.float64)
-
-
-def _rest(card: Card) -> Array:
-    """Return the angles of the resting joints, (8,) rad, averaged over half a second."""
-    card.step(_REST)
-    with _reports(card) as reports:
-        card.step(_LOOK)
-    rest: Array = _positions(reports).mean(axis=0) * card.robot.servo.step
-    return rest
-
-
 def _level_arm(robot: Robot) -> Array:
     """Return neutral with the right arm where its weight pulls most at the elbow: forearm level."""
-    angles = np.repeat(np.array(robot.neutral)[None], _GRID**2, axis=0)
-    lower, upper = robot.lower + _CLEAR, robot.upper - _CLEAR
-    shoulder, elbow = (np.linspace(lower[i], upper[i], _GRID) for i in (_ELBOW - 1, _ELBOW))
-    angles[:, _ELBOW - 1], angles[:, _ELBOW] = np.repeat(shoulder, _GRID), np.tile(elbow, _GRID)
-    angles[:, _ELBOW + 1] = 0.0
-    pulls = np.abs(loads(robot, angles).gravity[:, _ELBOW])
+    angles = np.repeat(np.array(robot.neutral)[None], GRID**2, axis=0)
+    lower, upper = robot.lower + CLEAR, robot.upper - CLEAR
+    shoulder, elbow = (np.linspace(lower[i], upper[i], GRID) for i in (ELBOW - 1, ELBOW))
+    angles[:, ELBOW - 1], angles[:, ELBOW] = np.repeat(shoulder, GRID), np.tile(elbow, GRID)
+    angles[:, ELBOW + 1] = 0.0
+    pulls = np.abs(loads(robot, angles).gravity[:, ELBOW])
     level: Array = angles[int(pulls.argmax())]
     return level
 
@@ -295,9 +135,9 @@ def _measure_stiffness(bench: Bench) -> BenchFindings:
     """
     card, found = bench.card, list[float]()
     for gain in _STIFF:
-        robot = _with_gain(card, gain, _DEEPER)
+        robot = with_gain(card, gain, DEEPER)
         pose, places = _level_arm(robot), list[float]()
-        pull = np.sign(loads(robot, pose).gravity[_ELBOW])
+        pull = np.sign(loads(robot, pose).gravity[ELBOW])
         deeper = WEIGHT * GRAVITY * LEVER / robot.servo.model.stiffness / robot.servo.step
         for weight in (0.0, pull * deeper * 4):
             if weight:
@@ -305,13 +145,13 @@ def _measure_stiffness(bench: Bench) -> BenchFindings:
                 bench.ask(f"Hang {grams:.0f} g on the right forearm, {far:.0f} cm from the elbow")
             sides = []
             for side in (-_ASIDE, _ASIDE):
-                aside = pose + side * (np.arange(len(JOINTS)) == _ELBOW)
-                _go(card, aside, _GENTLY, FULL_PWM, round(weight))
-                _go(card, pose, _SIDEWAYS, FULL_PWM, round(weight))
-                sides.append(_rest(card)[_ELBOW])
+                aside = pose + side * (np.arange(len(JOINTS)) == ELBOW)
+                go(card, aside, GENTLY, FULL_PWM, round(weight))
+                go(card, pose, _SIDEWAYS, FULL_PWM, round(weight))
+                sides.append(rest(card)[ELBOW])
             places.append(float(np.mean(sides)))
         bench.ask("Take off the weight")
-        _go(card, robot.neutral, _GENTLY, FULL_PWM, 0)
+        go(card, robot.neutral, GENTLY, FULL_PWM, 0)
         sank = max(abs(places[1] - places[0]), robot.servo.step / 4)
         lost = robot.servo.model.friction.motor_load
         torque = WEIGHT * GRAVITY * LEVER * (1 / (1 + lost) + 1 / (1 - lost)) / 2
@@ -329,14 +169,14 @@ def _measure_hunting(bench: Bench) -> BenchFindings:
     card = bench.card
     worst = []
     for gain in _HUNTING:
-        robot = _with_gain(card, gain)
+        robot = with_gain(card, gain)
         most = np.zeros(len(JOINTS))
         for side in (0.15, -0.15):
-            _go(card, np.clip(robot.neutral + side, robot.lower, robot.upper))
-            card.step(_REST)
-            with _reports(card) as reports:
-                card.step(2 * _REST)
-            most = np.maximum(most, np.ptp(_positions(reports), axis=0))
+            go(card, np.clip(robot.neutral + side, robot.lower, robot.upper))
+            card.step(REST)
+            with listening(card) as reports:
+                card.step(2 * REST)
+            most = np.maximum(most, np.ptp(positions(reports), axis=0))
         worst.append(float(most.max()))
     return BenchFindings({"gain": [float(gain) for gain in _HUNTING], "steps": worst}, {})
 
@@ -344,16 +184,16 @@ def _measure_hunting(bench: Bench) -> BenchFindings:
 def _measure_ceiling(bench: Bench) -> BenchFindings:
     """Measure the waist's top speed with full duty, and an eighth: servos may ignore the limit."""
     card = bench.card
-    robot, speeds = _with_gain(card, card.settings.general.p_gain), []
+    robot, speeds = with_gain(card, card.settings.general.p_gain), []
     for duty in _DUTIES:
-        reports = _go(card, robot.neutral + _PUSH * (np.arange(8) == 0), _FAST, duty)
+        reports = go(card, robot.neutral + _PUSH * (np.arange(8) == 0), _FAST, duty)
         times = np.array([report.time for report in reports]) / SECOND
-        ways = np.diff(_positions(reports)[::3, 0]) / np.diff(times[::3])
+        ways = np.diff(positions(reports)[::3, 0]) / np.diff(times[::3])
         speeds.append(float(ways.max() * robot.servo.step))
         if card.state.phase is Phase.STOPPED:  # the contact rule may have found it too slow
-            card.step(_REST)
+            card.step(REST)
             wake(card)
-        _go(card, robot.neutral)
+        go(card, robot.neutral)
     obeys = "yes" if speeds[1] < 0.6 * speeds[0] else "no"
     duties = [float(duty) for duty in _DUTIES]
     return BenchFindings({"pwm": duties, "speed": speeds, "obeys": obeys}, {})
@@ -365,9 +205,9 @@ def _measure_clock(bench: Bench) -> BenchFindings:
     found = _identify(card)
     robot = card.robot
     wake(card)
-    _go(card, robot.neutral - _LONG / 2 * (np.arange(8) == 0))
-    reports = _go(card, robot.neutral + _LONG / 2 * (np.arange(8) == 0), _SLOW)
-    way = _positions(reports)[:, 0]
+    go(card, robot.neutral - _LONG / 2 * (np.arange(8) == 0))
+    reports = go(card, robot.neutral + _LONG / 2 * (np.arange(8) == 0), _SLOW)
+    way = positions(reports)[:, 0]
     middle = slice(len(way) // 10, -len(way) // 10)
     times = np.array([report.time for report in reports])[middle] / SECOND
     told = real_speed(next_speed(round(_SLOW / robot.servo.step))) / FINE
@@ -382,14 +222,14 @@ def _measure_clock(bench: Bench) -> BenchFindings:
 def _measure_stall(bench: Bench) -> BenchFindings:
     """Read the PWM and current that a servo reports while it is held away from its goal."""
     card = bench.card
-    robot = _with_gain(card, card.settings.general.p_gain)
-    _go(card, _level_arm(robot), duty=FULL_PWM // 2)
-    before = _rest(card)[_ELBOW]
+    robot = with_gain(card, card.settings.general.p_gain)
+    go(card, _level_arm(robot), duty=FULL_PWM // 2)
+    before = rest(card)[ELBOW]
     bench.ask("Press the right hand down by a few degrees, and hold it until the next question")
-    card.step(_LOOK)
-    off = float(card.state.angles[_ELBOW] - before)
-    pwm, current = peek(card, _ELBOW, _PWM, 2), peek(card, _ELBOW, _CURRENT, 2)
-    volts = peek(card, _ELBOW, _VOLTAGE, 2) / 10
+    card.step(LOOK)
+    off = float(card.state.angles[ELBOW] - before)
+    pwm, current = peek(card, ELBOW, _PWM, 2), peek(card, ELBOW, _CURRENT, 2)
+    volts = peek(card, ELBOW, _VOLTAGE, 2) / 10
     bench.ask("Let the hand go")
     duty, amperes = abs(pwm) / FULL_PWM, abs(current) / 1000
     # The current is the one from the supply: that of the motor, times the duty.
@@ -433,7 +273,7 @@ def _measure_false_stops(bench: Bench) -> BenchFindings:
 
 def _identify(card: Card) -> Identified:
     """Identify the servos, with the description's gain, from free moves of all joints at once."""
-    _with_gain(card, card.robot.servo.model.drive.gain)
+    with_gain(card, card.robot.servo.model.drive.gain)
     moves = [move for name, move in free_moves(card.robot) if name not in JOINTS]
     traces = record(card, moves, uneased(card.robot))
     card.stop()
@@ -469,7 +309,7 @@ def _stops_of(card: Card, move: Move) -> list[str]:
         return []
     if stop.sign is None:
         raise BodyError(f"Stopped: {stop.reason.spoken} ({stop.motor}). Mend that, then go on.")
-    card.step(_REST)
+    card.step(REST)
     wake(card)
     return [f"{stop.motor}, {stop.sign}"]
 

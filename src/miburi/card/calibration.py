@@ -13,7 +13,6 @@ from miburi.calibration.file import Calibration
 from miburi.calibration.free_motion import Trace
 from miburi.calibration.guards import free_rule, granted, shaken
 from miburi.calibration.identify import (
-    Shares,
     and_play,
     check,
     expecting,
@@ -24,9 +23,11 @@ from miburi.calibration.identify import (
     stiffness,
     worn,
 )
+from miburi.calibration.shares import Shares
 from miburi.card.card import Card, wake
 from miburi.card.free_moves import free_moves, gestures, record, swings
-from miburi.card.settings import ALLOWED, STEPS_PER_TURN, CardSettings, format_value
+from miburi.card.settings import ALLOWED, CardSettings, format_value
+from miburi.card.units import STEPS_PER_TURN
 from miburi.errors import BodyError
 from miburi.robot import JOINTS, Robot
 from miburi.safety.drive import uneased

@@ -34,8 +34,9 @@ from miburi.card.line import Line, SerialLine
 from miburi.card.link import FrameKind, Reason, Report
 from miburi.card.order import Order, Underway
 from miburi.card.report import motors_of, window_of
-from miburi.card.settings import CardSettings, check_encoder
+from miburi.card.settings import CardSettings
 from miburi.card.transfer import agree, greet, replace_settings, save_settings
+from miburi.card.units import check_encoder
 from miburi.errors import BodyError
 from miburi.robot import JOINTS, Robot
 from miburi.safety.contact import Window

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from miburi.calibration.file import Mounting
-from miburi.card.settings import STEPS_PER_TURN
+from miburi.card.units import STEPS_PER_TURN
 from miburi.robot import JOINTS
 
 __all__ = ["Turned", "mounting_faults"]

@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from miburi.card.settings import FULL_PWM, CardSettings, next_speed, real_acceleration, real_speed
+from miburi.card.settings import FULL_PWM, CardSettings
+from miburi.card.units import next_speed, real_acceleration, real_speed
 from miburi.robot import JOINTS, Array, Robot
 from miburi.safety.contact import Loading
 from miburi.safety.controller import return_speed

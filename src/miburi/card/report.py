@@ -6,7 +6,8 @@ import numpy as np
 
 from miburi.bodies.base import Motor, Motors
 from miburi.card.link import Reason, Report
-from miburi.card.settings import STEPS_PER_TURN, CardSettings
+from miburi.card.settings import CardSettings
+from miburi.card.units import STEPS_PER_TURN
 from miburi.robot import JOINTS
 from miburi.safety.contact import Contact, Sign, Window
 from miburi.safety.profile import Steps

@@ -14,7 +14,6 @@ import numpy as np
 
 from miburi.calibration.file import Mounting
 from miburi.card.link import crc16
-from miburi.errors import BodyError
 from miburi.robot import JOINTS, Robot
 from miburi.robot.guards import GUARDS, Guards, by_motor
 from miburi.safety.contact import Rule
@@ -26,22 +25,19 @@ from miburi.servos import Servo
 if TYPE_CHECKING:
     from miburi.safety.free import FreeRule
 
+from miburi.card.units import STEPS_PER_TURN, check_encoder
+
 __all__ = [
     "ALLOWED",
     "FULL_PWM",
     "HOTTEST",
     "LOWEST",
     "SEAM",
-    "STEPS_PER_TURN",
     "CardSettings",
     "FreeMotor",
     "General",
     "JointSettings",
-    "check_encoder",
     "format_value",
-    "next_speed",
-    "real_acceleration",
-    "real_speed",
     "refusal",
 ]
 
@@ -51,8 +47,6 @@ _JOINT = struct.Struct("<BbHhhh" + "".join(guard.unit.code for guard in GUARDS.v
 FULL_PWM = 885
 #: A servo hotter than this, °C, or a lower supply voltage, 0.1 V, stops the body (ours).
 HOTTEST, LOWEST = 65, 42
-#: Encoder steps in a turn of the XL330 servos that a card drives; as in ``settings.h``.
-STEPS_PER_TURN = 4096
 #: Steps that a joint's range keeps from the seam between two turns; as in ``settings.h``.
 SEAM = 100
 #: The settings of :class:`General` that belong to a calibration.
@@ -83,41 +77,6 @@ ALLOWED = {
     "lost": (0, 255, "× 1/256"),
     "sag": (0, 768, "× 1/256"),
 }
-
-
-def check_encoder(robot: Robot) -> None:
-    """Refuse a robot whose encoder steps are not those of the servos that a card drives.
-
-    Raises
-    ------
-    BodyError
-        The encoders differ, so that the card would misread every angle and guard.
-    """
-    steps = robot.servo.model.encoder.steps_per_turn
-    if steps != STEPS_PER_TURN:
-        raise BodyError(
-            f"the {robot.name}'s encoders count {steps} steps a turn; a card drives servos that "
-            f"count {STEPS_PER_TURN} (XL330). Name such a servo in the robot's description if it "
-            "has those, or move this robot in simulation."
-        )
-
-
-def real_speed(speed: int) -> int:
-    """Return a speed given in steps/s, rounded to what an XL330 can do, in 1/256 steps/s.
-
-    The servo counts in units of 0.229 turns/min.
-    """
-    return (max((speed * 1000 + 7816) // 15_633, 1) * 400_207 + 50) // 100
-
-
-def next_speed(speed: int) -> int:
-    """Return the least speed that an XL330 can do and that is no less than ``speed``; steps/s."""
-    return (-(-speed * 1000 // 15_633) * 15_633 + 500) // 1000
-
-
-def real_acceleration(acceleration: int) -> int:
-    """Round an acceleration, steps/s², to what an XL330 can do: units of 214.577 turns/min²."""
-    return (max((acceleration * 1000 + 122_070) // 244_141, 1) * 244_141 + 500) // 1000
 
 
 @dataclass(frozen=True)

@@ -228,7 +228,8 @@ def measure_servos(
     robot: RobotFile = None,
 ) -> None:
     """Measure what nobody has measured on real servos; write a report that you can send in."""
-    from miburi.card.bench import STEPS, Bench, read_report, write_report
+    from miburi.card.bench import STEPS, Bench
+    from miburi.card.bench_report import read_report, write_report
 
     description = robot_of(robot)
     report = read_report(description, out)

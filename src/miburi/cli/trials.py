@@ -28,7 +28,7 @@ from miburi.ground.cores import available_cores
 
 if TYPE_CHECKING:
     from miburi.robot import Robot
-    from miburi.studies.trials.runs import Subject
+    from miburi.studies.trials.plan import Subject
     from miburi.studies.trials.trial import Outcome
     from miburi.studies.trials.workshop import Calibrated
 
@@ -104,7 +104,8 @@ def trials(
         need("pyarrow", "studies")
     if ray is not None:
         need("ray", "cluster")
-    from miburi.studies.trials.runs import Plan, carry_out_plan
+    from miburi.studies.trials.plan import Plan
+    from miburi.studies.trials.runs import carry_out_plan
     from miburi.studies.trials.summary import summarise
 
     workers = workers or available_cores()
@@ -277,7 +278,7 @@ def _subjects(
 ) -> list["Subject"]:
     from miburi.safety.free import FreeRule
     from miburi.studies.trials.ablation import RULES, STATES, WITHOUT, in_state, undriven
-    from miburi.studies.trials.runs import Subject
+    from miburi.studies.trials.plan import Subject
 
     for option, given, allowed in (
         ("--rule", rule, RULES),

@@ -19,7 +19,7 @@ from functools import wraps
 from typing import Annotated, Any, Literal, ParamSpec, TypeVar
 
 from fastapi import FastAPI
-from pydantic import BaseModel, Field, ValidationError
+from pydantic import Field, ValidationError
 
 from miburi.errors import BodyError, InputError, MiburiError, needs_extra
 from miburi.feelings.catalogue import FeelingName
@@ -27,10 +27,11 @@ from miburi.gestures import Direction
 from miburi.interface.asker import Asker
 from miburi.interface.wire import ExpressIn, LookIn, SpeakIn, StimulusIn
 from miburi.live.events.model import LiveEvent
-from miburi.live.state import Expressed, Share, State, StopOut
+from miburi.live.state import Share, StopOut
 from miburi.partner import LAPSES
 from miburi.safety.stop import StopReason
-from miburi.serving.access import AGENTS, Allowance
+from miburi.serving.access import AGENTS
+from miburi.serving.allowance import Allowance
 from miburi.serving.beside import beside
 from miburi.talk.care import may_be_said
 from miburi.version import __version__
@@ -43,6 +44,17 @@ try:
     from mcp.types import ToolAnnotations
 except ModuleNotFoundError as error:
     raise needs_extra("mcp", error) from error
+
+from miburi.doors.agents_words import (
+    Now,
+    as_line,
+    as_shown,
+    hindrance,
+    left_of,
+    passes_by_itself,
+    why_stopped,
+    without_titles,
+)
 
 __all__ = ["BURST", "RATE", "add_agents", "make_agents"]
 
@@ -89,27 +101,6 @@ _HINTS: dict[str, tuple[str, dict[str, bool]]] = {
 }
 
 
-class _Shown(BaseModel):
-    """A feeling, and the mood with which it shows, 0 to 1."""
-
-    feeling: str
-    mood: float
-
-
-class _Now(BaseModel):
-    """How the partner is, for an agent."""
-
-    feels: _Shown | None
-    shows: _Shown | None
-    asked: bool = Field(description="Whether somebody asked for what it shows")
-    said: str | None
-    distress: str | None = Field(description="One that it has heard")
-    body: str = Field(description="idle, moving, stopped or returning")
-    paused: bool
-    stopped: str | None = Field(description="Why, and how that ends")
-    latest_event: str
-
-
 class _StrictTool(Tool):
     """A tool that rejects unknown arguments, with an error message free of links."""
 
@@ -126,9 +117,9 @@ class _StrictTool(Tool):
         arguments = tool.fn_metadata.arg_model
         arguments.model_config["extra"] = "forbid"
         arguments.model_rebuild(force=True)
-        tool.parameters = _plain(arguments.model_json_schema())
+        tool.parameters = without_titles(arguments.model_json_schema())
         if tool.fn_metadata.output_schema is not None:
-            tool.fn_metadata.output_schema = _plain(tool.fn_metadata.output_schema)
+            tool.fn_metadata.output_schema = without_titles(tool.fn_metadata.output_schema)
         return tool
 
     async def run(self, arguments: dict[str, Any], *args: Any, **kwargs: Any) -> Any:
@@ -143,13 +134,6 @@ class _StrictTool(Tool):
             )
             raise ToolError(f"{wrong}. {self.name} takes {known}.") from error
         return await super().run(arguments, *args, **kwargs)
-
-
-def _plain(schema: Any) -> Any:
-    """Return a schema without the titles that Pydantic makes from names."""
-    if isinstance(schema, dict):
-        return {name: _plain(part) for name, part in schema.items() if name != "title"}
-    return [_plain(part) for part in schema] if isinstance(schema, list) else schema
 
 
 def make_agents(partner: Asker, clock: Callable[[], float] = time.monotonic) -> MCPServer:
@@ -237,7 +221,7 @@ class _Tools:
             return _TOO_FAST
         await self._partner.tell("/stimulus", StimulusIn(feeling=feeling, strength=strength))
         state = await self._partner.state()
-        return f"It feels {feeling}.{_hindrance(state)}"
+        return f"It feels {feeling}.{hindrance(state)}"
 
     @_wish
     async def gesture(self, feeling: FeelingName, intensity: Strength = 0.7) -> str:
@@ -246,8 +230,8 @@ class _Tools:
             return _TOO_FAST
         before = await self._partner.state()
         wish = await self._partner.wish("/express", ExpressIn(feeling=feeling, mood=intensity))
-        if before.stop is not None and not _passes(before, before.stop):
-            return f"{_why(before, before.stop)} Your gesture {_WAITS}"
+        if before.stop is not None and not passes_by_itself(before, before.stop):
+            return f"{why_stopped(before, before.stop)} Your gesture {_WAITS}"
         return await self._follow(wish, feeling)
 
     @_wish
@@ -279,18 +263,18 @@ class _Tools:
         return "It is stopped. Only a person can release it."
 
     @_in_words
-    async def state(self) -> _Now:
+    async def state(self) -> Now:
         """Tell what it feels and shows, and whether and why it is paused or stopped."""
         state = await self._partner.state()
-        return _Now(
-            feels=_expressed(state.felt),
-            shows=_expressed(state.expressed),
+        return Now(
+            feels=as_shown(state.felt),
+            shows=as_shown(state.expressed),
             asked=state.asked,
             said=None if state.spoken is None else state.spoken.text,
             distress=None if state.distress is None else state.distress.kind,
             body=state.phase,
             paused=state.paused,
-            stopped=None if state.stop is None else _why(state, state.stop),
+            stopped=None if state.stop is None else why_stopped(state, state.stop),
             latest_event=f"{state.boot}:{state.latest}",
         )
 
@@ -301,7 +285,7 @@ class _Tools:
         """Tell what happened after the event `since`: words, stops; also in earlier runs."""
         events = await self._partner.log(since or None)
         told = events[:_TOLD] if since else events[-_TOLD:]
-        lines = [_line(event) for event in told]
+        lines = [as_line(event) for event in told]
         if left := len(events) - len(told):
             more = f"{left} more; ask since {told[-1].id}" if since else f"{left} earlier ones"
             lines.append(f"({more})")
@@ -320,7 +304,7 @@ class _Tools:
         await self._partner.tell("/look", LookIn(at=at, seconds=seconds))
         state = await self._partner.state()
         if state.stop is not None:
-            return f"{_why(state, state.stop)} The look {_WAITS}"
+            return f"{why_stopped(state, state.stop)} The look {_WAITS}"
         return told
 
     async def _follow(self, wish: str, feeling: str) -> str:
@@ -335,7 +319,9 @@ class _Tools:
                         stop = event.stop
                         if not begun and stop.reason is not StopReason.ASKED:
                             state = await self._partner.state()
-                            return f"{_why(state, stop)} Your gesture {_left(stop, begun)}."
+                            return (
+                                f"{why_stopped(state, stop)} Your gesture {left_of(stop, begun)}."
+                            )
                     case "paused" if not begun:
                         return _PAUSED
                     case "gesture_begun" if ours:
@@ -352,69 +338,7 @@ class _Tools:
         state = await self._partner.state()
         stop = stop or state.stop
         if stop is not None and event.name not in ("lapsed", "replaced"):
-            return f"{_why(state, stop)} Your gesture {_left(stop, begun)}."
+            return f"{why_stopped(state, stop)} Your gesture {left_of(stop, begun)}."
         if event.kind == "wish_dropped":
             return _DROPPED.get(event.name or "", _REPLACED)
         return "It was broken off."
-
-
-def _left(stop: StopOut, begun: bool) -> str:
-    """Say what a stop did to a gesture."""
-    if begun:
-        return "was broken off"
-    dropped = stop.reason is StopReason.ASKED
-    return "was dropped" if dropped else "has not begun; it waits for the release"
-
-
-def _expressed(shown: Expressed | None) -> _Shown | None:
-    return None if shown is None else _Shown(feeling=shown.feeling, mood=round(shown.mood, 2))
-
-
-def _passes(state: State, stop: StopOut) -> bool:
-    return stop.reason.passes and not state.held
-
-
-def _hindrance(state: State) -> str:
-    """Say what keeps the body from showing what is felt."""
-    if state.stop is not None:
-        return " " + _why(state, state.stop)
-    return " It does not show it: a person has paused it." if state.paused else ""
-
-
-def _why(state: State, stop: StopOut) -> str:
-    """Say why the body is stopped, and how that ends."""
-    ends = (
-        "It goes on by itself after a pause."
-        if _passes(state, stop)
-        else "Only a person can release it."
-    )
-    return f"The body is stopped: {_reason(stop)}. {ends}"
-
-
-def _reason(stop: StopOut) -> str:
-    match stop.reason:
-        case StopReason.CONTACT:
-            motor = (stop.motor or "a motor").replace("_", " ")
-            force = "" if stop.force is None else f" with {stop.force:.1f} N"
-            return f"its {motor} met something{force}"
-        case StopReason.ASKED:
-            return "somebody asked for it"
-        case StopReason.TOUCHED:
-            return f"somebody is moving its {(stop.motor or 'body').replace('_', ' ')} by hand"
-        case reason:
-            return reason.spoken
-
-
-def _line(event: LiveEvent) -> str:
-    """Return an event as one line of text."""
-    about = [f"{event.id} ({event.wall:%Y-%m-%d %H:%M:%S} UTC) {event.kind}"]
-    if event.stop is not None:
-        about.append(_reason(event.stop))
-    elif event.feeling is not None:
-        amount = event.mood if event.strength is None else event.strength
-        about.append(event.feeling if amount is None else f"{event.feeling} {amount:.2f}")
-    elif event.name is not None:
-        about.append(event.name)
-    about += [f'"{event.text}"'] if event.text else []
-    about += [text for text in (event.source, event.detail, event.by) if text]
-    return ": ".join([about[0], ", ".join(about[1:])] if len(about) > 1 else about)

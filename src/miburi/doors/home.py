@@ -14,9 +14,7 @@ import secrets
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
 from datetime import UTC, date, datetime
-from typing import Any
 
 from fastapi import FastAPI
 from pydantic import BaseModel, ValidationError
@@ -24,7 +22,6 @@ from pydantic import BaseModel, ValidationError
 from miburi.doors.broker import Broker, stay_at
 from miburi.doors.report import (
     ALL,
-    NEUTRAL,
     DistressNews,
     GapNews,
     HomeReport,
@@ -33,43 +30,27 @@ from miburi.doors.report import (
     make_stop_news,
 )
 from miburi.errors import InputError, MiburiError, needs_extra
-from miburi.feelings import FEELINGS
-from miburi.feelings.catalogue import CATALOGUE
 from miburi.interface.asker import Asker
 from miburi.interface.wire import SpeakIn, StimulusIn
 from miburi.live.events.log import History
 from miburi.live.events.model import Cursor, LiveEvent
 from miburi.live.view import LivePartner
-from miburi.safety.stop import StopReason
-from miburi.senses.kinds import KINDS
-from miburi.serving.access import Allowance
+from miburi.serving.allowance import Allowance
 from miburi.serving.beside import live_beside
-from miburi.version import __version__
 
 try:
     from aiomqtt import Client, Message, MqttError, Will
 except ModuleNotFoundError as error:
     raise needs_extra("mqtt", error) from error
 
-__all__ = [
-    "BIRTH",
-    "BURST",
-    "RATE",
-    "About",
-    "add_home",
-    "check_free",
-    "discovery",
-    "discovery_topic",
-    "is_taken",
-    "live_at_home",
-]
+from miburi.doors.home_discovery import About, discovery, discovery_topic, taken
+
+__all__ = ["BIRTH", "BURST", "RATE", "add_home", "check_free", "is_taken", "live_at_home"]
 
 #: Where Home Assistant says that it has come back.
 BIRTH = "homeassistant/status"
 #: Wishes per second, and how many at once, not counting Stop (ours).
 RATE, BURST = 5.0, 10.0
-#: The longest wish, bytes.
-_LONGEST = 4_000
 #: s between two looks at the partner (ours).
 _PERIOD = 0.25
 _ONLINE, _OFFLINE = "online", "offline"
@@ -80,38 +61,10 @@ _TOLD_RATE, _TOLD_BURST = 1.0, 10.0
 _REPORT_RATE, _URGENT_RATE, _REPORT_BURST = 3 / 60, 3 / 60, 2.0
 #: The name under which the history remembers what the home knows.
 _WHO = "home"
-_WHY_STOPPED = (
-    "{{ {'reason': value_json.stopped, 'motor': value_json.motor, 'held': value_json.held} "
-    "| tojson }}"
-)
 #: s to wait for an answer when asking whether a name is taken (ours).
 _ANSWER = 1.5
 #: s to wait at startup for a broker that is away (ours).
 _PATIENCE = 4.0
-
-
-@dataclass(frozen=True)
-class About:
-    """A partner's identity at a home.
-
-    Attributes
-    ----------
-    name
-        Its name, or ``GROUP/NAME`` if it is in a group.
-    model
-        The robot's name.
-    studio
-        Its studio's address, if other devices can reach it.
-    """
-
-    name: str
-    model: str
-    studio: str | None = None
-
-    @property
-    def key(self) -> str:
-        """The name in a form that identifiers allow."""
-        return self.name.replace("/", ".")
 
 
 def add_home(
@@ -206,7 +159,7 @@ async def is_taken(broker: Broker, name: str, instance: str = "") -> bool:
         with suppress(TimeoutError):
             async with asyncio.timeout(_ANSWER):
                 async for message in client.messages:
-                    if _bytes(message.payload).decode(errors="replace") != instance:
+                    if taken(message.payload).decode(errors="replace") != instance:
                         return True
     return False
 
@@ -359,7 +312,7 @@ class _Home:
                 tasks.create_task(self._refuse(client, topic, "too many wishes at once."))
 
     async def _do(self, client: Client, message: Message) -> None:
-        topic, payload = str(message.topic), _bytes(message.payload)
+        topic, payload = str(message.topic), taken(message.payload)
         try:
             if topic == self._topics.feel:
                 await self._partner.tell("/stimulus", StimulusIn.model_validate_json(payload))
@@ -380,94 +333,3 @@ class _Home:
             return
         told, self._unsaid = {"topic": topic, "why": why, "unsaid": self._unsaid}, 0
         await client.publish(self._topics.refused, json.dumps(told))
-
-
-def _bytes(payload: object) -> bytes:
-    """Return a payload, cut to the longest wish, so that overlong ones cost nothing."""
-    return payload[:_LONGEST] if isinstance(payload, bytes) else b""
-
-
-def discovery_topic(about: About) -> str:
-    """Return the topic by which Home Assistant finds a partner."""
-    group, _, name = about.name.rpartition("/")
-    return f"homeassistant/device/{group + '/' if group else ''}miburi-{name}/config"
-
-
-def discovery(about: About, joints: list[str]) -> dict[str, Any]:
-    """Return the message that describes a partner to Home Assistant.
-
-    Parameters
-    ----------
-    about
-        What the home knows the partner by.
-    joints
-        The joints whose motors report a temperature.
-
-    Its keys are those of Home Assistant's MQTT device discovery (2024.11 and later).
-    """
-    topics, key = Topics(about.name), f"miburi_{about.key}"
-
-    def part(what: str, platform: str, label: str, **more: Any) -> dict[str, Any]:
-        return {"platform": platform, "name": label, "unique_id": f"{key}_{what}", **more}
-
-    def read(what: str) -> dict[str, str]:
-        template = f"{{{{ value_json.{what} }}}}"
-        return {"state_topic": topics.report, "value_template": template}
-
-    stopped = "{{ 'ON' if value_json.stopped else 'OFF' }}"
-    parts = {
-        "feeling": part(
-            "feeling", "sensor", "Feeling", **read("feeling"),
-            device_class="enum", options=[*FEELINGS, NEUTRAL],
-        ),
-        "mood": part(
-            "mood", "sensor", "Mood", **read("mood"),
-            unit_of_measurement="%", state_class="measurement",
-        ),
-        "stopped": part(
-            "stopped", "binary_sensor", "Stopped",
-            state_topic=topics.report, value_template=stopped, device_class="problem",
-            json_attributes_topic=topics.report, json_attributes_template=_WHY_STOPPED,
-        ),
-        "stops": part(
-            "stops", "event", "Stop", state_topic=topics.stops, event_types=[*StopReason],
-        ),
-        "distress": part(
-            "distress", "event", "Distress", state_topic=topics.distress, event_types=[*KINDS],
-        ),
-        "stops_today": part(
-            "stops_today", "sensor", "Stops today", **read("stops_today"),
-            state_class="total_increasing",
-        ),
-        "say": part("say", "text", "Say", command_topic=topics.say, min=1, max=255),
-        "stop": part("stop", "button", "Stop", command_topic=topics.stop),
-    }  # fmt: skip
-    for feeling in CATALOGUE.feeling:
-        wish = StimulusIn(feeling=feeling.name).model_dump_json()
-        label = f"Feel {feeling.words['en']}"
-        parts[f"feel_{feeling.name}"] = part(
-            f"feel_{feeling.name}", "button", label, command_topic=topics.feel, payload_press=wish
-        )
-    for joint in joints:
-        what = f"temperature_{joint}"
-        parts[what] = part(
-            what, "sensor", f"Temperature of {joint.replace('_', ' ')}",
-            **read(f"temperatures.{joint}"), device_class="temperature",
-            unit_of_measurement="°C", state_class="measurement", entity_category="diagnostic",
-        )  # fmt: skip
-    device = {
-        "identifiers": [key],
-        "name": f"Miburi {about.name}",
-        "manufacturer": "Miburi",
-        "model": about.model,
-        "sw_version": __version__,
-    }
-    if about.studio is not None:
-        device["configuration_url"] = about.studio
-    return {
-        "device": device,
-        "origin": {"name": "miburi", "sw_version": __version__},
-        "availability_topic": topics.available,
-        "qos": 1,
-        "components": parts,
-    }

@@ -46,7 +46,7 @@ from miburi.live.state import State
 from miburi.live.view import LivePartner
 from miburi.robot.shape import links
 from miburi.robot.urdf import to_urdf
-from miburi.serving.access import Allowance
+from miburi.serving.allowance import Allowance
 from miburi.serving.beside import live_beside
 
 try:

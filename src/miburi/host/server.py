@@ -6,22 +6,15 @@ The partner's loop and its watchdog run here. The server has its own process
 
 import gc
 import os
-import signal
-import socket
 import sys
 import threading
 import webbrowser
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from enum import Enum, auto
-from multiprocessing import Pipe, get_context
-from multiprocessing.connection import Connection
-from multiprocessing.process import BaseProcess
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from types import FrameType
 
 from miburi.bma.settings import Settings
 from miburi.doors.doors import Doors
@@ -29,13 +22,11 @@ from miburi.errors import BodyError, InputError, OutputError, need
 from miburi.feelings import EmotionalModel, Stimulus, Temperament
 from miburi.gestures import Repertoire
 from miburi.ground.cores import coming_first
-from miburi.ground.log import logged
 from miburi.host.given import Pages
-from miburi.host.process import serve_pages
+from miburi.host.helpers import GLANCE, Helpers, Moment, signals, start, watch
 from miburi.live.answering import answer
 from miburi.live.archive import Archive
 from miburi.live.bodies import KINDS
-from miburi.live.crossing import Lanes, lanes
 from miburi.live.events.store import kept_events
 from miburi.live.memory import keep, remember, remembered
 from miburi.live.runner import Runner
@@ -43,10 +34,8 @@ from miburi.partner import solve_with
 from miburi.robot import Robot
 from miburi.safety.contact import Rule
 from miburi.serving.addresses import listening_plainly, listening_twice
-from miburi.serving.passing import CAN_PASS
 from miburi.serving.press import Hold, Press
 from miburi.serving.reach import Reach
-from miburi.serving.reception import receive
 from miburi.serving.renewal import reach_of
 from miburi.studio.words import FALLBACK, words
 from miburi.talk.endpoint import Endpoint
@@ -55,10 +44,6 @@ __all__ = ["GREETING", "Launch", "own_folder", "serve"]
 
 #: A partner that wakes is glad to see people (ours).
 GREETING = Stimulus("happiness", 0.8)
-#: Time in which each helper process must end, s.
-_PATIENCE = 4.0
-#: Length of one wait, s: Windows takes a signal only between two waits.
-_GLANCE = 0.5
 
 
 @dataclass(frozen=True)
@@ -150,7 +135,7 @@ def _serve(launch: Launch, meanwhile: Callable[[], None]) -> None:
     listen = listening_twice if launch.https else listening_plainly
     with listen(launch.host, launch.port) as listeners:
         reach, certificate = reach_of(listeners, folder, datetime.now(UTC))
-        helpers = _start(Pages(listeners, reach, launch.doors, folder, certificate))
+        helpers = start(Pages(listeners, reach, launch.doors, folder, certificate))
         url = listeners.url
     try:
         meanwhile()
@@ -164,7 +149,7 @@ def _serve(launch: Launch, meanwhile: Callable[[], None]) -> None:
             lambda: _announce(url, reach, talk, launch.headless),
         )
     finally:
-        with _signals(SimpleQueue()):  # a second Ctrl-C must leave no process behind
+        with signals(SimpleQueue()):  # a second Ctrl-C must leave no process behind
             helpers.end()
     kept = memory is not None and _keep(memory, feelings)
     if runner.failure is not None:
@@ -237,16 +222,16 @@ def _wake(launch: Launch, feelings: EmotionalModel, folder: Path) -> Runner:
 
 def _live(
     runner: Runner,
-    helpers: "_Helpers",
+    helpers: "Helpers",
     memory: Path | None,
     announce: Callable[[], None],
-) -> "_Happening":
+) -> "Moment":
     """Let the partner live until something ends it, then close it; return what ended it."""
-    happenings: SimpleQueue[_Happening] = SimpleQueue()
-    runner.start(on_failure=lambda: happenings.put(_Happening.LOOP_GAVE_UP))
+    happenings: SimpleQueue[Moment] = SimpleQueue()
+    runner.start(on_failure=lambda: happenings.put(Moment.LOOP_GAVE_UP))
     ending = threading.Event()
     threads = [
-        threading.Thread(target=_watch, args=(process, happening, happenings), daemon=True)
+        threading.Thread(target=watch, args=(process, happening, happenings), daemon=True)
         for process, happening in zip(helpers.processes, _LEFT_ALONE, strict=False)
     ]
     if memory is not None:
@@ -255,16 +240,16 @@ def _live(
     for thread in threads:
         thread.start()
     gc.freeze()  # or a collection would scan all that was loaded, and make the loop late
-    with _signals(happenings):
+    with signals(happenings):
         answer(
             runner,
             helpers.server,
-            on_ready=lambda: happenings.put(_Happening.LISTENS),
-            on_hang=lambda: happenings.put(_Happening.HELPER_HANGS),
+            on_ready=lambda: happenings.put(Moment.LISTENS),
+            on_hang=lambda: happenings.put(Moment.HELPER_HANGS),
             reception=helpers.reception,
         )
         end = _next(happenings)
-        if end is _Happening.LISTENS:
+        if end is Moment.LISTENS:
             announce()
             end = _next(happenings)
         if end in _LEFT_ALONE:
@@ -274,103 +259,19 @@ def _live(
     return end
 
 
-class _Happening(Enum):
-    """An event that the partner's process waits for while its loop runs."""
-
-    LISTENS = auto()
-    SERVER_ENDED = auto()
-    RECEPTION_ENDED = auto()
-    HELPER_HANGS = auto()
-    LOOP_GAVE_UP = auto()
-    SIGNAL = auto()
-
-
 #: Events after which nobody can press Stop, with the words for them; the first two are in the order
 #: of the processes.
 _LEFT_ALONE = {
-    _Happening.SERVER_ENDED: "the server has ended",
-    _Happening.RECEPTION_ENDED: "the process that receives Stop has ended",
-    _Happening.HELPER_HANGS: "the server, or the process that receives Stop, hangs",
+    Moment.SERVER_ENDED: "the server has ended",
+    Moment.RECEPTION_ENDED: "the process that receives Stop has ended",
+    Moment.HELPER_HANGS: "the server, or the process that receives Stop, hangs",
 }
 
 
-def _next(happenings: "SimpleQueue[_Happening]") -> _Happening:
+def _next(happenings: "SimpleQueue[Moment]") -> Moment:
     while True:
         with suppress(Empty):
-            return happenings.get(timeout=_GLANCE)
-
-
-@dataclass(frozen=True)
-class _Helpers:
-    """The processes beside ours, and our ends of the pipes to them."""
-
-    processes: tuple[BaseProcess, ...]
-    server: Lanes
-    reception: Connection | None
-
-    def end(self) -> None:
-        """End them all."""
-        for process in self.processes:
-            process.terminate()
-            process.join(_PATIENCE)
-            process.kill()
-
-
-def _start(pages: Pages) -> _Helpers:
-    """Start the server's process and, on systems where one can pass connections on, a reception."""
-    ours, theirs = lanes()
-    if not CAN_PASS:
-        server = _spawn(serve_pages, pages, theirs)
-        theirs.close()
-        return _Helpers((server,), ours, None)
-    (inside, outside), (stopping, stopped) = socket.socketpair(), Pipe()
-    for end in (inside, outside):
-        end.setblocking(False)
-    plain, encrypted = pages.listeners.plain, pages.listeners.encrypted
-    processes = (
-        _spawn(serve_pages, replace(pages, passage=inside), theirs),
-        _spawn(receive, plain, encrypted, outside, stopping, pages.reach.keys, pages.doors.origins),
-    )
-    # Close our copies of the ends that are theirs, so that each notices when another has gone.
-    theirs.close()
-    inside.close()
-    outside.close()
-    stopping.close()
-    return _Helpers(processes, ours, stopped)
-
-
-def _spawn(work: Callable[..., None], *arguments: object) -> BaseProcess:
-    spawn = get_context("spawn").Process
-    process = spawn(target=logged, args=(work, *arguments), name=work.__name__)
-    # Ctrl-C reaches the whole group; this process decides, and the others serve until the end.
-    handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        process.start()
-    finally:
-        signal.signal(signal.SIGINT, handler)
-    return process
-
-
-def _watch(
-    process: BaseProcess, ended: "_Happening", happenings: "SimpleQueue[_Happening]"
-) -> None:
-    process.join()
-    happenings.put(ended)
-
-
-@contextmanager
-def _signals(happenings: "SimpleQueue[_Happening]") -> Iterator[None]:
-    """Turn SIGINT and SIGTERM into happenings."""
-
-    def take(_number: int, _frame: FrameType | None) -> None:
-        happenings.put(_Happening.SIGNAL)  # the only kind of queue that a signal handler may use
-
-    kept = {number: signal.signal(number, take) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield
-    finally:
-        for number, handler in kept.items():
-            signal.signal(number, handler)
+            return happenings.get(timeout=GLANCE)
 
 
 def _recall(path: Path, temperament: Temperament) -> EmotionalModel | None:

@@ -31,7 +31,6 @@ from miburi.interface.wire import (
     PosesAct,
     PosesIn,
     Refusal,
-    RobotOut,
     SayIn,
     SenseIn,
     SpeakIn,
@@ -40,6 +39,7 @@ from miburi.interface.wire import (
     WishOut,
     WordsIn,
 )
+from miburi.interface.wire_robot import RobotOut
 from miburi.live.bodies import KINDS
 from miburi.live.settle import done, granted
 from miburi.live.state import MotorsOut, Sample, State
@@ -61,7 +61,8 @@ from miburi.live.wishes import (
 )
 from miburi.safety.stop import StopReason
 from miburi.senses.happenings import notice
-from miburi.serving.access import CAME, Allowance
+from miburi.serving.access import CAME
+from miburi.serving.allowance import Allowance
 from miburi.serving.beside import live_beside
 from miburi.serving.press import BY, PRESS, press, who
 from miburi.talk.care import Care

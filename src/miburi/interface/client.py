@@ -25,15 +25,8 @@ from miburi.feelings import Expression, Stimulus
 from miburi.feelings.temperament import RestLevel
 from miburi.gestures.effort import Effort
 from miburi.interface.connection import Connection
-from miburi.interface.wire import (
-    AnyAct,
-    BodyOut,
-    GestureOut,
-    PerformanceIn,
-    PosesIn,
-    RecordingOut,
-    RobotOut,
-)
+from miburi.interface.wire import AnyAct, BodyOut, GestureOut, PerformanceIn, PosesIn, RecordingOut
+from miburi.interface.wire_robot import RobotOut
 from miburi.live.events.model import EndOfWish, LiveEvent
 from miburi.live.state import MotorsOut, State
 from miburi.senses.tone import Tone

@@ -3,7 +3,7 @@
 import numpy as np
 
 from miburi.feelings import FEELINGS, SOURCES
-from miburi.interface.wire import LinkOut, PartOut, RobotOut
+from miburi.interface.wire_robot import LinkOut, PartOut, RobotOut
 from miburi.live.view import LivePartner
 from miburi.robot import JOINTS
 from miburi.robot.mjcf import HAND_AWAY, HAND_SIZE

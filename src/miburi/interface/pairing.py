@@ -7,7 +7,9 @@ from fastapi.responses import JSONResponse, RedirectResponse
 from pydantic import Field
 
 from miburi.interface.wire import Message
-from miburi.serving.access import AUTHORITY, COOKIE, PAIRING, Allowance
+from miburi.serving.access import AUTHORITY, PAIRING
+from miburi.serving.allowance import Allowance
+from miburi.serving.asked import COOKIE
 from miburi.serving.keys import LIFE
 from miburi.serving.policy import own_page
 from miburi.serving.reach import Reach

@@ -10,17 +10,25 @@ https is.
 import asyncio
 import json
 import time
-from collections import OrderedDict
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
 from http import HTTPStatus
-from ipaddress import ip_address
-from urllib.parse import SplitResult, urlsplit
 from weakref import WeakValueDictionary
 
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from miburi.serving.allowance import Allowance
+from miburi.serving.asked import (
+    RefusedError,
+    asker,
+    check_host,
+    check_site,
+    has,
+    headers_of,
+    int_or,
+    is_own,
+    tokens_of,
+)
 from miburi.serving.keys import Keys
 from miburi.serving.origins import Headers, allowed_origin, cors, permit
 from miburi.serving.policy import NICEGUI, POLICY
@@ -31,7 +39,6 @@ __all__ = [
     "BURST",
     "CAME",
     "CONNECTIONS",
-    "COOKIE",
     "EVENTS",
     "HEADERS",
     "HEADER_TIME",
@@ -47,14 +54,9 @@ __all__ = [
     "STOP",
     "WRONG_BURST",
     "WRONG_RATE",
-    "Allowance",
     "Gate",
-    "RefusedError",
-    "int_or",
-    "is_loopback",
 ]
 
-COOKIE = "miburi_token"
 #: The only paths that answer without a token: how to pair, what happens to the words that people
 #: say and, if there is https, which authority to trust.
 PAIRING, PRIVACY, AUTHORITY = "/pair", "/privacy", "/ca.pem"
@@ -109,51 +111,6 @@ SAFE_HEADERS = (
 )
 
 
-def is_loopback(host: str) -> bool:
-    """Whether a host name or address means this computer alone."""
-    try:
-        return ip_address(host.strip("[]")).is_loopback
-    except ValueError:
-        return host.lower() == "localhost"
-
-
-@dataclass
-class Allowance:
-    """A token bucket for each of many keys.
-
-    Attributes
-    ----------
-    rate, burst
-        How much comes back a second, and how much there is at most.
-    clock
-        Returns the time, s.
-    """
-
-    rate: float
-    burst: float
-    clock: Callable[[], float] = time.monotonic
-    _left: OrderedDict[str, tuple[float, float]] = field(default_factory=OrderedDict)
-
-    def take(self, key: str, amount: float = 1.0) -> bool:
-        """Take ``amount`` if it is there; False if not."""
-        now = self.clock()
-        left, then = self._left.pop(key, (self.burst, now))
-        left = min(self.burst, left + (now - then) * self.rate)
-        enough = left >= amount
-        self._left[key] = (left - amount if enough else left, now)
-        while len(self._left) > 1000:
-            self._left.popitem(last=False)
-        return enough
-
-
-class RefusedError(Exception):
-    """A request that the gate does not let through."""
-
-    def __init__(self, status: int, words: str) -> None:
-        super().__init__(words)
-        self.status = status
-
-
 class Gate:
     """Refuses what may not pass and limits the rest: an ASGI application around another.
 
@@ -199,7 +156,7 @@ class Gate:
         if scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return
-        origin = self.origin_of(scope["path"], headers := _headers(scope))
+        origin = self.origin_of(scope["path"], headers := headers_of(scope))
         if origin is not None:
             if scope.get("method") == "OPTIONS":
                 await _tell(HTTPStatus.NO_CONTENT, permit(origin, headers), send)
@@ -214,8 +171,8 @@ class Gate:
             await _refuse(scope, receive, send, refused)
             return
         if not _lasts(scope):
-            if scope["path"] == AGENTS and not _has(scope, _AGENTS_STOP):
-                await self._agents_turn(_asker(scope), calls=not _has(scope, _AGENTS_LIST))
+            if scope["path"] == AGENTS and not has(scope, _AGENTS_STOP):
+                await self._agents_turn(asker(scope), calls=not has(scope, _AGENTS_LIST))
             serve = self._serve_page if scope["path"] in _PAGES else self._serve
             await serve(scope, receive, send)
             return
@@ -289,16 +246,16 @@ class Gate:
         RefusedError
             It may not pass; the message says why.
         """
-        headers = _headers(scope)
-        who = _asker(scope)
+        headers = headers_of(scope)
+        who = asker(scope)
         path = scope["path"]
         method = scope.get("method", "GET")
         encrypted = scope.get("scheme") in ("https", "wss")
         plain = self._https and not encrypted
-        keys = None if plain and _is_own(scope) else self._keys
-        _check_host(headers, near=keys is None)
+        keys = None if plain and is_own(scope) else self._keys
+        check_host(headers, near=keys is None)
         if self.origin_of(path, headers) is None:
-            _check_site(headers, encrypted=encrypted)
+            check_site(headers, encrypted=encrypted)
         unlocked = path in (PAIRING, PRIVACY) or (self._https and path == AUTHORITY)
         if keys is not None and plain and not (unlocked and method in ("GET", "HEAD")):
             raise RefusedError(
@@ -325,7 +282,7 @@ class Gate:
         return key
 
     def _check_key(self, headers: dict[bytes, str], who: str, keys: Keys) -> str:
-        given = list(dict.fromkeys(_tokens_of(headers)))
+        given = list(dict.fromkeys(tokens_of(headers)))
         for one in given[:_LOOKED_AT]:  # each costs a read from the disk
             if keys.fits(one):
                 return one
@@ -369,76 +326,9 @@ class Gate:
                 await _refuse(scope, receive, send, refused)
 
 
-def _headers(scope: Scope) -> dict[bytes, str]:
-    return {name: value.decode("latin-1") for name, value in scope["headers"]}
-
-
-def _check_host(headers: dict[bytes, str], *, near: bool) -> None:
-    """If ``near`` (on the loopback address), refuse a name that merely points here."""
-    host = headers.get(b"host", "")
-    if near and not is_loopback(_split(f"//{host}").hostname or ""):
-        raise RefusedError(
-            403,
-            "this server answers to localhost only; start it with --https or --host to open it.",
-        )
-
-
-def _check_site(headers: dict[bytes, str], *, encrypted: bool) -> None:
-    """Refuse a request from another site's page; ``encrypted`` says that it came by https."""
-    host, origin = headers.get(b"host", ""), headers.get(b"origin")
-    # When a page loads an image or a script of ours, the browser sends no Origin, but it does send
-    # Sec-Fetch-Site.
-    foreign = headers.get(b"sec-fetch-site", "none") not in ("same-origin", "none")
-    if origin is not None:
-        page = _split(origin)
-        # Over plain http, anybody on the way can forge a page of this server.
-        foreign |= page.netloc != host or (encrypted and page.scheme != "https")
-    if foreign:
-        named = "; `miburi run --allow-origin` lets the pages that you name use the interface"
-        raise RefusedError(403, f"requests from other sites' pages are refused{named}.")
-
-
-def int_or(text: str | None, otherwise: int) -> int:
-    """Return the whole number in ``text``, or ``otherwise``."""
-    return int(text) if text is not None and text.isascii() and text.isdigit() else otherwise
-
-
 def _lasts(scope: Scope) -> bool:
     """Whether a connection stays open: a WebSocket, or a stream of events."""
     return bool(scope["type"] == "websocket" or scope["path"] == EVENTS)
-
-
-def _asker(scope: Scope) -> str:
-    """Return the address that a request comes from."""
-    return str((scope.get("client") or ("?", 0))[0])
-
-
-def _is_own(scope: Scope) -> bool:
-    """Whether a connection was made to the address that only this computer reaches."""
-    return is_loopback(str((scope.get("server") or ("",))[0]))
-
-
-def _tokens_of(headers: dict[bytes, str]) -> list[str]:
-    """Return the tokens that a request brings, in its header or in cookies with our name.
-
-    This host's other cookies are skipped: whatever is in them, ours is found.
-    """
-    scheme, _, value = headers.get(b"authorization", "").partition(" ")
-    if scheme.lower() == "bearer" and value:
-        return [value.strip()]
-    pairs = (pair.strip().partition("=") for pair in headers.get(b"cookie", "").split(";"))
-    return [value.strip('"') for name, _, value in pairs if name == COOKIE]
-
-
-def _split(url: str) -> SplitResult:
-    try:
-        return urlsplit(url)
-    except ValueError:
-        raise RefusedError(403, "the host or the origin is malformed.") from None
-
-
-def _has(scope: Scope, headers: dict[bytes, bytes]) -> bool:
-    return headers.items() <= dict(scope["headers"]).items()
 
 
 def _wants_page(scope: Scope) -> bool:

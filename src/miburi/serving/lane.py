@@ -9,7 +9,8 @@ from multiprocessing.connection import Connection
 import h11
 
 from miburi.ground.log import log_once
-from miburi.serving.access import HEADERS, STOP, Gate, RefusedError
+from miburi.serving.access import HEADERS, STOP, Gate
+from miburi.serving.asked import RefusedError
 from miburi.serving.press import BY, PRESS, Press, press
 from miburi.serving.relay import Guest
 

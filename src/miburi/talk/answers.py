@@ -119,8 +119,9 @@ class Answerer:
             match = next(_sayable(words.intents_of(point), slots), None)
         elif match is not None and match.cue.aside and words.tells_more(said):
             match = None  # "Fair enough. I did not sleep much either."
-        if match is None and told_before:
-            match = next(_sayable(words.intents_of(asks), slots), None)
+        keeps = match is not None and match.cue.do == "remember"
+        if told_before and (match is None or keeps):  # "I was a cook. Remember that, will you?"
+            match = next(_sayable(words.intents_of(asks), slots), match)
         topic = next(_sayable(words.topics_of(said), slots), None)
         told = topic is not None and not said.rstrip().endswith(("?", "？"))
         feeling = heard.feeling if heard.strength >= _SPOKEN_OF else None

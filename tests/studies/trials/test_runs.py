@@ -14,8 +14,10 @@ from tests.fixtures.waiting import until
 from miburi.errors import InputError, MiburiError, OutputError
 from miburi.robot import Robot
 from miburi.safety.free import FreeRule
+from miburi.studies.trials import plan as plans
 from miburi.studies.trials import runs
-from miburi.studies.trials.runs import Plan, Subject, carry_out_plan, read_parquet
+from miburi.studies.trials.plan import Plan, Subject
+from miburi.studies.trials.runs import carry_out_plan, read_parquet
 from miburi.studies.trials.trial import TrialKind
 
 
@@ -33,7 +35,7 @@ def whole(plan: Plan, tmp_path_factory: pytest.TempPathFactory) -> bytes:
 
 @pytest.fixture(autouse=True)
 def small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(runs, "CHUNK", 2)
+    monkeypatch.setattr(plans, "CHUNK", 2)
 
 
 def test_chunks_cover_each_trial_once(plan: Plan) -> None:

@@ -12,13 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from miburi.safety.contact import PAPER_RATIO
-from miburi.studies.experiment.procedure import (
-    STEP,
-    Experiment,
-    Healing,
-    StopRecord,
-    WindowRecord,
-)
+from miburi.studies.experiment.procedure import STEP, Experiment
+from miburi.studies.experiment.records import Healing, StopRecord, WindowRecord
 
 __all__ = ["experiment_figure"]
 

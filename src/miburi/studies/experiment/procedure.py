@@ -25,22 +25,18 @@ from miburi.robot import EXTREMITIES, JOINTS, Array, Robot, forward
 from miburi.safety.contact import Window
 from miburi.safety.profile import FINE, SECOND
 from miburi.safety.stop import Stop
+from miburi.studies.experiment.records import (
+    FilmFrame,
+    GestureRecord,
+    Healing,
+    StopRecord,
+    WindowRecord,
+)
 from miburi.studies.experiment.setup import Setup
 from miburi.studies.experiment.visitor import Visitor
 from miburi.version import __version__
 
-__all__ = [
-    "PATIENCE",
-    "STEP",
-    "STEPS_PER_FRAME",
-    "Experiment",
-    "FilmFrame",
-    "GestureRecord",
-    "Healing",
-    "StopRecord",
-    "WindowRecord",
-    "conduct",
-]
+__all__ = ["PATIENCE", "STEP", "STEPS_PER_FRAME", "Experiment", "conduct"]
 
 #: The loop's period in s; the encoders are read twice in it.
 STEP = 0.02
@@ -52,73 +48,6 @@ _APPROACH = 0.4
 _HEALING, _MOMENTS = 2.0, 9
 #: A film shows every third step: about 17 pictures a second.
 STEPS_PER_FRAME = 3
-
-
-@dataclass(frozen=True)
-class StopRecord:
-    """A stop, in s and N: what the motors reported, what the simulation knows, and the moods."""
-
-    time: float
-    motor: str | None
-    sign: str | None
-    ratio: float | None
-    contact_time: float | None
-    latency: float | None
-    peak_force: float
-    mood_before: float
-    mood_after: float
-
-
-@dataclass(frozen=True)
-class GestureRecord:
-    """A performed gesture.
-
-    ``extent`` is the largest distance of a hand from where it began, m; ``mean_speed`` is the
-    path length of both hands over 2 × duration, m/s; ``complete`` is false if it was broken off.
-    """
-
-    start: float
-    end: float
-    feeling: str
-    mood: float
-    extent: float
-    mean_speed: float
-    complete: bool
-
-
-@dataclass(frozen=True)
-class Healing:
-    """A mood after the gestures, in s of the partner's own time, beside its untouched twin's."""
-
-    time_constant: float
-    times: list[float]
-    moods: list[float]
-    untouched: list[float]
-
-
-@dataclass(frozen=True)
-class WindowRecord:
-    """What the contact rule saw of one motor: its mean speed in the window and the one due, rad/s.
-
-    ``ratio`` includes what the rule grants, so it crosses the limit where the body stops.
-    """
-
-    time: float
-    measured: float
-    commanded: float
-    ratio: float
-
-
-@dataclass
-class FilmFrame:
-    """One picture of the film: true angles (8,), the hand's pose (7,), and the caption."""
-
-    time: float
-    angles: Array
-    hand: Array
-    feeling: str
-    mood: float
-    phase: str
 
 
 @dataclass

@@ -23,7 +23,8 @@ from miburi.safety.move import Move, plan_move
 from miburi.safety.stop import Phase, Stop
 from miburi.studies import experiment
 from miburi.studies.gestures.check import Measured, perform
-from miburi.studies.trials.runs import Plan, Subject, carry_out_plan
+from miburi.studies.trials.plan import Plan, Subject
+from miburi.studies.trials.runs import carry_out_plan
 from miburi.studies.trials.trial import Outcome
 
 __all__ = ["MOODS", "UNITS", "Blocked", "Met", "OnCard", "Runs"]

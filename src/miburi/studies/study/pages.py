@@ -8,39 +8,34 @@ once, and only for the page that comes next: two tabs, or Back, cannot mix answe
 import hashlib
 import secrets
 import time
-import unicodedata
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
-from urllib.parse import parse_qs, urlsplit
 
 from starlette.applications import Starlette
-from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 from starlette.responses import FileResponse, HTMLResponse, RedirectResponse, Response
 from starlette.routing import Route
-from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.types import ASGIApp
 
 from miburi.errors import OutputError
 from miburi.feelings import Expression
 from miburi.ground.templates import render
-from miburi.serving.access import Allowance, is_loopback
+from miburi.serving.allowance import Allowance
 from miburi.studies.study.live import Ending, Perform, Turn, Turns
 from miburi.studies.study.order import film_order, option_order
-from miburi.studies.study.plan import NONE, SKIPPED, Film, Question, Step, Study, pick
+from miburi.studies.study.plan import NONE, SKIPPED, Film, Step, Study, pick
+from miburi.studies.study.posted import LONGEST, Door, Form, posted, values_of
 from miburi.studies.study.store import AnswerPace, Participant, Store
 from miburi.studies.study.texts import page_words
 
 __all__ = ["COOKIE", "make_app", "make_code", "preferred"]
 
-Form = Mapping[str, str]
 
 COOKIE = "miburi_study"
 _PAGES = Path(__file__).parent / "pages"
 #: Letters and digits that nobody confuses on paper.
 _LETTERS = "23456789ABCDEFGHJKMNPQRSTUVWXYZ"
-#: The longest word that is kept, and the largest form, bytes (ours).
-_LONGEST, _LARGEST = 80, 16_384
 #: How often one address may enter a participant or try to withdraw: per second, and at once (ours).
 _RATE, _BURST = 0.5, 60.0
 _DAYS = 30
@@ -49,16 +44,6 @@ _DAYS = 30
 _GONE = 7200.0
 #: The most starts of a film that are believed (ours).
 _MOST_PLAYS = 100
-_HEADERS = (
-    (b"x-content-type-options", b"nosniff"),
-    (b"referrer-policy", b"same-origin"),
-    (
-        b"content-security-policy",
-        b"default-src 'none'; style-src 'self'; img-src 'self'; media-src 'self'; "
-        b"script-src 'self'; "
-        b"form-action 'self'; base-uri 'none'; frame-ancestors 'none'",
-    ),
-)
 
 
 def make_code() -> str:
@@ -101,21 +86,21 @@ def make_app(
     routes = [
         Route("/", lambda _: RedirectResponse(home)),
         Route(home, pages.welcome),
-        Route(home, _posted(pages.enter), methods=["POST"]),
+        Route(home, posted(pages.enter), methods=["POST"]),
         Route(f"{home}/page", pages.page),
-        Route(f"{home}/page", _posted(pages.answer), methods=["POST"]),
-        Route(f"{home}/perform", _posted(pages.perform), methods=["POST"]),
-        Route(f"{home}/next", _posted(pages.leave), methods=["POST"]),
+        Route(f"{home}/page", posted(pages.answer), methods=["POST"]),
+        Route(f"{home}/perform", posted(pages.perform), methods=["POST"]),
+        Route(f"{home}/next", posted(pages.leave), methods=["POST"]),
         Route(f"{home}/stop", pages.ask_to_stop),
-        Route(f"{home}/stop", _posted(pages.stop), methods=["POST"]),
+        Route(f"{home}/stop", posted(pages.stop), methods=["POST"]),
         Route(f"{home}/withdraw", pages.ask_to_withdraw),
-        Route(f"{home}/withdraw", _posted(pages.withdraw), methods=["POST"]),
+        Route(f"{home}/withdraw", posted(pages.withdraw), methods=["POST"]),
         Route(f"{home}/film/{{key}}", pages.film),
         Route(f"{home}/style.css", lambda _: FileResponse(_PAGES / "style.css")),
         Route(f"{home}/film.js", lambda _: FileResponse(_PAGES / "film.js")),
     ]
     app = Starlette(routes=routes, exception_handlers={OutputError: pages.refuse_for_now})
-    return _Door(app, local)
+    return Door(app, local)
 
 
 class _Pages:
@@ -175,7 +160,7 @@ class _Pages:
             return RedirectResponse(self.home, 303)
         if form.get("step") == str(who.step) and who.step < len(self._study.steps):
             question = self._study.steps[who.step].question
-            values = _values(self._study, question, form)
+            values = values_of(self._study, question, form)
             if values is None:
                 return self._ask(request, who, form)
             if self._has_seen(who):
@@ -364,7 +349,7 @@ class _Pages:
             live=film is not None and film.live,
             given=given or {},
             missing=given is not None,
-            longest=_LONGEST,
+            longest=LONGEST,
         )
 
     def _show(self, page: str, language: str, status: int = 200, **values: object) -> Response:
@@ -399,88 +384,9 @@ def _paragraphs(text: str) -> list[str]:
     return text.strip().split("\n\n")
 
 
-def _values(study: Study, question: Question, form: Mapping[str, str]) -> dict[str, str] | None:
-    """Return the values of an answer by item; None if it is incomplete or not allowed."""
-    if question.kind == "rating":
-        allowed = [str(point) for point in range(1, question.points + 1)]
-        values = {item.name: form.get(item.name, "") for item in question.items}
-        return values if all(value in allowed for value in values.values()) else None
-    value = form.get("answer", "").strip()
-    if question.optional and not value:
-        return {"": SKIPPED}
-    if question.kind in ("choice", "check"):
-        return {"": value} if value in study.options(question) else None
-    if question.kind == "pick":
-        return {"": value} if value in [option.name for option in question.answers] else None
-    if question.kind == "number":
-        whole = value.isascii() and value.isdigit() and len(value) <= 6
-        allowed_here = whole and question.low <= int(value) <= question.high
-        return {"": str(int(value))} if allowed_here else None
-    # Texts that look the same are kept as the same characters, without invisible ones.
-    plain = unicodedata.normalize("NFKC", value)
-    shown = "".join(letter for letter in plain if letter.isprintable()).strip()
-    return {"": shown} if 0 < len(shown) <= _LONGEST else None
-
-
-def _posted(
-    handle: Callable[[Request, Form], Response],
-) -> Callable[[Request], Awaitable[Response]]:
-    """Return an endpoint that reads a form; its handler may wait for the disk."""
-
-    async def endpoint(request: Request) -> Response:
-        body = b""
-        async for part in request.stream():
-            body += part
-            if len(body) > _LARGEST:
-                return Response(status_code=413)
-        try:
-            fields = parse_qs(body.decode("utf-8", "replace"), max_num_fields=50)
-        except ValueError:  # more than 50
-            return Response(status_code=413)
-        form = {name: values[0] for name, values in fields.items()}
-        return await run_in_threadpool(handle, request, form)
-
-    return endpoint
-
-
 def _key(study: Study, film: str) -> str:
     return hashlib.sha256(f"{study.digest} {film}".encode()).hexdigest()[:20]
 
 
 def _asker(request: Request) -> str:
     return request.client.host if request.client else "?"
-
-
-class _Door:
-    """Refuses requests that are not allowed; adds the security headers to every response."""
-
-    def __init__(self, app: ASGIApp, local: bool) -> None:
-        self._app, self._local = app, local
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        if scope["type"] != "http":
-            await self._app(scope, receive, send)
-            return
-
-        async def guarded(message: Message) -> None:
-            if message["type"] == "http.response.start":
-                message = {**message, "headers": [*message["headers"], *_HEADERS]}
-            await send(message)
-
-        if (status := self._refusal(Request(scope))) is not None:
-            await Response(status_code=status)(scope, receive, guarded)
-            return
-        await self._app(scope, receive, guarded)
-
-    def _refusal(self, request: Request) -> int | None:
-        host = request.headers.get("host", "")
-        try:
-            name = urlsplit(f"//{host}").hostname or ""
-            origin = urlsplit(request.headers.get("origin", f"//{host}")).netloc
-        except ValueError:
-            return 400
-        if self._local and not is_loopback(name):
-            return 403
-        if request.method == "POST" and origin != host:  # another site's page sends it
-            return 403
-        return None

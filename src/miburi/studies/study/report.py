@@ -19,7 +19,8 @@ from miburi.feelings.catalogue import CATALOGUE
 from miburi.ground.files import whole_files
 from miburi.ground.templates import render
 from miburi.studies.study.films import find_films
-from miburi.studies.study.findings import ChoiceFindings, RatingFindings, find
+from miburi.studies.study.findings import find
+from miburi.studies.study.found import ChoiceFindings, RatingFindings
 from miburi.studies.study.plan import Study
 from miburi.studies.study.store import AnswerPace, Shown, StudyAnswer, open_store
 from miburi.version import __version__

@@ -14,8 +14,8 @@ from miburi.robot.guards import Guards
 from miburi.safety.contact import Rule
 from miburi.safety.free import FreeRule
 from miburi.safety.printed import PrintedRule
+from miburi.studies.trials.plan import Subject
 from miburi.studies.trials.replay import DeafRule
-from miburi.studies.trials.runs import Subject
 from miburi.studies.trials.workshop import calibrate_servos
 
 __all__ = ["PROFILE_GUARDS", "RULES", "STATES", "WITHOUT", "ServoState", "in_state", "undriven"]

@@ -1,0 +1,29 @@
+"""What differs between servos, as shares of what is described."""
+
+from dataclasses import dataclass
+
+from miburi.robot import Array
+
+__all__ = ["Shares"]
+
+
+@dataclass(frozen=True)
+class Shares:
+    """Eight servos, as shares of the description's constants, (8,) each.
+
+    Attributes
+    ----------
+    stiffness, damping, friction
+        Of the position control, of back EMF with viscous friction, of the dry friction.
+    gravity
+        Of the load's weight; 1 where the joint carries none.
+    wear
+        The friction of all of them as a multiple of the description's, 1 or more; ``friction`` is
+        a share of that, and what a move needs of the motors is computed with this wear.
+    """
+
+    stiffness: Array
+    damping: Array
+    friction: Array
+    gravity: Array
+    wear: float = 1.0

@@ -1,0 +1,126 @@
+"""Moves and readings that the bench's measurements are made of."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+
+import numpy as np
+
+from miburi.card.card import Card, wake
+from miburi.card.link import FrameKind, Report
+from miburi.card.order import Order
+from miburi.robot import JOINTS, Array, Robot
+from miburi.safety.free import FreeRule
+from miburi.safety.move import Move
+from miburi.safety.profile import FINE
+from miburi.safety.stop import Phase
+
+__all__ = [
+    "CLEAR",
+    "DEEPER",
+    "ELBOW",
+    "GENTLY",
+    "GRID",
+    "LOOK",
+    "REST",
+    "go",
+    "listening",
+    "peek",
+    "positions",
+    "rest",
+    "with_gain",
+]
+
+#: Speed of the moves to a pose, rad/s; time for it to come to rest, and to look at it, s.
+GENTLY, REST, LOOK = 0.8, 1.5, 0.5
+
+#: The joint at which weights pull; how far it stays from its limits, rad; poses per joint to try.
+ELBOW, CLEAR, GRID = JOINTS.index("right_elbow"), 0.35, 40
+
+#: A weight makes the elbow sag more than can be sent to a card: a third is sent, counted threefold.
+DEEPER = 3
+
+
+def peek(card: Card, motor: int, address: int, count: int) -> int:
+    """Return the number in ``count`` (1 to 12) of a servo's registers, from ``address`` on.
+
+    Not during a motion.
+
+    Raises
+    ------
+    BodyError
+        The body moves, or the servo does not answer, or has no such registers.
+    """
+    held = card.ask(FrameKind.PEEK, bytes((motor, address, count)))
+    return int.from_bytes(held, "little", signed=True)
+
+
+def with_gain(card: Card, gain: float, deeper: int = 1) -> Robot:
+    """Set another P gain, with wide guards; return the robot with it, the body awake at neutral.
+
+    The load that is sent for the elbow counts ``deeper`` times.
+    """
+    servo = card.robot.servo.model
+    drive = servo.drive.model_copy(update={"gain": gain})
+    robot = card.robot.with_servo(servo.model_copy(update={"drive": drive}))
+    card.stop()
+    settings = card.settings.with_servos(robot, FreeRule.of(robot)).generous
+    joints = list(settings.joints)
+    joints[ELBOW] = replace(joints[ELBOW], sag=deeper * FINE)
+    card.configure(replace(settings, joints=tuple(joints)))
+    wake(card)
+    return robot
+
+
+def go(
+    card: Card,
+    angles: Array,
+    speed: float = GENTLY,
+    duty: int | None = None,
+    hung: int | None = None,
+) -> list[Report]:
+    """Make one move; return the reports from its start on, however it ends.
+
+    ``duty``, of ``FULL_PWM``, replaces the move's own ceiling. ``hung`` is by how many quarters of
+    a step a weight pulls the elbow down; with it, the elbow's load is sent divided by ``DEEPER``,
+    for a card that counts it so many times.
+    """
+    move = Move(angles, np.full(len(JOINTS), speed))
+    here, origin = np.array(card.report.positions), card.goals
+    order = Order.of(card.robot, card.settings, here, origin, move)
+    if duty is not None:
+        same = np.full(len(JOINTS), duty)
+        order = order._replace(pwm=same, cruise=same)
+    if hung is not None:
+        for told in (order.begin, order.end):
+            told[ELBOW] = (told[ELBOW] + hung) // DEEPER
+    with listening(card) as reports:
+        card.start(order)
+        while card.step(0.02).phase is Phase.MOVING:
+            pass
+    return reports
+
+
+@contextmanager
+def listening(card: Card) -> Iterator[list[Report]]:
+    """Collect the card's reports."""
+    reports = list[Report]()
+    before, card.on_report = card.on_report, reports.append
+    try:
+        yield reports
+    finally:
+        card.on_report = before
+
+
+def positions(reports: list[Report]) -> Array:
+    """Return where the joints were at each report, (n, 8) steps."""
+    return np.array([report.positions for report in reports], dtype=np.float64)
+
+
+def rest(card: Card) -> Array:
+    """Return the angles of the resting joints, (8,) rad, averaged over half a second."""
+    card.step(REST)
+    with listening(card) as reports:
+        card.step(LOOK)
+    rest: Array = positions(reports).mean(axis=0) * card.robot.servo.step
+    return rest

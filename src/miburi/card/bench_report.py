@@ -1,0 +1,83 @@
+"""What the bench found out about a card, as a file that builders send."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from pydantic import Field
+
+from miburi.errors import BodyError
+from miburi.ground.files import write_whole
+from miburi.ground.tables import Table, load_table
+from miburi.robot import Robot
+
+__all__ = ["BenchFindings", "BenchReport", "Value", "read_report", "write_report"]
+
+Value = float | str | list[float] | list[str]
+
+
+class BenchFindings(NamedTuple):
+    """What a step has found: figures for people, and constants for the servo's tables."""
+
+    measured: dict[str, Value]
+    constants: dict[str, dict[str, float]]
+
+
+class BenchReport(Table):
+    """A report: what each step measured, and constants as a servo's TOML file has them."""
+
+    robot: str
+    servo: str
+    measured: dict[str, dict[str, Value]] = Field(default_factory=dict)
+    constants: dict[str, dict[str, float]] = Field(default_factory=dict)
+
+    def after(self, step: str, found: BenchFindings) -> "BenchReport":
+        """Return the report with what a step has found."""
+        constants = dict(self.constants)
+        for table, values in found.constants.items():
+            constants[table] = constants.get(table, {}) | values
+        measured = self.measured | {step: found.measured}
+        return self.model_copy(update={"measured": measured, "constants": constants})
+
+
+def read_report(robot: Robot, path: Path) -> BenchReport:
+    """Read the report of this robot in a file, or return an empty one where there is none.
+
+    Raises
+    ------
+    DescriptionError
+        The file is not a report.
+    BodyError
+        It is another robot's report.
+    """
+    new = BenchReport(robot=robot.name, servo=robot.servo.model.name)
+    if not path.exists():
+        return new
+    old = load_table(BenchReport, path)
+    if (old.robot, old.servo) != (new.robot, new.servo):
+        raise BodyError(
+            f"{path} is the report of another robot ({old.robot} with {old.servo}); name another "
+            "file with --out."
+        )
+    return old
+
+
+def write_report(report: BenchReport, path: Path) -> None:
+    """Write a report as TOML; the file is whole or unchanged."""
+    lines = ["# Measured by `miburi card measure`; constants as in a servo's TOML file, SI units."]
+    lines += [f'robot = "{report.robot}"', f'servo = "{report.servo}"']
+    tables = {f"measured.{name}": values for name, values in report.measured.items()}
+    for name, values in (*tables.items(), *_constants(report)):
+        lines += ["", f"[{name}]", *(f"{key} = {_toml(value)}" for key, value in values.items())]
+    write_whole(path, "\n".join(lines) + "\n")
+
+
+def _constants(report: BenchReport) -> Iterator[tuple[str, dict[str, Value]]]:
+    for name, values in report.constants.items():
+        yield f"constants.{name}", dict(values)
+
+
+def _toml(value: Value) -> str:
+    if isinstance(value, list):
+        return f"[{', '.join(_toml(one) for one in value)}]"
+    return f'"{value}"' if isinstance(value, str) else f"{float(f'{value:.5g}')}"

@@ -1,0 +1,44 @@
+"""The units in which a servo takes speeds and accelerations."""
+
+from miburi.errors import BodyError
+from miburi.robot import Robot
+
+__all__ = ["STEPS_PER_TURN", "check_encoder", "next_speed", "real_acceleration", "real_speed"]
+
+#: Encoder steps in a turn of the XL330 servos that a card drives; as in ``settings.h``.
+STEPS_PER_TURN = 4096
+
+
+def check_encoder(robot: Robot) -> None:
+    """Refuse a robot whose encoder steps are not those of the servos that a card drives.
+
+    Raises
+    ------
+    BodyError
+        The encoders differ, so that the card would misread every angle and guard.
+    """
+    steps = robot.servo.model.encoder.steps_per_turn
+    if steps != STEPS_PER_TURN:
+        raise BodyError(
+            f"the {robot.name}'s encoders count {steps} steps a turn; a card drives servos that "
+            f"count {STEPS_PER_TURN} (XL330). Name such a servo in the robot's description if it "
+            "has those, or move this robot in simulation."
+        )
+
+
+def real_speed(speed: int) -> int:
+    """Return a speed given in steps/s, rounded to what an XL330 can do, in 1/256 steps/s.
+
+    The servo counts in units of 0.229 turns/min.
+    """
+    return (max((speed * 1000 + 7816) // 15_633, 1) * 400_207 + 50) // 100
+
+
+def next_speed(speed: int) -> int:
+    """Return the least speed that an XL330 can do and that is no less than ``speed``; steps/s."""
+    return (-(-speed * 1000 // 15_633) * 15_633 + 500) // 1000
+
+
+def real_acceleration(acceleration: int) -> int:
+    """Round an acceleration, steps/s², to what an XL330 can do: units of 214.577 turns/min²."""
+    return (max((acceleration * 1000 + 122_070) // 244_141, 1) * 244_141 + 500) // 1000

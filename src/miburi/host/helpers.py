@@ -1,0 +1,111 @@
+"""The processes and signals beside the partner's loop."""
+
+import signal
+import socket
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from enum import Enum, auto
+from multiprocessing import Pipe, get_context
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from queue import SimpleQueue
+from types import FrameType
+
+from miburi.ground.log import logged
+from miburi.host.given import Pages
+from miburi.host.process import serve_pages
+from miburi.live.crossing import Lanes, lanes
+from miburi.serving.passing import CAN_PASS
+from miburi.serving.reception import receive
+
+__all__ = ["GLANCE", "Helpers", "Moment", "signals", "start", "watch"]
+
+#: Time in which each helper process must end, s.
+_PATIENCE = 4.0
+
+#: Length of one wait, s: Windows takes a signal only between two waits.
+GLANCE = 0.5
+
+
+class Moment(Enum):
+    """An event that the partner's process waits for while its loop runs."""
+
+    LISTENS = auto()
+    SERVER_ENDED = auto()
+    RECEPTION_ENDED = auto()
+    HELPER_HANGS = auto()
+    LOOP_GAVE_UP = auto()
+    SIGNAL = auto()
+
+
+@dataclass(frozen=True)
+class Helpers:
+    """The processes beside ours, and our ends of the pipes to them."""
+
+    processes: tuple[BaseProcess, ...]
+    server: Lanes
+    reception: Connection | None
+
+    def end(self) -> None:
+        """End them all."""
+        for process in self.processes:
+            process.terminate()
+            process.join(_PATIENCE)
+            process.kill()
+
+
+def start(pages: Pages) -> Helpers:
+    """Start the server's process and, on systems where one can pass connections on, a reception."""
+    ours, theirs = lanes()
+    if not CAN_PASS:
+        server = _spawn(serve_pages, pages, theirs)
+        theirs.close()
+        return Helpers((server,), ours, None)
+    (inside, outside), (stopping, stopped) = socket.socketpair(), Pipe()
+    for end in (inside, outside):
+        end.setblocking(False)
+    plain, encrypted = pages.listeners.plain, pages.listeners.encrypted
+    processes = (
+        _spawn(serve_pages, replace(pages, passage=inside), theirs),
+        _spawn(receive, plain, encrypted, outside, stopping, pages.reach.keys, pages.doors.origins),
+    )
+    # Close our copies of the ends that are theirs, so that each notices when another has gone.
+    theirs.close()
+    inside.close()
+    outside.close()
+    stopping.close()
+    return Helpers(processes, ours, stopped)
+
+
+def _spawn(work: Callable[..., None], *arguments: object) -> BaseProcess:
+    spawn = get_context("spawn").Process
+    process = spawn(target=logged, args=(work, *arguments), name=work.__name__)
+    # Ctrl-C reaches the whole group; this process decides, and the others serve until the end.
+    handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        process.start()
+    finally:
+        signal.signal(signal.SIGINT, handler)
+    return process
+
+
+def watch(process: BaseProcess, ended: "Moment", happenings: "SimpleQueue[Moment]") -> None:
+    """Wait until a process has ended, then say so."""
+    process.join()
+    happenings.put(ended)
+
+
+@contextmanager
+def signals(happenings: "SimpleQueue[Moment]") -> Iterator[None]:
+    """Turn SIGINT and SIGTERM into happenings."""
+
+    def take(_number: int, _frame: FrameType | None) -> None:
+        happenings.put(Moment.SIGNAL)  # the only kind of queue that a signal handler may use
+
+    kept = {number: signal.signal(number, take) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in kept.items():
+            signal.signal(number, handler)

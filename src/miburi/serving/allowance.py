@@ -1,0 +1,37 @@
+"""How much each of many may ask: a bucket of tokens for each."""
+
+import time
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+__all__ = ["Allowance"]
+
+
+@dataclass
+class Allowance:
+    """A token bucket for each of many keys.
+
+    Attributes
+    ----------
+    rate, burst
+        How much comes back a second, and how much there is at most.
+    clock
+        Returns the time, s.
+    """
+
+    rate: float
+    burst: float
+    clock: Callable[[], float] = time.monotonic
+    _left: OrderedDict[str, tuple[float, float]] = field(default_factory=OrderedDict)
+
+    def take(self, key: str, amount: float = 1.0) -> bool:
+        """Take ``amount`` if it is there; False if not."""
+        now = self.clock()
+        left, then = self._left.pop(key, (self.burst, now))
+        left = min(self.burst, left + (now - then) * self.rate)
+        enough = left >= amount
+        self._left[key] = (left - amount if enough else left, now)
+        while len(self._left) > 1000:
+            self._left.popitem(last=False)
+        return enough

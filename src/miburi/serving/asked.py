@@ -1,0 +1,107 @@
+"""What the head of a request says, and whether it may come from where it comes."""
+
+from ipaddress import ip_address
+from urllib.parse import SplitResult, urlsplit
+
+from starlette.types import Scope
+
+__all__ = [
+    "COOKIE",
+    "RefusedError",
+    "asker",
+    "check_host",
+    "check_site",
+    "has",
+    "headers_of",
+    "int_or",
+    "is_loopback",
+    "is_own",
+    "tokens_of",
+]
+
+COOKIE = "miburi_token"
+
+
+def is_loopback(host: str) -> bool:
+    """Whether a host name or address means this computer alone."""
+    try:
+        return ip_address(host.strip("[]")).is_loopback
+    except ValueError:
+        return host.lower() == "localhost"
+
+
+class RefusedError(Exception):
+    """A request that the gate does not let through."""
+
+    def __init__(self, status: int, words: str) -> None:
+        super().__init__(words)
+        self.status = status
+
+
+def headers_of(scope: Scope) -> dict[bytes, str]:
+    """Return a request's headers as text."""
+    return {name: value.decode("latin-1") for name, value in scope["headers"]}
+
+
+def check_host(headers: dict[bytes, str], *, near: bool) -> None:
+    """If ``near`` (on the loopback address), refuse a name that merely points here."""
+    host = headers.get(b"host", "")
+    if near and not is_loopback(_split(f"//{host}").hostname or ""):
+        raise RefusedError(
+            403,
+            "this server answers to localhost only; start it with --https or --host to open it.",
+        )
+
+
+def check_site(headers: dict[bytes, str], *, encrypted: bool) -> None:
+    """Refuse a request from another site's page; ``encrypted`` says that it came by https."""
+    host, origin = headers.get(b"host", ""), headers.get(b"origin")
+    # When a page loads an image or a script of ours, the browser sends no Origin, but it does send
+    # Sec-Fetch-Site.
+    foreign = headers.get(b"sec-fetch-site", "none") not in ("same-origin", "none")
+    if origin is not None:
+        page = _split(origin)
+        # Over plain http, anybody on the way can forge a page of this server.
+        foreign |= page.netloc != host or (encrypted and page.scheme != "https")
+    if foreign:
+        named = "; `miburi run --allow-origin` lets the pages that you name use the interface"
+        raise RefusedError(403, f"requests from other sites' pages are refused{named}.")
+
+
+def int_or(text: str | None, otherwise: int) -> int:
+    """Return the whole number in ``text``, or ``otherwise``."""
+    return int(text) if text is not None and text.isascii() and text.isdigit() else otherwise
+
+
+def asker(scope: Scope) -> str:
+    """Return the address that a request comes from."""
+    return str((scope.get("client") or ("?", 0))[0])
+
+
+def is_own(scope: Scope) -> bool:
+    """Whether a connection was made to the address that only this computer reaches."""
+    return is_loopback(str((scope.get("server") or ("",))[0]))
+
+
+def tokens_of(headers: dict[bytes, str]) -> list[str]:
+    """Return the tokens that a request brings, in its header or in cookies with our name.
+
+    This host's other cookies are skipped: whatever is in them, ours is found.
+    """
+    scheme, _, value = headers.get(b"authorization", "").partition(" ")
+    if scheme.lower() == "bearer" and value:
+        return [value.strip()]
+    pairs = (pair.strip().partition("=") for pair in headers.get(b"cookie", "").split(";"))
+    return [value.strip('"') for name, _, value in pairs if name == COOKIE]
+
+
+def _split(url: str) -> SplitResult:
+    try:
+        return urlsplit(url)
+    except ValueError:
+        raise RefusedError(403, "the host or the origin is malformed.") from None
+
+
+def has(scope: Scope, headers: dict[bytes, bytes]) -> bool:
+    """Whether a request has all these headers."""
+    return headers.items() <= dict(scope["headers"]).items()

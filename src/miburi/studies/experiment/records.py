@@ -1,0 +1,74 @@
+"""What an experiment records."""
+
+from dataclasses import dataclass
+
+from miburi.robot import Array
+
+__all__ = ["FilmFrame", "GestureRecord", "Healing", "StopRecord", "WindowRecord"]
+
+
+@dataclass(frozen=True)
+class StopRecord:
+    """A stop, in s and N: what the motors reported, what the simulation knows, and the moods."""
+
+    time: float
+    motor: str | None
+    sign: str | None
+    ratio: float | None
+    contact_time: float | None
+    latency: float | None
+    peak_force: float
+    mood_before: float
+    mood_after: float
+
+
+@dataclass(frozen=True)
+class GestureRecord:
+    """A performed gesture.
+
+    ``extent`` is the largest distance of a hand from where it began, m; ``mean_speed`` is the
+    path length of both hands over 2 × duration, m/s; ``complete`` is false if it was broken off.
+    """
+
+    start: float
+    end: float
+    feeling: str
+    mood: float
+    extent: float
+    mean_speed: float
+    complete: bool
+
+
+@dataclass(frozen=True)
+class Healing:
+    """A mood after the gestures, in s of the partner's own time, beside its untouched twin's."""
+
+    time_constant: float
+    times: list[float]
+    moods: list[float]
+    untouched: list[float]
+
+
+@dataclass(frozen=True)
+class WindowRecord:
+    """What the contact rule saw of one motor: its mean speed in the window and the one due, rad/s.
+
+    ``ratio`` includes what the rule grants, so it crosses the limit where the body stops.
+    """
+
+    time: float
+    measured: float
+    commanded: float
+    ratio: float
+
+
+@dataclass
+class FilmFrame:
+    """One picture of the film: true angles (8,), the hand's pose (7,), and the caption."""
+
+    time: float
+    angles: Array
+    hand: Array
+    feeling: str
+    mood: float
+    phase: str

@@ -1,0 +1,92 @@
+"""What a run of trials consists of."""
+
+import hashlib
+import json
+from dataclasses import asdict, dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from miburi.errors import InputError
+from miburi.gestures import Repertoire, shipped_repertoire
+from miburi.robot import Robot
+from miburi.safety.contact import Rule
+from miburi.studies.trials.trial import TrialKind
+from miburi.version import __version__
+
+__all__ = ["CHUNK", "Chunk", "Plan", "Subject"]
+
+#: Trials in a chunk: about a second's work for a process.
+CHUNK = 25
+
+Chunk = tuple[TrialKind, int, int]  # kind, first index, index after the last
+
+
+class Subject(NamedTuple):
+    """A robot as it is described, the rule that watches it, and the robot as it really is.
+
+    ``true`` is None if the robot is as described; ``voltage`` is None if each trial draws its own.
+    """
+
+    robot: Robot
+    rule: Rule
+    true: Robot | None = None
+    voltage: float | None = None
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A run of trials; trial i uses servo i modulo the number of servos.
+
+    Attributes
+    ----------
+    servos
+        The robots to try, each with its rule.
+    seed, free, blocked
+        The seed, and the number of trials of each kind; 0 or more.
+    repertoire
+        The gestures; by default those that ship with Miburi.
+
+    Raises
+    ------
+    InputError
+        There is no servo or no trial, or a number is negative.
+    """
+
+    servos: tuple[Subject, ...]
+    seed: int
+    free: int
+    blocked: int
+    repertoire: Repertoire = field(default_factory=shipped_repertoire)
+
+    def __post_init__(self) -> None:
+        if not self.servos:
+            raise InputError("a run of trials needs at least one servo.")
+        for name in ("seed", "free", "blocked"):
+            if getattr(self, name) < 0:
+                raise InputError(f"{name} must be 0 or more, got {getattr(self, name)}.")
+        if self.free + self.blocked == 0:
+            raise InputError("a run needs at least one trial, free or blocked.")
+
+    @property
+    def key(self) -> str:
+        """A name made from the contents of the run: same key, same results."""
+        words = hashlib.sha256(f"{__version__} {self.seed} {self.free} {self.blocked}".encode())
+        for robot, rule, true, voltage in self.servos:
+            servo = [robot.model_dump(), type(rule).__name__, asdict(rule)]
+            servo += [true.model_dump()] if true else []
+            servo += [{"voltage": voltage}] if voltage else []
+            words.update(json.dumps(servo, sort_keys=True, default=np.ndarray.tolist).encode())
+        if self.repertoire != shipped_repertoire():
+            for function in self.repertoire.functions:
+                words.update(function.model_dump_json().encode())
+        return words.hexdigest()[:16]
+
+    @property
+    def chunks(self) -> list[Chunk]:
+        """The run in pieces, in order."""
+        return [
+            (kind, first, min(first + CHUNK, count))
+            for kind, count in ((TrialKind.FREE, self.free), (TrialKind.BLOCKED, self.blocked))
+            for first in range(0, count, CHUNK)
+        ]
