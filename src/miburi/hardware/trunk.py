@@ -8,6 +8,7 @@ from math import cos, pi, sin
 
 from miburi.hardware import servo
 from miburi.hardware.dimensions import dimensions
+from miburi.hardware.grooves import grooves
 from miburi.hardware.places import SIDE_GAP, mount_of, neck_floor, range_of, shoulder_face
 from miburi.hardware.solids import (
     CrossSection,
@@ -63,32 +64,6 @@ def foot_floor(robot: Robot) -> float:
 def hub_floor(robot: Robot) -> float:
     """Return the height at which the hub's board stands in the torso, below the servos, mm."""
     return 1000 * robot.lengths.L01 - dimensions().servo.long_end - 36.0
-
-
-def _grooves(
-    x: float, half: float, floor: float, high: float, behind: float = 0.0
-) -> list[Manifold]:
-    """Return two posts; a 1.6 mm board slides down between them, from y = -half to half.
-
-    They reach ``behind`` mm further back, to a wall that carries them.
-    """
-    return [
-        cut(
-            box(
-                (x - 2.3 - behind, x + 2.3),
-                (side * (half - 1.5), side * (half + 2.0)),
-                (floor - 2.0, high),
-            ),
-            [
-                box(
-                    (x - 0.95, x + 0.95),
-                    (side * (half - 2.0), side * (half + 0.3)),
-                    (floor, high + 1),
-                )
-            ],
-        )
-        for side in (-1, 1)
-    ]
 
 
 def lid_height(robot: Robot) -> float:
@@ -147,7 +122,7 @@ def foot(robot: Robot) -> Manifold:
     # The buffer's board stands between the Mega and the front of the foot.
     seat = [
         groove ^ disc("z", (0, 0), (table, top), inner + 0.5)
-        for groove in _grooves(m.length / 2 + 3.0, 18.9, floor, floor + 12.0)
+        for groove in grooves(m.length / 2 + 3.0, 18.9, floor, floor + 12.0)
     ]
     lid_posts = [disc("z", place, (floor - 0.1, top), 3.6) for place in screws]
     lid_pilots = [disc("z", place, (top - 12, top + 1), holes.m25_pilot / 2) for place in screws]
@@ -292,7 +267,7 @@ def torso(robot: Robot, fit: float) -> Manifold:
     waist = mount_of(robot, "waist").frame
     radius, stands = 1000 * robot.shape.torso_radius, hub_floor(robot)
     within = disc("z", (0, 0), (_GAP + _FLOOR, high), radius - dimensions().wall.shell + 0.5)
-    seat = [groove ^ within for groove in _grooves(-24.0, 17.4, stands, stands + 20.0, radius)]
+    seat = [groove ^ within for groove in grooves(-24.0, 17.4, stands, stands + 20.0, radius)]
     body = join([cut(_shell(robot), [front]), boss, *_ears(robot), *seat])
     tools = [moved(hole, waist) for hole in servo.horn_screws(s.horn_face, 1)]
     for side in ("right", "left"):
