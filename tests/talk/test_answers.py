@@ -599,3 +599,10 @@ def test_a_name_that_it_knows_is_never_denied(language: Language, asks: str) -> 
         known = one.answer(asks, NOTHING, None, language, NOW, {"name": "Anna"}).text
         assert "Anna" in known, known
         assert "Anna" not in answer(asks, language, Answerer(seed)).text
+
+
+def test_it_is_somebody_names_the_speaker_only_while_nobody_is_known() -> None:
+    told = "Toby! It's Toby."
+    assert answer(told).words == "Toby"
+    known = Answerer().answer(told, NOTHING, None, "en", NOW, {"name": "Wilf"})
+    assert known.do is None

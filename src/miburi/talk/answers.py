@@ -261,7 +261,9 @@ def _sayable(matches: Iterable[Match], slots: dict[str, str]) -> Iterator[Match]
     """Yield the matches that have an answer whose slots are known."""
     for match in matches:
         known = slots | _about(match)
-        if any(_slots(line) <= known.keys() for line in match.cue.say):
+        if match.cue.without not in slots and any(
+            _slots(line) <= known.keys() for line in match.cue.say
+        ):
             yield match
 
 

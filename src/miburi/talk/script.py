@@ -94,6 +94,8 @@ class Cue(Table):
         Whether it only goes with something else: what another sentence asks or wants comes first.
     capital
         Whether what it is about must be written with a capital, as a name is.
+    without
+        A slot that must not be known: somebody who has a name does not get another by "it is Toby".
     tune
         [Hz, s] notes that a page plays instead of the words.
     """
@@ -111,6 +113,7 @@ class Cue(Table):
     own: bool = False
     aside: bool = False
     capital: bool = False
+    without: str | None = None
     tune: list[Annotated[list[float], Field(min_length=2, max_length=2)]] | None = None
 
     @property
