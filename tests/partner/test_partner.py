@@ -8,7 +8,7 @@ from tests.fixtures.partner import PaperBody, happy, of, run
 
 from miburi import gestures
 from miburi.bodies.simulated import Simulated
-from miburi.errors import InputError
+from miburi.errors import BodyError, InputError
 from miburi.feelings import FEELINGS, EmotionalModel, Expression, Stimulus
 from miburi.partner import (
     LAPSES,
@@ -277,3 +277,28 @@ def test_given_key_poses_are_no_gestures(robot: Robot) -> None:
         partner.perform(Expression("surprise", 0.5), given)
         (started,) = of(GestureStarted, run(partner, 10.0))
         assert started.gesture == name
+
+
+class Reluctant(PaperBody):
+    """A body that takes no move while another runs, as a card may do."""
+
+    refused = 0
+
+    def move(self, move: Move) -> None:
+        if self.phase is Phase.MOVING:
+            self.refused += 1
+            raise BodyError("not now")
+        super().move(move)
+
+
+def test_a_key_pose_that_is_refused_on_the_way_is_performed_after_it(robot: Robot) -> None:
+    def shown(body: PaperBody) -> list[int]:
+        partner = Partner(body, EmotionalModel(), life=1)
+        partner.perform(Expression("happiness", 0.9))
+        events = run(partner, 6.0)
+        assert [event.complete for event in of(GestureEnded, events)] == [True]
+        return [event.key_pose for event in of(MoveSent, events)]
+
+    body = Reluctant(robot, move_time=0.5)
+    assert shown(body) == shown(PaperBody(robot, move_time=0.5))
+    assert 0 < body.refused < 10, "it does not ask again at every step"

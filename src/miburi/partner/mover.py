@@ -85,6 +85,7 @@ class Mover:
             if np.max(np.abs(solution.angles - self._angles)) < robot.servo.step:
                 continue  # the body is there already, as at a mood of 0
             if not self._send(move):
+                performance.not_sent(index)
                 return []
             self._angles = solution.angles
             performance.sent(pose, time + move.slows_at if self._lively else None)

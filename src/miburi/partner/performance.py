@@ -100,6 +100,10 @@ class Performance:
         """Whether a body that moves at ``time`` s is to go on to the next key pose."""
         return self._passes_at is not None and time >= self._passes_at and not self.complete
 
+    def not_sent(self, index: int) -> None:
+        """Keep a key pose that the body did not take, until it is at rest."""
+        self._next, self._passes_at = index, None
+
     def sent(self, pose: KeyPose, slows_at: float | None) -> None:
         """Note the key pose that was just sent: it is held from its arrival on, or passed.
 
