@@ -1,4 +1,4 @@
-"""Longer words move its arms a little, while it shows no feeling and nothing is in the way."""
+"""Longer words move its arms a little, after the first gesture of a feeling."""
 
 import numpy as np
 import pytest
@@ -169,3 +169,16 @@ def test_a_live_partner_beats_to_longer_words_alone(runner: Runner, text: str, m
     runner.ask(Speak(text))
     extents = [now.extent for now in live_run(runner, 5.0)]
     assert (max(extents) > 0.012) == moves, max(extents)
+
+
+@pytest.mark.parametrize("strokes", [[6.0], [6.0, 8.0]])
+def test_its_last_beat_is_whole_even_if_a_feeling_is_left(
+    robot: Robot, strokes: list[float]
+) -> None:
+    partner = Partner(PaperBody(robot), happy(), life=2)
+    partner.gesticulate(strokes)
+    events = run(partner, strokes[-1] + 0.2)
+    begun = [event.time for event in of(GestureStarted, events)]
+    beats = [event for event in of(MoveSent, events) if event.time > begun[0] + 4.0]
+    assert len(begun) == 1
+    assert len(beats) >= len(strokes)

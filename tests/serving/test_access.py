@@ -23,7 +23,7 @@ from miburi.serving.access import (
     Gate,
 )
 from miburi.serving.allowance import Allowance
-from miburi.serving.asked import is_loopback
+from miburi.serving.heads import is_loopback
 from miburi.serving.keys import Keys
 from miburi.serving.origins import check_origin
 

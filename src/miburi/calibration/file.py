@@ -81,7 +81,7 @@ class IdentifiedTable(Table):
     gain, divisor
         The P gain that was set, and the number that it is divided by.
     wear, stiffness, damping, friction, gravity
-        As in :class:`miburi.calibration.identify.Shares`.
+        As in :class:`miburi.calibration.shares.Shares`.
     """
 
     servo: str
@@ -164,7 +164,7 @@ def read_calibration(robot: Robot, path: Path) -> Calibration:
     DescriptionError
         The file cannot be read, or it is not a calibration; the message says what is wrong.
     """
-    from miburi.calibration.identify import expecting
+    from miburi.calibration.identify import expecting  # it loads Numba
     from miburi.calibration.shares import Shares
     from miburi.safety.free import FreeRule
 

@@ -35,7 +35,7 @@ from miburi.card.link import FrameKind, Reason, Report
 from miburi.card.order import Order, Underway
 from miburi.card.report import motors_of, window_of
 from miburi.card.settings import CardSettings
-from miburi.card.transfer import agree, greet, replace_settings, save_settings
+from miburi.card.transfer import greet, replace_settings, save_settings, stop_and_settle
 from miburi.card.units import check_encoder
 from miburi.errors import BodyError
 from miburi.robot import JOINTS, Robot
@@ -180,9 +180,10 @@ class Card:
     def _begin(
         self, order: Order, place: Steps, velocity: Steps, kind: FrameKind, payload: bytes = b""
     ) -> None:
+        underway = Underway.of(order, self._settings, place, velocity)
         self.ask(FrameKind.LOADS, order.pack_loads())
         (began,) = struct.unpack("<q", self.ask(kind, payload))
-        self.underway = Underway.of(order, self._settings, place, velocity, began)
+        self.underway = underway._replace(began=began)
         self._own_stop = None
         self._await_phase()
 
@@ -304,7 +305,9 @@ class Card:
             except NoAnswerError:
                 if self._exchange.now() >= until:
                     raise
-        self._settings, self._guessed = agree(self.ask, has, self._robot, self._requested_settings)
+        self._settings, self._guessed = stop_and_settle(
+            self.ask, has, self._robot, self._requested_settings
+        )
         self.ask(FrameKind.STATUS, struct.pack("<H", _REPORT_PERIOD))
         self._connected = True
         self._history.expect_another_clock(self._exchange.now())

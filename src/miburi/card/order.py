@@ -176,7 +176,7 @@ class Underway(NamedTuple):
 
     @classmethod
     def of(
-        cls, order: Order, settings: CardSettings, place: Steps, velocity: Steps, began: int
+        cls, order: Order, settings: CardSettings, place: Steps, velocity: Steps, began: int = 0
     ) -> "Underway":
         """Return an order that begins where the profiles are, in 1/256 steps, 1/256 steps/s."""
         profile, direction = order.profile(settings, whole(place), velocity)

@@ -14,6 +14,7 @@ import numpy as np
 
 from miburi.calibration.file import Mounting
 from miburi.card.link import crc16
+from miburi.card.units import STEPS_PER_TURN, check_encoder
 from miburi.robot import JOINTS, Robot
 from miburi.robot.guards import GUARDS, Guards, by_motor
 from miburi.safety.contact import Rule
@@ -24,8 +25,6 @@ from miburi.servos import Servo
 
 if TYPE_CHECKING:
     from miburi.safety.free import FreeRule
-
-from miburi.card.units import STEPS_PER_TURN, check_encoder
 
 __all__ = [
     "ALLOWED",

@@ -17,11 +17,11 @@ from miburi.robot import JOINTS, Robot
 __all__ = [
     "Ask",
     "Greeting",
-    "agree",
     "greet",
     "read_settings",
     "replace_settings",
     "save_settings",
+    "stop_and_settle",
 ]
 
 Ask = Callable[[FrameKind, bytes], bytes]
@@ -59,7 +59,7 @@ def read_settings(ask: Ask) -> CardSettings:
     return CardSettings(General.unpack(pieces[-1]), joints)
 
 
-def agree(
+def stop_and_settle(
     ask: Ask, has: Greeting, robot: Robot, wanted: CardSettings | None
 ) -> tuple[CardSettings, bool]:
     """Stop a card and let it have the settings that it should; return them.
@@ -87,7 +87,7 @@ def agree(
     elif has.complete:
         settings = of_robot.with_calibration(read_settings(ask))
     if has.crc != settings.crc or not has.complete:
-        replace_settings(ask, settings, settings)
+        _send(ask, settings)
     # A card that could not read its stored settings may already have those of the description,
     # which an earlier greeting sent.
     plain = not has.complete or has.crc == of_robot.crc

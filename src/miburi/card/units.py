@@ -1,4 +1,4 @@
-"""The units in which a servo takes speeds and accelerations."""
+"""A servo's units: steps of its encoder, and what it takes speeds and accelerations in."""
 
 from miburi.errors import BodyError
 from miburi.robot import Robot

@@ -21,6 +21,16 @@ from typing import Annotated, Any, Literal, ParamSpec, TypeVar
 from fastapi import FastAPI
 from pydantic import Field, ValidationError
 
+from miburi.doors.agents_words import (
+    Now,
+    as_line,
+    as_shown,
+    hindrance,
+    left_of,
+    passes_by_itself,
+    why_stopped,
+    without_titles,
+)
 from miburi.errors import BodyError, InputError, MiburiError, needs_extra
 from miburi.feelings.catalogue import FeelingName
 from miburi.gestures import Direction
@@ -45,16 +55,6 @@ try:
 except ModuleNotFoundError as error:
     raise needs_extra("mcp", error) from error
 
-from miburi.doors.agents_words import (
-    Now,
-    as_line,
-    as_shown,
-    hindrance,
-    left_of,
-    passes_by_itself,
-    why_stopped,
-    without_titles,
-)
 
 __all__ = ["BURST", "RATE", "add_agents", "make_agents"]
 

@@ -20,6 +20,7 @@ from fastapi import FastAPI
 from pydantic import BaseModel, ValidationError
 
 from miburi.doors.broker import Broker, stay_at
+from miburi.doors.home_discovery import About, cut, discovery, discovery_topic
 from miburi.doors.report import (
     ALL,
     DistressNews,
@@ -43,7 +44,6 @@ try:
 except ModuleNotFoundError as error:
     raise needs_extra("mqtt", error) from error
 
-from miburi.doors.home_discovery import About, discovery, discovery_topic, taken
 
 __all__ = ["BIRTH", "BURST", "RATE", "add_home", "check_free", "is_taken", "live_at_home"]
 
@@ -159,7 +159,7 @@ async def is_taken(broker: Broker, name: str, instance: str = "") -> bool:
         with suppress(TimeoutError):
             async with asyncio.timeout(_ANSWER):
                 async for message in client.messages:
-                    if taken(message.payload).decode(errors="replace") != instance:
+                    if cut(message.payload).decode(errors="replace") != instance:
                         return True
     return False
 
@@ -312,7 +312,7 @@ class _Home:
                 tasks.create_task(self._refuse(client, topic, "too many wishes at once."))
 
     async def _do(self, client: Client, message: Message) -> None:
-        topic, payload = str(message.topic), taken(message.payload)
+        topic, payload = str(message.topic), cut(message.payload)
         try:
             if topic == self._topics.feel:
                 await self._partner.tell("/stimulus", StimulusIn.model_validate_json(payload))

@@ -14,7 +14,7 @@ from miburi.safety.stop import StopReason
 from miburi.senses.kinds import KINDS
 from miburi.version import __version__
 
-__all__ = ["About", "discovery", "discovery_topic", "taken"]
+__all__ = ["About", "cut", "discovery", "discovery_topic"]
 
 #: The longest wish, bytes.
 _LONGEST = 4_000
@@ -49,7 +49,7 @@ class About:
         return self.name.replace("/", ".")
 
 
-def taken(payload: object) -> bytes:
+def cut(payload: object) -> bytes:
     """Return a payload, cut to the longest wish, so that overlong ones cost nothing."""
     return payload[:_LONGEST] if isinstance(payload, bytes) else b""
 

@@ -19,7 +19,7 @@ from miburi.live.crossing import Lanes, lanes
 from miburi.serving.passing import CAN_PASS
 from miburi.serving.reception import receive
 
-__all__ = ["GLANCE", "Helpers", "Moment", "signals", "start", "watch"]
+__all__ = ["GLANCE", "Helpers", "Moment", "signals", "start_helpers", "watch_process"]
 
 #: Time in which each helper process must end, s.
 _PATIENCE = 4.0
@@ -55,7 +55,7 @@ class Helpers:
             process.kill()
 
 
-def start(pages: Pages) -> Helpers:
+def start_helpers(pages: Pages) -> Helpers:
     """Start the server's process and, on systems where one can pass connections on, a reception."""
     ours, theirs = lanes()
     if not CAN_PASS:
@@ -90,7 +90,7 @@ def _spawn(work: Callable[..., None], *arguments: object) -> BaseProcess:
     return process
 
 
-def watch(process: BaseProcess, ended: "Moment", happenings: "SimpleQueue[Moment]") -> None:
+def watch_process(process: BaseProcess, ended: "Moment", happenings: "SimpleQueue[Moment]") -> None:
     """Wait until a process has ended, then say so."""
     process.join()
     happenings.put(ended)

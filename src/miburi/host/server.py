@@ -23,7 +23,7 @@ from miburi.feelings import EmotionalModel, Stimulus, Temperament
 from miburi.gestures import Repertoire
 from miburi.ground.cores import coming_first
 from miburi.host.given import Pages
-from miburi.host.helpers import GLANCE, Helpers, Moment, signals, start, watch
+from miburi.host.helpers import GLANCE, Helpers, Moment, signals, start_helpers, watch_process
 from miburi.live.answering import answer
 from miburi.live.archive import Archive
 from miburi.live.bodies import KINDS
@@ -135,7 +135,7 @@ def _serve(launch: Launch, meanwhile: Callable[[], None]) -> None:
     listen = listening_twice if launch.https else listening_plainly
     with listen(launch.host, launch.port) as listeners:
         reach, certificate = reach_of(listeners, folder, datetime.now(UTC))
-        helpers = start(Pages(listeners, reach, launch.doors, folder, certificate))
+        helpers = start_helpers(Pages(listeners, reach, launch.doors, folder, certificate))
         url = listeners.url
     try:
         meanwhile()
@@ -231,7 +231,7 @@ def _live(
     runner.start(on_failure=lambda: happenings.put(Moment.LOOP_GAVE_UP))
     ending = threading.Event()
     threads = [
-        threading.Thread(target=watch, args=(process, happening, happenings), daemon=True)
+        threading.Thread(target=watch_process, args=(process, happening, happenings), daemon=True)
         for process, happening in zip(helpers.processes, _LEFT_ALONE, strict=False)
     ]
     if memory is not None:

@@ -9,7 +9,7 @@ from pydantic import Field
 from miburi.interface.wire import Message
 from miburi.serving.access import AUTHORITY, PAIRING
 from miburi.serving.allowance import Allowance
-from miburi.serving.asked import COOKIE
+from miburi.serving.heads import COOKIE
 from miburi.serving.keys import LIFE
 from miburi.serving.policy import own_page
 from miburi.serving.reach import Reach

@@ -25,6 +25,7 @@ __all__ = [
     "FALLBACK",
     "LANGUAGES",
     "Language",
+    "asks_for_everything",
     "common_words",
     "compile_phrases",
     "find_phrase",

@@ -92,6 +92,7 @@ class Arbiter:
         self._rest = None if life is None else Rest(robot, life)
         self._emotion = None if life is None else ShownEmotion()
         self._strokes: deque[float] = deque()  # of what it says, s on the body's clock
+        self._beats_until = -np.inf  # when the last beat has ended, s
 
     def prepare(
         self,
@@ -125,11 +126,12 @@ class Arbiter:
         within = [at for at in strokes if at >= gestures.BEAT_LEAD]
         chosen = [] if self._rest is None else self._rest.choose(within)
         self._strokes = deque(time + at for at in chosen)
+        self._beats_until = self._strokes[-1] + gestures.BEAT_LEAD if chosen else -np.inf
 
     def hurries(self, time: float) -> bool:
         """Whether a body at rest shall not wait for the next period."""
         self._drop_strokes(time)
-        felt = self._felt()
+        felt = self._felt(time)
         attends = self.company.attends is not None and felt is None
         return self.asked is not None or self._is_new(felt) or attends or self._beats(time)
 
@@ -138,7 +140,7 @@ class Arbiter:
         self._drop_strokes(time)
         if performance is not None:
             return self.gives_way(performance, time)
-        return self.asked is not None or self._is_new(self._felt())
+        return self.asked is not None or self._is_new(self._felt(time))
 
     def choose(self, time: float, turned: float) -> Performance | None:
         """Return what begins now with a body that is ``turned`` rad to its left; None: nothing."""
@@ -155,8 +157,8 @@ class Arbiter:
         if shows and performance.asked:
             return False
         if shows:
-            return self.company.calm or self._startles(performance.expression)
-        felt = not performance.asked and self._felt() is not None
+            return self.company.calm or self._startles(performance.expression, time)
+        felt = not performance.asked and self._felt(time) is not None
         if felt or not performance.rests:
             return felt
         return self._beats(time) or not may_go_on(performance.rests, self.company.attends)
@@ -169,7 +171,7 @@ class Arbiter:
             return asked
         draws = self._variations
         variation = None if draws is None else int(draws.integers(2**32))
-        if (felt := self._felt()) is not None:
+        if (felt := self._felt(time)) is not None:
             if self._emotion is not None:
                 self._emotion.shown += 1
             function = self._repertoire.choose(felt.feeling, self._choices)
@@ -191,19 +193,21 @@ class Arbiter:
             attends=company.attends,
         )
 
-    def _felt(self) -> Expression | None:
-        """Return the feeling that is still to be shown by a gesture, if any."""
+    def _felt(self, time: float) -> Expression | None:
+        """Return the feeling that is still to be shown by a gesture at ``time`` s, if any."""
         felt = None if self.company.calm else self._feelings.express()
         if self._emotion is None:
             return felt
         left = self._emotion.left(felt, self._feelings.emotion)
-        return None if self._strokes and self._emotion.shown else left
+        return None if time < self._beats_until and self._emotion.shown else left
 
     def _drop_strokes(self, time: float) -> None:
         """Forget strokes that would be late; while somebody is in distress, forget all of them."""
         soonest = np.inf if self.company.calm else time + gestures.BEAT_LEAD - _LATE
         while self._strokes and self._strokes[0] < soonest:
             self._strokes.popleft()
+        if self.company.calm:
+            self._beats_until = -np.inf
 
     def _beats(self, time: float) -> bool:
         """Whether a beat must begin now for a hand to be farthest at the next stroke."""
@@ -212,8 +216,8 @@ class Arbiter:
     def _is_new(self, felt: Expression | None) -> bool:
         return felt is not None and self._emotion is not None and self._emotion.shown == 0
 
-    def _startles(self, shown: Expression | None) -> bool:
+    def _startles(self, shown: Expression | None, time: float) -> bool:
         """Whether a feeling other than the one shown has risen above it."""
-        felt = self._felt()
+        felt = self._felt(time)
         other = felt is not None and shown is not None and felt.feeling != shown.feeling
         return other and self._emotion is not None and self._emotion.rises

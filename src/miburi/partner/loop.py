@@ -7,8 +7,9 @@ The strongest emotion picks the movement function, and its mood sets the intensi
 body that meets something stops by itself; the partner reads that from the body's state. It then
 lowers the mood by 20 %, waits, and lets the body go back to neutral (Section 4).
 
-:mod:`miburi.partner.performance` orders the key poses of a gesture, and
-:mod:`miburi.partner.recovery` decides when a stop may end.
+:mod:`miburi.partner.arbiter` decides what comes next, :mod:`miburi.partner.performance` orders the
+key poses of a gesture, :mod:`miburi.partner.mover` sends them, and :mod:`miburi.partner.recovery`
+decides when a stop may end.
 """
 
 from collections.abc import Iterator, Sequence

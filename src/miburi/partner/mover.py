@@ -72,7 +72,7 @@ class Mover:
     def go_on(self, performance: Performance, mood: float, time: float) -> list[MoveSent] | None:
         """Send the next key pose of a performance that moves the body; None: there is none.
 
-        The list is empty if the body has stopped meanwhile.
+        The list is empty if a moving body did not take it; the pose is then sent when it rests.
         """
         robot = self._body.robot
         for index, pose in performance.go_on(mood):

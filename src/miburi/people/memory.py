@@ -18,7 +18,7 @@ from miburi.errors import InputError
 from miburi.feelings import Stimulus, Temperament
 from miburi.feelings.temperament import Array
 from miburi.ground.files import write_whole
-from miburi.languages import Language, asks_for_everything
+from miburi.languages import Language, asks_for_everything, is_spaced
 from miburi.people.attachment import Attachment
 from miburi.people.recall import recall
 
@@ -32,7 +32,7 @@ MOST_PEOPLE, MOST_FACTS = 50, 500
 _NAME, _FACT = 40, 200  # letters
 #: How many remarks are kept to tell what "she" and "that" mean, and how old they may be (ours).
 _REMARKS, _MEANT = 3, timedelta(minutes=5)
-#: How many things told are said to somebody who asks for all of them (ours).
+#: Of all things told, so many of the latest are said to somebody who asks for them (ours).
 _LATEST = 3
 
 
@@ -232,7 +232,8 @@ class Memory:
         """Return the answer to a question among things told by the person who is there, if any."""
         told = [fact.text for fact in self._facts_now() if fact.language == language]
         if told and asks_for_everything(question, language):
-            return " ".join(told[-_LATEST:]).rstrip(".。")
+            stop = ". " if is_spaced(language) else "。"
+            return stop.join(each.rstrip(".。") for each in told[-_LATEST:])
         found = recall(question, told, language)
         return None if found is None else found.rstrip(".。")
 

@@ -18,12 +18,12 @@ from weakref import WeakValueDictionary
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from miburi.serving.allowance import Allowance
-from miburi.serving.asked import (
+from miburi.serving.heads import (
     RefusedError,
     asker,
     check_host,
     check_site,
-    has,
+    has_headers,
     headers_of,
     int_or,
     is_own,
@@ -171,8 +171,8 @@ class Gate:
             await _refuse(scope, receive, send, refused)
             return
         if not _lasts(scope):
-            if scope["path"] == AGENTS and not has(scope, _AGENTS_STOP):
-                await self._agents_turn(asker(scope), calls=not has(scope, _AGENTS_LIST))
+            if scope["path"] == AGENTS and not has_headers(scope, _AGENTS_STOP):
+                await self._agents_turn(asker(scope), calls=not has_headers(scope, _AGENTS_LIST))
             serve = self._serve_page if scope["path"] in _PAGES else self._serve
             await serve(scope, receive, send)
             return

@@ -11,7 +11,7 @@ from ipaddress import IPv4Address
 import ifaddr
 
 from miburi.errors import InputError, OutputError
-from miburi.serving.asked import is_loopback
+from miburi.serving.heads import is_loopback
 
 __all__ = [
     "EVERYWHERE",

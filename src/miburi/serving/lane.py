@@ -10,7 +10,7 @@ import h11
 
 from miburi.ground.log import log_once
 from miburi.serving.access import HEADERS, STOP, Gate
-from miburi.serving.asked import RefusedError
+from miburi.serving.heads import RefusedError
 from miburi.serving.press import BY, PRESS, Press, press
 from miburi.serving.relay import Guest
 

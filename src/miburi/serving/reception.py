@@ -90,7 +90,7 @@ class Reception:
     gate
         Says who may stop the partner.
     most
-        Connections that may be open here.
+        Files that may be open here: one for each connection, two for one that is relayed.
     clock
         Gives s, the same in all processes.
     """

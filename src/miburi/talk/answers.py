@@ -26,9 +26,10 @@ UNREPEATED = 20
 
 #: Of two turns with a feeling and a topic, one takes up the topic, too (ours).
 _TAKES_UP = 0.5
-#: A feeling that is less likely than this moves the partner, but is not spoken of (ours): of those
-#: heard at 0.4 to 0.6 it misjudges nearly half (bench/words.txt).
-_SPOKEN_OF = 0.6
+#: Feelings that, where they are less likely than this, move the partner but are not spoken of
+#: (ours): of those heard at 0.4 to 0.6 it misjudges nearly half (bench/words.txt), and joy beside
+#: bad news is cruel.
+_GLAD, _SPOKEN_OF = ("happiness", "thrill", "surprise"), 0.6
 #: The marks around a sentence; the sentences after a first one; and a clause with its marks.
 _SIGNS = " ,.;!?、。！？"
 _REST = re.compile(r"(?<=[.!?。！？]).+$", re.DOTALL)
@@ -110,25 +111,19 @@ class Answerer:
         """
         words = script(language)
         slots = _time(words, now) | dict(known or {}) | {"last": self._last or "…"}
-        told_before, asks = _told_before(said, words)
-        before = told_before or slots.pop("before", "").strip(_SIGNS)
-        if before:
-            slots["before"] = before
-        match = next(_sayable(words.intents_of(said), slots), None)
-        if match is not None and match.cue.aside and (point := words.point_of(said)):
-            match = next(_sayable(words.intents_of(point), slots), None)
-        elif match is not None and match.cue.aside and words.tells_more(said):
-            match = None  # "Fair enough. I did not sleep much either."
-        keeps = match is not None and match.cue.do == "remember"
-        if told_before and (match is None or keeps):  # "I was a cook. Remember that, will you?"
-            match = next(_sayable(words.intents_of(asks), slots), match)
+        match, glad = self._meant(said, words, slots)
         topic = next(_sayable(words.topics_of(said), slots), None)
         told = topic is not None and not said.rstrip().endswith(("?", "？"))
-        feeling = heard.feeling if heard.strength >= _SPOKEN_OF else None
+        feeling = heard.feeling
+        if feeling in _GLAD and (heard.strength < _SPOKEN_OF or not glad):
+            feeling = None
         if heard.topic != "asked":
             shown = feeling is not None
             asked = words.asked_of(said, match, felt=shown, told=told)
             match = next(_sayable(asked, slots), match)
+        if match is not None and match.cue.light and words.is_heavy(said):
+            grave = words.asked_of(said, None, felt=feeling is not None, told=told)
+            match = next((one for one in _sayable(grave, slots) if not one.cue.light), None)
         if heard.topic == "asked" and match and not (match.cue.acts or match.cue.own):
             match = None  # "how are you" does not ask how something is done
         match = self._keep_to(match, words, said, felt=feeling is not None)
@@ -147,22 +142,43 @@ class Answerer:
         cue = match.cue if match else None
         kept = match.words if match else None
         if cue is not None and cue.do == "remember":
-            kept = kept or before
+            kept = kept or slots.get("before")
         return SmallAnswer(text, language, cue, kept)
+
+    def _meant(self, said: str, words: Script, slots: dict[str, str]) -> tuple[Match | None, bool]:
+        """Return the intent that patterns find, and whether joy that was heard may be spoken of.
+
+        It adds slots: what is to be remembered, and what was done for fun of late.
+        """
+        told, asks, after = _told_before(said, words)
+        earlier = slots.pop("before", "").strip(_SIGNS)
+        if before := told or earlier or after:
+            slots["before"] = before
+        if self._stays is not None:
+            slots[f"after_{self._stays.cue.name}"] = ""
+        match = next(_sayable(words.intents_of(said), slots), None)
+        if match is not None and match.cue.aside and words.tells_more(said):
+            return None, False  # "Thank you. My husband is in hospital."
+        if match is not None and match.cue.aside and (point := words.point_of(said)):
+            match = next(_sayable(words.intents_of(point), slots), None)
+        keeps = match is None or match.cue.do == "remember"
+        if keeps and (told or (after and not earlier)):  # "I was a cook. Remember that, will you?"
+            match = next(_sayable(words.intents_of(asks), slots), match)
+        return match, True
 
     def _keep_to(
         self, match: Match | None, words: Script, said: str, *, felt: bool
     ) -> Match | None:
         """Return the match, or the one of an earlier turn that the words may still be about."""
         acts = match is not None and match.cue.acts
-        unsure = match is None or match.cue.broad
-        may = not acts if self._since == 0 else unsure
-        if self._stays and may and not felt and words.goes_on(words.point_of(said) or said):
-            match = self._stays
+        if (before := self._stays) is not None:
+            fun = before.cue.stays > 1
+            if words.wants_more(said) if fun else words.goes_on(said) and not (acts or felt):
+                match = before
         self._since += 1
         if match is not None and match.cue.stays:
             self._stays, self._since = match, 0
-        elif acts or self._stays is None or self._since >= self._stays.cue.stays:
+        elif acts or before is None or self._since >= before.cue.stays:
             self._stays = None
         return match
 
@@ -232,25 +248,29 @@ class Answerer:
         return max((n for n, one in enumerate(self._recent) if one == line), default=-1)
 
 
-def _told_before(said: str, words: Script) -> tuple[str, str]:
-    """Return what comes before the clause that asks to remember it, and that clause.
+def _told_before(said: str, words: Script) -> tuple[str, str, str]:
+    """Return what comes before the clause that asks to remember it, that clause, and what follows.
 
-    Where nothing meaningful comes before, it is the sentences after. Both are empty where there are
-    none.
+    What follows are the sentences after it, if they tell a fact and ask nothing. Each is empty
+    where there is nothing meaningful.
     """
     clauses = _CLAUSE.findall(said)
     places = [n for n, clause in enumerate(clauses) if _asks_to_remember(clause, words)]
     if not places:
-        return "", ""
-    place = places[0]
-    after = _REST.search("".join(clauses[place:]))
+        return "", "", ""
+    before = "".join(clauses[: places[0]]).strip(_SIGNS)
+    later = _REST.search("".join(clauses[places[0] :]))
+    after = later.group().strip(_SIGNS) if later else ""
+    polite = any(match.cue.aside for match in words.intents_of(after))
+    if polite or words.asks(after) or words.is_heavy(after) or _is_short(after, words):
+        after = ""
+    before = "" if _is_short(before, words) else before
+    return before, clauses[places[0]] if before or after else "", after
+
+
+def _is_short(told: str, words: Script) -> bool:
     spaced = is_spaced(words.language)
-    for told in ("".join(clauses[:place]), after.group() if after else ""):
-        text = told.strip(_SIGNS)
-        length, least = (len(text.split()), 4) if spaced else (len(text), 6)
-        if length >= least:
-            return text, clauses[place]
-    return "", ""
+    return len(told.split()) < 4 if spaced else len(told) < 6
 
 
 def _asks_to_remember(said: str, words: Script) -> bool:
@@ -261,9 +281,8 @@ def _sayable(matches: Iterable[Match], slots: dict[str, str]) -> Iterator[Match]
     """Yield the matches that have an answer whose slots are known."""
     for match in matches:
         known = slots | _about(match)
-        if match.cue.without not in slots and any(
-            _slots(line) <= known.keys() for line in match.cue.say
-        ):
+        fits = match.cue.without not in slots and match.cue.within in (None, *slots)
+        if fits and any(_slots(line) <= known.keys() for line in match.cue.say):
             yield match
 
 

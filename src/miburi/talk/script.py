@@ -81,21 +81,24 @@ class Cue(Table):
     look
         Where it looks.
     stays
-        For how many turns a question, or a short wish, that the script's ``again`` matches is about
-        the same thing: the next one unless it asks for an act, later ones if no other intent is
-        clear.
+        For how many turns something is about the same thing. With 1, it is the next question that
+        the script's ``again`` matches, unless it asks for an act; with more, what ``more`` matches.
     broad
         Whether its patterns catch much, so that :mod:`miburi.talk.asking` may know better.
     light
-        Whether the model must be surer than elsewhere: a wrong match would be silly.
+        Whether a wrong match would be silly: the model must be surer than elsewhere, and beside
+        ``heavy`` words nothing of it is said.
+    heavy
+        Whether this topic is taken up although a greeting or thanks came before it.
     own
         Whether it asks something about the partner's feelings beyond how the partner is now.
     aside
         Whether it only goes with something else: what another sentence asks or wants comes first.
     capital
         Whether what it is about must be written with a capital, as a name is.
-    without
-        A slot that must not be known: somebody who has a name does not get another by "it is Toby".
+    without, within
+        A slot that must not be known, and one that must: somebody who has a name does not get
+        another by "it is Toby"; "I do not get it" is about a joke only after one (``after_joke``).
     tune
         [Hz, s] notes that a page plays instead of the words.
     """
@@ -113,7 +116,9 @@ class Cue(Table):
     own: bool = False
     aside: bool = False
     capital: bool = False
+    heavy: bool = False
     without: str | None = None
+    within: str | None = None
     tune: list[Annotated[list[float], Field(min_length=2, max_length=2)]] | None = None
 
     @property
@@ -147,9 +152,12 @@ class Script(Table):
         What people speak of.
     again
         Regular expression for words that refer to what was said before; none by default.
-    grave, people
-        Likewise two regular expressions: for words of a question that may be grave (by default
-        none), and for those of somebody who speaks of people or calls out (by default any).
+    more
+        Likewise for wishes for one more of what was done for fun.
+    grave, heavy, people
+        Likewise three regular expressions: for words of a question that may be grave and for those
+        beside which nothing ``light`` is said (by default none), and for those of somebody who
+        speaks of people or calls out (by default any).
     fact, question
         Regular expressions of sentences that tell something to remember, and of questions.
     begin
@@ -164,7 +172,9 @@ class Script(Table):
     words: dict[str, str] = Field(default_factory=dict)
     turned: dict[str, str] = Field(default_factory=dict)
     again: str = "(?!)"
+    more: str = "(?!)"
     grave: str = "(?!)"
+    heavy: str = "(?!)"
     people: str = ".*"
     fact: list[str]
     question: list[str]
@@ -232,6 +242,14 @@ class Script(Table):
         return compile_phrases([self.grave], self.language, self.words)
 
     @cached_property
+    def _heavy(self) -> re.Pattern[str]:
+        return compile_phrases([self.heavy], self.language, self.words)
+
+    @cached_property
+    def _more(self) -> re.Pattern[str]:
+        return compile_phrases([self.more], self.language, self.words)
+
+    @cached_property
     def _people(self) -> re.Pattern[str]:
         return compile_phrases([self.people], self.language, self.words)
 
@@ -281,10 +299,9 @@ class Script(Table):
         return bool(self._people.search(plain(said[:_READ], self.language)))
 
     def goes_on(self, said: str) -> bool:
-        """Whether this is a question, or a short wish, about what was said before."""
+        """Whether this is a question about what was said before."""
         words = plain(said[:_READ], self.language)
-        asks = self.asks(said[:_READ]) or len(words.split()) <= _WORDS
-        return bool(asks and self._again.search(words))
+        return bool(self.asks(said[:_READ]) and self._again.search(words))
 
     def point_of(self, said: str) -> str | None:
         """Return the sentence that asks or wants something, of several; the last if many do."""
@@ -293,9 +310,17 @@ class Script(Table):
         return points[-1] if points and len(sentences) > 1 else None
 
     def tells_more(self, said: str) -> bool:
-        """Return whether the last of several sentences has a topic."""
+        """Return whether the last of several sentences has a topic that is heavy."""
         sentences = _WHOLE.findall(said[:_READ])
-        return len(sentences) > 1 and next(self.topics_of(sentences[-1]), None) is not None
+        return len(sentences) > 1 and any(m.cue.heavy for m in self.topics_of(sentences[-1]))
+
+    def is_heavy(self, said: str) -> bool:
+        """Return whether there are words beside which nothing playful is said."""
+        return bool(self._heavy.search(plain(said[:_READ], self.language)))
+
+    def wants_more(self, said: str) -> bool:
+        """Return whether somebody wants one more of what was done for fun, and nothing else."""
+        return bool(self._more.search(plain(said[:_READ], self.language)))
 
     def _wants(self, said: str) -> bool:
         return any(not match.cue.aside for match in self.intents_of(said))

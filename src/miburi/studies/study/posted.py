@@ -9,7 +9,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from miburi.serving.asked import is_loopback
+from miburi.serving.heads import is_loopback
 from miburi.studies.study.plan import SKIPPED, Question, Study
 
 __all__ = ["LONGEST", "Door", "Form", "posted", "values_of"]

@@ -12,7 +12,7 @@ from types import FrameType
 import uvicorn
 
 from miburi.errors import InputError
-from miburi.serving.asked import is_loopback
+from miburi.serving.heads import is_loopback
 from miburi.serving.http import configure
 from miburi.studies.study.live import Performer, show
 from miburi.studies.study.pages import make_app

@@ -1,7 +1,7 @@
 """Remove a part of the contact stop, or put it on servos in another state, for comparison.
 
 The functions take a robot or its rule and the name of a part or state, and return what
-:class:`~miburi.studies.trials.runs.Subject` needs.
+:class:`~miburi.studies.trials.plan.Subject` needs.
 """
 
 from collections.abc import Callable

@@ -11,7 +11,7 @@ __all__ = [
     "asker",
     "check_host",
     "check_site",
-    "has",
+    "has_headers",
     "headers_of",
     "int_or",
     "is_loopback",
@@ -102,6 +102,6 @@ def _split(url: str) -> SplitResult:
         raise RefusedError(403, "the host or the origin is malformed.") from None
 
 
-def has(scope: Scope, headers: dict[bytes, bytes]) -> bool:
+def has_headers(scope: Scope, headers: dict[bytes, bytes]) -> bool:
     """Whether a request has all these headers."""
     return headers.items() <= dict(scope["headers"]).items()
