@@ -564,7 +564,16 @@ def test_stop_is_heard_after_what_leads_up_to_it(said: str) -> None:
     assert wants_stop(said, "en")
 
 
-@pytest.mark.parametrize("said", ["Enough rain, will it stop?", "That is enough of the bus stop."])
+@pytest.mark.parametrize(
+    "said",
+    [
+        "Enough rain, will it stop?", "That is enough of the bus stop.", "Stop the bleeding",
+        "Stop the pain please", "Stop the tablets, the doctor said", "Stop my hand shaking",
+        "Stop the bus I want to get off", "I cannot stop shaking", "I want it all to stop",
+        "Hold still while they put the needle in, she said", "My hand is stuck to the fridge",
+        "No more dancing for me since the hip went", "No more moving house for me",
+    ],
+)  # fmt: skip
 def test_no_other_stop_stops_the_body(said: str) -> None:
     assert not wants_stop(said, "en")
 
@@ -649,17 +658,35 @@ def test_a_no_does_not_make_it_begin_again(no: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "said", ["Help, stop!", "Ouch, stop that, my finger!", "I said stop.", "No more dancing."]
-)
+    "said",
+    [
+        "Help, stop!", "Ouch, stop that, my finger!", "I said stop.", "No more dancing.",
+        "Please stop, you're squashing my fingers.", "Get off me!", "You're crushing my fingers!",
+        "Let go of my hand!", "Stop hurting me", "For God's sake stop", "Won't you stop?",
+        "Miburi stop that this minute", "Stop flailing about", "I want you to stop",
+    ],
+)  # fmt: skip
 def test_stop_is_heard_in_fear_and_pain(said: str) -> None:
     assert wants_stop(said, "en")
 
 
-def test_bad_news_after_thanks_meets_no_joy() -> None:
-    said = "Thank you. My husband is in hospital."
+@pytest.mark.parametrize(
+    "said",
+    [
+        "Thank you. My husband is in hospital.", "Great, I've got cancer.",
+        "Make me laugh, I buried my husband today.", "Thank you. I fell over this morning.",
+    ],
+)  # fmt: skip
+def test_bad_news_meets_no_joy_even_where_joy_is_heard(said: str) -> None:
     heard = Impression("happiness", 0.9, "speech")
     text = Answerer().answer(said, heard, None, "en", NOW).text
-    assert text not in script("en").feelings.lines("happiness", None)
+    words = script("en")
+    glad = [
+        *words.feelings.lines("happiness", None),
+        *words.feelings.lines("happiness", "happiness"),
+    ]
+    light = [line for cue in words.intent if cue.light or cue.aside for line in cue.say]
+    assert text not in [*glad, *light]
 
 
 def test_remember_that_means_the_earlier_remark_and_no_thanks() -> None:

@@ -112,16 +112,18 @@ class Answerer:
         words = script(language)
         slots = _time(words, now) | dict(known or {}) | {"last": self._last or "…"}
         match, glad = self._meant(said, words, slots)
-        topic = next(_sayable(words.topics_of(said), slots), None)
+        heavy = words.is_heavy(said)
+        topics = _sayable(words.topics_of(said), slots)
+        topic = next((one for one in topics if one.cue.heavy or not heavy), None)
         told = topic is not None and not said.rstrip().endswith(("?", "？"))
         feeling = heard.feeling
-        if feeling in _GLAD and (heard.strength < _SPOKEN_OF or not glad):
+        if feeling in _GLAD and (heard.strength < _SPOKEN_OF or heavy or not glad):
             feeling = None
         if heard.topic != "asked":
             shown = feeling is not None
             asked = words.asked_of(said, match, felt=shown, told=told)
             match = next(_sayable(asked, slots), match)
-        if match is not None and match.cue.light and words.is_heavy(said):
+        if match is not None and match.cue.light and heavy:
             grave = words.asked_of(said, None, felt=feeling is not None, told=told)
             match = next((one for one in _sayable(grave, slots) if not one.cue.light), None)
         if heard.topic == "asked" and match and not (match.cue.acts or match.cue.own):

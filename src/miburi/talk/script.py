@@ -310,9 +310,10 @@ class Script(Table):
         return points[-1] if points and len(sentences) > 1 else None
 
     def tells_more(self, said: str) -> bool:
-        """Return whether the last of several sentences has a topic that is heavy."""
+        """Return whether the last of several sentences has heavy words, or a topic that is."""
         sentences = _WHOLE.findall(said[:_READ])
-        return len(sentences) > 1 and any(m.cue.heavy for m in self.topics_of(sentences[-1]))
+        last = sentences[-1] if len(sentences) > 1 else ""
+        return self.is_heavy(last) or any(one.cue.heavy for one in self.topics_of(last))
 
     def is_heavy(self, said: str) -> bool:
         """Return whether there are words beside which nothing playful is said."""
