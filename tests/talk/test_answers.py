@@ -678,15 +678,16 @@ def test_stop_is_heard_in_fear_and_pain(said: str) -> None:
     ],
 )  # fmt: skip
 def test_bad_news_meets_no_joy_even_where_joy_is_heard(said: str) -> None:
-    heard = Impression("happiness", 0.9, "speech")
-    text = Answerer().answer(said, heard, None, "en", NOW).text
-    words = script("en")
+    heard, words = Impression("happiness", 0.9, "speech"), script("en")
     glad = [
-        *words.feelings.lines("happiness", None),
-        *words.feelings.lines("happiness", "happiness"),
+        line
+        for row, own in itertools.product(("happiness", "none", "asked"), ("happiness", "thrill"))
+        for line in words.feelings.lines(row, own)
     ]
     light = [line for cue in words.intent if cue.light or cue.aside for line in cue.say]
-    assert text not in [*glad, *light]
+    for felt in (None, "happiness", "thrill"):
+        text = Answerer().answer(said, heard, felt, "en", NOW).text
+        assert text not in [*glad, *light]
 
 
 def test_remember_that_means_the_earlier_remark_and_no_thanks() -> None:

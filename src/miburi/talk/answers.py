@@ -113,6 +113,7 @@ class Answerer:
         slots = _time(words, now) | dict(known or {}) | {"last": self._last or "…"}
         match, glad = self._meant(said, words, slots)
         heavy = words.is_heavy(said)
+        felt = None if heavy and felt in _GLAD else felt  # it does not speak of its own joy then
         topics = _sayable(words.topics_of(said), slots)
         topic = next((one for one in topics if one.cue.heavy or not heavy), None)
         told = topic is not None and not said.rstrip().endswith(("?", "？"))
