@@ -86,11 +86,10 @@ def test_without_a_rule_the_motors_limit_alone_keeps_the_push_low() -> None:
     assert done.returncode == 0, done.stderr
     figures = json.loads(done.stdout)
     assert figures["missed"] == 25  # nothing stops
-    assert figures["sustained_force_p95"] <= 7.0
     done = miburi(*TRIALS, *options, "--servo", "imagined")
     assert "are for XL330-M288-T servos, and this robot has imagined" in done.stderr
-    imagined = json.loads(done.stdout)
-    assert imagined["sustained_force_p95"] > 7.0  # it has no such limit
+    imagined = json.loads(done.stdout)  # it has no such limit
+    assert figures["sustained_force_p95"] <= 0.7 * imagined["sustained_force_p95"]
 
 
 @pytest.mark.parametrize("option", ["--rule", "--without", "--state"])
