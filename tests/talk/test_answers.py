@@ -1,35 +1,24 @@
 """Small answers: they fit what was said, in every language, and do not repeat themselves."""
 
 import itertools
-from datetime import datetime
 from pathlib import Path
 from string import Formatter
 
 import pytest
 from pydantic import ValidationError
+from tests.fixtures.answers import NOTHING, NOW, answer, meant
 
 from miburi.feelings import FEELINGS
 from miburi.languages import LANGUAGES, Language, language_of
 from miburi.senses import Impression
 from miburi.senses.words import hear
-from miburi.talk.answers import UNREPEATED, Answerer, SmallAnswer, wants_stop
+from miburi.talk.answers import UNREPEATED, Answerer, wants_stop
 from miburi.talk.script import Answers, Cue, script
 
-NOW = datetime(2026, 11, 25, 15, 5)
-NOTHING = Impression(None, 0.0, "speech")
 CASES = [
     (Impression(heard, 0.9, "speech") if heard else NOTHING, own)
     for heard, own in itertools.product((None, *FEELINGS), (None, *FEELINGS))
 ]
-
-
-def answer(said: str, language: Language = "en", answerer: Answerer | None = None) -> SmallAnswer:
-    return (answerer or Answerer()).answer(said, NOTHING, None, language, NOW)
-
-
-def meant(said: str, language: Language = "en") -> str | None:
-    cue = answer(said, language).cue
-    return None if cue is None else cue.name
 
 
 def lines(language: Language) -> list[str]:
@@ -146,34 +135,6 @@ def test_other_languages_know_it_too(said: str, language: Language, intent: str)
     assert meant(said, language) == intent
 
 
-@pytest.mark.parametrize(
-    ("said", "language"),
-    [
-        ("Stop!", "en"), ("stop", "en"), ("OK, you can stop now.", "en"), ("Freeze!", "en"),
-        ("Stop, stop, you will fall!", "en"), ("Stand still.", "en"), ("please stop moving", "en"),
-        ("止まって！", "ja"), ("ストップ", "ja"), ("動かないで", "ja"),
-        ("ちょっと待って、止まって、こぼれる", "ja"),
-        ("Arrête !", "fr"), ("stop", "fr"), ("arrête de bouger, tu fais peur au chat", "fr"),
-    ],
-)  # fmt: skip
-def test_stop_is_understood(said: str, language: Language) -> None:
-    assert wants_stop(said, language)
-
-
-@pytest.mark.parametrize(
-    ("said", "language"),
-    [
-        ("The bus stop is around the corner.", "en"), ("Stop hitting your sister!", "en"),
-        ("I could not stop laughing.", "en"), ("It will not stop raining.", "en"),
-        ("Don't stop.", "en"), ("Shall we stop at the shop?", "en"), ("We stood still.", "en"),
-        ("バスが止まっていた", "ja"), ("雨が止んだ", "ja"), ("L'arrêt du bus est loin.", "fr"),
-        ("Il ne s'arrête jamais de parler.", "fr"),
-    ],
-)  # fmt: skip
-def test_other_stops_are_none(said: str, language: Language) -> None:
-    assert not wants_stop(said, language)
-
-
 def test_it_takes_up_what_was_said() -> None:
     said = [answer("I spoke to my grandson Peter.", answerer=Answerer(n)).text for n in range(9)]
     assert any("your grandson Peter" in text for text in said)
@@ -222,88 +183,6 @@ def test_what_is_to_be_remembered_keeps_its_spelling(
     language: Language, said: str, kept: str | None
 ) -> None:
     assert answer(said, language).words == kept
-
-
-@pytest.mark.parametrize(
-    "asks",
-    [
-        "And is there another one about now?",
-        "Should I take one more or leave it?",
-        "Is it normal to take them twice?",
-        "Can I have one?",
-        "will one more do any harm",
-    ],
-)
-def test_a_question_after_one_about_medicine_is_about_medicine(asks: str) -> None:
-    one = Answerer()
-    answer("Did I take my pills this morning?", answerer=one)
-    cue = answer(asks, answerer=one).cue
-    assert cue is not None
-    assert cue.name == "medicine_doubt"
-    answer("It was raining.", answerer=one)
-    cue = answer(asks, answerer=one).cue
-    assert cue is None or not cue.stays
-
-
-@pytest.mark.parametrize(
-    "next_said", ["When my husband died I cried.", "Who is the queen?", "Is it raining?"]
-)
-def test_what_has_nothing_to_do_with_medicine_is_not_about_it(next_said: str) -> None:
-    one = Answerer()
-    answer("Did I take my pills this morning?", answerer=one)
-    cue = answer(next_said, answerer=one).cue
-    assert cue is None or not cue.stays
-
-
-#: Playful answers, which would hurt beside something grave.
-LIGHT = {
-    "choice", "normal", "secret", "their_joke", "riddle", "about_you", "what_you_do", "while_out",
-    "farewell", "greeting", "insult", "alarm", "sleep", "remind", "repeat", "bad_person",
-}  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    "said",
-    [
-        "Is it normal that my chest hurts?",
-        "Is it wrong that I want to sleep for ever?",
-        "Is it bad that I have not eaten for three days?",
-        "Should I stay or should I end it all?",
-        "Would you rather live or die?",
-        "Should I go to the hospital or stay here?",
-        "Should I have the operation or leave it?",
-        "What should I do, stay or end it?",
-        "I have no family or friends.",
-        "I could hardly eat or sleep.",
-        "There is a man or a boy at my window.",
-        "I can not tell him that I am ill.",
-        "I'll never tell him how much I loved him.",
-        "Could you call me an ambulance?",
-        "Will you call me a doctor?",
-        "My son did not call me for my birthday.",
-        "The pain would wake me up in the night.",
-        "Remind me of Frank.",
-        "I have another lump.",
-        "I know one thing, I miss her.",
-        "Why did the doctor say that it is cancer?",
-        "Why did the Lord take him?",
-        "I am off up to the hospital, they think it is my heart.",
-        "I can not go anywhere.",
-        "The pain will not go away.",
-        "Would you care if I died?",
-        "You cannot imagine how much I miss her.",
-        "You do not know what it is like to be alone.",
-        "What will you do when I die?",
-        "Did he come to see me before he died?",
-        "There you are, nobody comes.",
-        "I slept well.",
-        "I am going mad with the pain.",
-        "I can not understand that he is gone.",
-    ],
-)
-def test_something_grave_gets_no_playful_answer(said: str) -> None:
-    assert meant(said) not in LIGHT
-    assert meant(said.lower().rstrip(".?!")) not in LIGHT
 
 
 def test_a_reminder_is_kept_and_not_promised() -> None:
@@ -417,24 +296,6 @@ def test_a_question_gets_the_answer_of_a_question(said: str, intents: set[str]) 
 def test_what_asks_nothing_is_no_question(said: str) -> None:
     answer = Answerer().answer(said, hear(said), None, "en", NOW)
     assert answer.cue is None
-
-
-@pytest.mark.parametrize(
-    "said",
-    [
-        "Was it wrong that I hit her?",
-        "Why did she have to die?",
-        "Do you think she suffered?",
-        "How much does a funeral cost?",
-        "Have you ever wanted to die?",
-        "Would you tell someone if I didn't get up?",
-    ],
-)
-def test_what_may_be_grave_is_not_guessed_at(said: str) -> None:
-    answer = Answerer().answer(said, hear(said), None, "en", NOW)
-    assert answer.cue is not None
-    assert answer.cue.name in ("grave", "bad_person", "call_for_me")
-    assert "I would not say so" not in answer.text
 
 
 def test_a_feeling_is_answered_before_a_question_that_nobody_knows() -> None:
@@ -556,28 +417,6 @@ def test_what_is_asked_comes_before_what_is_said_beside_it(said: str, name: str)
     assert meant(said) == name
 
 
-@pytest.mark.parametrize(
-    "said",
-    ["That's enough now, stop.", "Enough, stop now please.", "Okay, stop, stop, my coffee!"],
-)
-def test_stop_is_heard_after_what_leads_up_to_it(said: str) -> None:
-    assert wants_stop(said, "en")
-
-
-@pytest.mark.parametrize(
-    "said",
-    [
-        "Enough rain, will it stop?", "That is enough of the bus stop.", "Stop the bleeding",
-        "Stop the pain please", "Stop the tablets, the doctor said", "Stop my hand shaking",
-        "Stop the bus I want to get off", "I cannot stop shaking", "I want it all to stop",
-        "Hold still while they put the needle in, she said", "My hand is stuck to the fridge",
-        "No more dancing for me since the hip went", "No more moving house for me",
-    ],
-)  # fmt: skip
-def test_no_other_stop_stops_the_body(said: str) -> None:
-    assert not wants_stop(said, "en")
-
-
 def test_what_follows_remember_this_is_kept() -> None:
     assert answer("Well, remember this, then. The brown bin goes out this week.").words == (
         "The brown bin goes out this week"
@@ -615,79 +454,6 @@ def test_it_is_somebody_names_the_speaker_only_while_nobody_is_known() -> None:
     assert answer(told).words == "Toby"
     known = Answerer().answer(told, NOTHING, None, "en", NOW, {"name": "Wilf"})
     assert known.do is None
-
-
-#: By an attacker who had read the patterns: none of it may be met with play.
-HEAVY = [
-    "Should I take another tablet?", "How much insulin do I take, one or two?",
-    "I feel sick. Can I have one of my tablets?", "Will the cancer come back again?",
-    "No one cares.", "I need them.", "My chest again.", "So quiet since he died.",
-    "I try to keep quiet while he shouts at me.", "The baby will not be quiet now.",
-    "Thank you, dear. My sister's funeral was today.", "I did not mean it. I hit my wife.",
-    "I got a letter from the hospital. I do not understand it.",
-    "He says that was a joke. He pushed me.", "There are two pills here. Pick one.",
-    "Just choose one for me, the knife or the rope.", "How long before my next pill?",
-    "How long have I got left?", "How long until death?", "Do you ever wish you were dead?",
-    "They say my wife is dead. Is that true?", "How do I make him stop?",
-    "How would you say goodbye to a dying man?", "Could you ring the alarm? I've fallen.",
-    "Did you hear about John? He died.", "Did you see the man at the window?",
-    "I had better get to the hospital.", "It was nice talking to her before she died.",
-    "What do you know about cancer?", "They will not stop laughing at me.",
-    "Look at this, I am bleeding.", "I cannot look after him, I am worn out.",
-    "He left me three letters before he died.", "What is that singing in my ears?",
-    "What do you do when you are scared of your husband?", "More than that, I took ten.",
-    "I forgot my name again and I am scared.", "My name is not Peter.",
-]  # fmt: skip
-
-
-@pytest.mark.parametrize("before", ["Tell me a joke.", "Dance for me.", "I see."])
-def test_nothing_playful_is_said_beside_what_is_heavy(before: str) -> None:
-    for said in HEAVY:
-        one = Answerer()
-        answer(before, answerer=one)
-        cue = answer(said, answerer=one).cue
-        assert cue is None or not (cue.light or cue.acts or cue.name in LIGHT), (said, cue.name)
-
-
-@pytest.mark.parametrize("no", ["No more!", "Never again!", "Not one more.", "One moment."])
-def test_a_no_does_not_make_it_begin_again(no: str) -> None:
-    one = Answerer()
-    answer("Dance for me.", answerer=one)
-    cue = answer(no, answerer=one).cue
-    assert cue is None or not cue.acts
-
-
-@pytest.mark.parametrize(
-    "said",
-    [
-        "Help, stop!", "Ouch, stop that, my finger!", "I said stop.", "No more dancing.",
-        "Please stop, you're squashing my fingers.", "Get off me!", "You're crushing my fingers!",
-        "Let go of my hand!", "Stop hurting me", "For God's sake stop", "Won't you stop?",
-        "Miburi stop that this minute", "Stop flailing about", "I want you to stop",
-    ],
-)  # fmt: skip
-def test_stop_is_heard_in_fear_and_pain(said: str) -> None:
-    assert wants_stop(said, "en")
-
-
-@pytest.mark.parametrize(
-    "said",
-    [
-        "Thank you. My husband is in hospital.", "Great, I've got cancer.",
-        "Make me laugh, I buried my husband today.", "Thank you. I fell over this morning.",
-    ],
-)  # fmt: skip
-def test_bad_news_meets_no_joy_even_where_joy_is_heard(said: str) -> None:
-    heard, words = Impression("happiness", 0.9, "speech"), script("en")
-    glad = [
-        line
-        for row, own in itertools.product(("happiness", "none", "asked"), ("happiness", "thrill"))
-        for line in words.feelings.lines(row, own)
-    ]
-    light = [line for cue in words.intent if cue.light or cue.aside for line in cue.say]
-    for felt in (None, "happiness", "thrill"):
-        text = Answerer().answer(said, heard, felt, "en", NOW).text
-        assert text not in [*glad, *light]
 
 
 def test_remember_that_means_the_earlier_remark_and_no_thanks() -> None:

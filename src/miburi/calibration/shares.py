@@ -1,4 +1,4 @@
-"""What differs between servos, as shares of what is described."""
+"""Differences between servos, as shares of the description's constants."""
 
 from dataclasses import dataclass
 

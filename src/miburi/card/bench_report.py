@@ -1,4 +1,4 @@
-"""What the bench found out about a card, as a file that builders send."""
+"""The bench's findings about a card, in the file that builders send."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What a card is sent besides a move, the loads that its motors will bear; and the move underway.
+"""The loads that a card is sent with a move, and the move underway.
 
 It takes the robot's description and the move, and gives, for each motor, the position error that
 the load causes at both ends of its way, and how much duty the motor may use. The card refuses a

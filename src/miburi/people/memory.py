@@ -32,7 +32,7 @@ MOST_PEOPLE, MOST_FACTS = 50, 500
 _NAME, _FACT = 40, 200  # letters
 #: How many remarks are kept to tell what "she" and "that" mean, and how old they may be (ours).
 _REMARKS, _MEANT = 3, timedelta(minutes=5)
-#: Of all things told, so many of the latest are said to somebody who asks for them (ours).
+#: How many of the latest facts are told to somebody who asks for all of them (ours).
 _LATEST = 3
 
 

@@ -1,4 +1,4 @@
-"""What the head of a request says, and whether it may come from where it comes."""
+"""A request's headers: what they say, and whether its origin is allowed."""
 
 from ipaddress import ip_address
 from urllib.parse import SplitResult, urlsplit

@@ -1,4 +1,4 @@
-"""What a run of trials consists of."""
+"""The plan of a run of trials."""
 
 import hashlib
 import json
