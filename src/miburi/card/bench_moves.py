@@ -83,7 +83,7 @@ def go(
 
     ``duty``, of ``FULL_PWM``, replaces the move's own ceiling. ``hung`` is by how many quarters of
     a step a weight pulls the elbow down; with it, the elbow's load is sent divided by ``DEEPER``,
-    for a card that counts it so many times.
+    because the card then multiplies loads by it (:func:`with_gain`).
     """
     move = Move(angles, np.full(len(JOINTS), speed))
     here, origin = np.array(card.report.positions), card.goals
