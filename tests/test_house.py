@@ -33,17 +33,18 @@ ROOMS = (
 ROW = {room: row for row, rooms in enumerate(ROOMS) for room in rooms}
 
 
-def parsed(folder: Path) -> dict[Path, ast.Module]:
-    """Return every module below a folder, with its syntax tree."""
+@cache
+def parsed(folder: Path = HOUSE) -> dict[Path, ast.Module]:
+    """Return every module below a folder, with its syntax tree: once, as it takes a second."""
     return {
         path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted(folder.rglob("*.py"))
     }
 
 
 @cache
-def modules() -> dict[Path, ast.Module]:
-    """Every module of the house; parsed when a test asks, as it takes a second."""
-    return parsed(HOUSE)
+def nodes(tree: ast.Module) -> list[ast.AST]:
+    """Return all that is in a syntax tree."""
+    return list(ast.walk(tree))
 
 
 #: Names that two public classes may share, with why.
@@ -54,10 +55,11 @@ def room_of(path: Path) -> str:
     return path.relative_to(HOUSE).with_suffix("").parts[0]
 
 
+@cache
 def imports(tree: ast.Module) -> list[tuple[str, str]]:
     """Return every import of ours in a module: the room, and the name that is taken from it."""
     found = []
-    for node in ast.walk(tree):
+    for node in nodes(tree):
         if isinstance(node, ast.ImportFrom) and node.module:
             first, *rest = node.module.split(".")
             if first == "miburi":
@@ -74,10 +76,10 @@ def imports(tree: ast.Module) -> list[tuple[str, str]]:
 def libraries(tree: ast.Module) -> set[str]:
     """Return the first names of all that a module imports."""
     whole = {
-        name.name for node in ast.walk(tree) if isinstance(node, ast.Import) for name in node.names
+        name.name for node in nodes(tree) if isinstance(node, ast.Import) for name in node.names
     }
     parts = {
-        node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module
+        node.module for node in nodes(tree) if isinstance(node, ast.ImportFrom) and node.module
     }
     return {name.split(".")[0] for name in whole | parts}
 
@@ -85,7 +87,7 @@ def libraries(tree: ast.Module) -> set[str]:
 def test_imports_point_down() -> None:
     wrong = [
         f"{path.relative_to(HOUSE)}: {target}"
-        for path, tree in modules().items()
+        for path, tree in parsed().items()
         for target, _ in imports(tree)
         if target != room_of(path) and ROW[target] >= ROW[room_of(path)]
     ]
@@ -95,10 +97,10 @@ def test_imports_point_down() -> None:
 def test_no_modules_import_one_another_in_a_circle() -> None:
     """Also inside a room, and also where an import waits in a function."""
     names = {}
-    for path in modules():
+    for path in parsed():
         parts = path.relative_to(HOUSE.parent).with_suffix("").parts
         names[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
-    uses = {name: imported(modules()[path], names) - {name} for name, path in names.items()}
+    uses = {name: imported(parsed()[path], names) - {name} for name, path in names.items()}
     TopologicalSorter(uses).prepare()  # a circle raises, and names the modules
 
 
@@ -118,7 +120,7 @@ def imported(tree: ast.AST, names: Collection[str]) -> set[str]:
 def test_no_room_reaches_into_the_private_names_of_another() -> None:
     private = [
         f"{path.relative_to(HOUSE)}: {target}.{name}"
-        for path, tree in modules().items()
+        for path, tree in parsed().items()
         for target, name in imports(tree)
         if target != room_of(path) and name.startswith("_") and not name.startswith("__")
     ]
@@ -130,7 +132,7 @@ def test_what_an_extra_brings_is_needed_in_its_rooms_alone() -> None:
     extras = {"scipy": {"studies", "bma"}, "pyarrow": {"studies"}, "ray": {"studies"}}
     wrong = [
         f"{path.relative_to(HOUSE)}: {name}"
-        for path, tree in modules().items()
+        for path, tree in parsed().items()
         for name in libraries(tree) & extras.keys()
         if room_of(path) not in extras[name]
     ]
@@ -138,14 +140,14 @@ def test_what_an_extra_brings_is_needed_in_its_rooms_alone() -> None:
 
 
 def test_modules_and_classes_fit_in_one_reading() -> None:
-    lengths = {path: len(path.read_text(encoding="utf-8").splitlines()) for path in modules()}
+    lengths = {path: len(path.read_text(encoding="utf-8").splitlines()) for path in parsed()}
     assert {path: length for path, length in lengths.items() if length > 400} == {}
     written = sorted(length for length in lengths.values() if length > 5)
     assert written[len(written) // 2] < 170
     classes = {
         (path, node.name): (node.end_lineno or 0) - node.lineno + 1
-        for path in modules()
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for path, tree in parsed().items()
+        for node in nodes(tree)
         if isinstance(node, ast.ClassDef)
     }
     assert {name: length for name, length in classes.items() if length > 300} == {}
@@ -167,7 +169,7 @@ def listed(tree: ast.Module) -> set[object]:
 def test_a_public_module_says_what_is_public() -> None:
     missing = [
         f"{path.relative_to(HOUSE)}: {node.name}"
-        for path, tree in modules().items()
+        for path, tree in parsed().items()
         for node in tree.body
         if isinstance(node, ast.FunctionDef | ast.ClassDef | ast.AsyncFunctionDef)
         and not node.name.startswith("_")
@@ -179,8 +181,8 @@ def test_a_public_module_says_what_is_public() -> None:
 
 def test_no_two_public_classes_share_a_name() -> None:
     places: dict[str, list[str]] = {}
-    for path, tree in modules().items():
-        for node in ast.walk(tree):
+    for path, tree in parsed().items():
+        for node in nodes(tree):
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 places.setdefault(node.name, []).append(str(path.relative_to(HOUSE)))
     assert {n: p for n, p in places.items() if len(p) > 1 and n not in SHARED} == {}
@@ -193,7 +195,7 @@ def test_tests_use_public_names_alone() -> None:
     for path, tree in parsed(Path(__file__).parent).items():
         names = [
             ast.unparse(node)
-            for node in ast.walk(tree)
+            for node in nodes(tree)
             if isinstance(node, ast.Attribute)
             and private.match(node.attr)
             and ast.unparse(node.value) not in ("self", "cls", "super()")
@@ -207,8 +209,12 @@ def test_each_proof_names_a_quicker_test() -> None:
     """One that `make test` runs: a proof whose quicker test has gone leaves its part untested."""
     proofs, whole, tests = list[tuple[str, str]](), set[str](), set[str]()
     for path, tree in parsed(Path(__file__).parent).items():
-        for node in ast.walk(tree):
-            if isinstance(node, ast.Call) and ast.unparse(node.func) == "pytest.mark.proof":
+        for node in nodes(tree):
+            if (
+                isinstance(node, ast.Call)
+                and isinstance(node.func, ast.Attribute)
+                and node.func.attr == "proof"
+            ):
                 proofs.append((f"{path.name}:{node.lineno}", ast.literal_eval(node.args[0])))
             elif isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
                 tests.add(node.name)

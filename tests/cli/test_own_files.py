@@ -30,7 +30,7 @@ def test_run_takes_a_robot_gestures_and_a_temperament(
 ) -> None:
     options = ("--robot", tall_file, "--gestures", own_gestures, "--temperament", own_temperament)
     options += ("--rest", "lively")
-    with running(tmp_path, *map(str, options)) as program, httpx.Client() as client:
+    with running(tmp_path, *map(str, options)) as program, httpx.Client(verify=False) as client:
         url = address(program.out.next())
         api = url + "/api/v1"
 

@@ -19,7 +19,7 @@ from miburi.safety.move import Move
 from miburi.safety.stop import Phase
 
 #: Bytes for each fuzz on the AVR; `make firmware-proof` asks for 1,000,000.
-AVR_BYTES = int(os.environ.get("MIBURI_FUZZ", "6000"))
+AVR_BYTES = int(os.environ.get("MIBURI_FUZZ", "3000"))
 NATIVE_BYTES = max(AVR_BYTES, 50_000)
 
 

@@ -51,11 +51,11 @@ def test_a_slow_rate_skips_states(server: Server) -> None:
     assert min(b - a for a, b in itertools.pairwise(serials)) >= 3
 
 
-@pytest.mark.parametrize("rate", ["0", "51", "nan", "inf", "x"])
-def test_a_rate_out_of_range_is_refused(server: Server, rate: str) -> None:
-    refused = pytest.raises((InvalidStatus, ConnectionClosed))
-    with refused, connect(address(server, f"?rate={rate}")) as socket:
-        socket.recv(timeout=PATIENCE)
+def test_a_rate_out_of_range_is_refused(server: Server) -> None:
+    for rate in ("0", "51", "nan", "inf", "x"):
+        refused = pytest.raises((InvalidStatus, ConnectionClosed))
+        with refused, connect(address(server, f"?rate={rate}")) as socket:
+            socket.recv(timeout=PATIENCE)
 
 
 def test_commands_are_obeyed(server: Server) -> None:

@@ -7,7 +7,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.fixtures.live import block, run, until
 
@@ -72,6 +72,7 @@ def test_what_a_killed_partner_had_told_and_not_written_hides_nothing_new(tmp_pa
     assert heard(second, Cursor(first.history.boot, told)) == ["new"]
 
 
+@settings(max_examples=30)
 @given(st.lists(st.integers(0, 400), min_size=1, max_size=4), st.data())
 def test_whoever_asks_from_event_to_event_hears_each_once(
     tmp_path_factory: pytest.TempPathFactory, starts: list[int], data: st.DataObject
@@ -289,7 +290,7 @@ def test_a_performance_does_all_in_order_and_ends_once(runner: Runner) -> None:
 def test_what_belongs_together_begins_together_while_it_breathes(runner: Runner) -> None:
     """At rest it breathes: the body must end that, and the sentence waits for it."""
     acts = [Act(0.0, words="Hello."), Act(0.0, expression=Expression("surprise", 0.5))]
-    for _ in range(3):
+    for _ in range(2):
         until(runner, lambda state: state.phase == "moving")
         wish = runner.ask(PerformActs(acts, queued=True))
         run(runner, 8.0)

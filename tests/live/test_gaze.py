@@ -1,9 +1,9 @@
 """A face that the eyes see: where the live partner turns, and what it does not take."""
 
-import httpx
 import numpy as np
 import pytest
 from tests.fixtures.live import Server, run, until
+from tests.fixtures.waiting import post
 
 from miburi import connect
 from miburi.bodies import BodyState
@@ -116,7 +116,7 @@ def test_eyes_go_first_and_come_back_as_the_head_follows(runner: Runner) -> None
 
 def test_whose_turn_it_is_goes_over_the_interface(server: Server) -> None:
     def tell(**content: object) -> int:
-        return httpx.post(server.url + "/api/v1/attend", json=content).status_code
+        return post(server.url + "/api/v1/attend", json=content).status_code
 
     with connect(server.url) as partner:
         partner.attend()
@@ -128,7 +128,7 @@ def test_whose_turn_it_is_goes_over_the_interface(server: Server) -> None:
 
 def test_a_face_goes_over_the_interface_as_a_place_alone(server: Server) -> None:
     def tell(**content: object) -> int:
-        return httpx.post(server.url + "/api/v1/face", json=content).status_code
+        return post(server.url + "/api/v1/face", json=content).status_code
 
     assert tell(x=0.2) == 204
     assert tell(x=None) == 204

@@ -3,10 +3,10 @@
 from dataclasses import replace
 from pathlib import Path
 
-import httpx
 import numpy as np
 import pytest
 from tests.fixtures.live import block, interface, run, serving
+from tests.fixtures.waiting import get
 
 from miburi.feelings import FEELINGS, EmotionalModel, shipped_temperament
 from miburi.live.archive import Archive
@@ -58,10 +58,10 @@ def test_programs_are_told_the_running_rule(robot: Robot, tmp_path: Path) -> Non
     runner = partner(robot, tmp_path)
     runner.tick()
     with serving(interface(runner)) as url:
-        state = httpx.get(url + "/api/v1/state").json()
+        state = get(url + "/api/v1/state").json()
         assert state["rule"] == {"period": 0.05, "ratio": 0.9}
-        assert httpx.get(url + "/api/v1/motors").json()["rule"] == state["rule"]
-        assert httpx.get(url + "/api/v1/robot").json()["threshold"] == 0.9
+        assert get(url + "/api/v1/motors").json()["rule"] == state["rule"]
+        assert get(url + "/api/v1/robot").json()["threshold"] == 0.9
 
 
 def test_a_card_has_a_rule_of_its_own(robot: Robot, tmp_path: Path, firmware: Path) -> None:

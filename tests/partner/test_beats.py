@@ -36,7 +36,12 @@ def highest(robot: Robot, partner: Partner, seconds: float) -> float:
     return max(heights)
 
 
-@pytest.mark.parametrize("seed", range(6))
+#: Lives differ in their breaths and beats.
+MORE = pytest.mark.proof("test_a_sad_partner_does_not_lift_its_head_to_speak")
+SEEDS = [0, 1, *(pytest.param(seed, marks=MORE) for seed in range(2, 8))]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
 def test_it_beats_while_it_speaks_and_then_rests_on(robot: Robot, seed: int) -> None:
     partner = Partner(Simulated(robot), at_ease("still"), life=seed)
     breathing = highest(robot, partner, 8.0)
@@ -46,7 +51,7 @@ def test_it_beats_while_it_speaks_and_then_rests_on(robot: Robot, seed: int) -> 
     assert highest(robot, partner, 8.0) < breathing + 0.003
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", SEEDS)
 def test_a_hand_is_farthest_when_a_syllable_stands_out(robot: Robot, seed: int) -> None:
     partner = Partner(Simulated(robot), at_ease("still"), life=seed)
     run(partner, 3.0)

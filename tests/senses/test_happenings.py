@@ -5,6 +5,7 @@ from typing import get_args
 import httpx
 import pytest
 from tests.fixtures.live import Server, block, interface, run, serving
+from tests.fixtures.waiting import post
 
 import miburi
 from miburi.errors import InputError
@@ -64,7 +65,7 @@ def test_an_unhappy_face_weighs_less_than_a_smile() -> None:
 
 
 def test_a_touch_is_felt_over_the_interface_and_the_log_says_why(server: Server) -> None:
-    answer = httpx.post(server.url + "/api/v1/sense", json={"kind": "stroke"})
+    answer = post(server.url + "/api/v1/sense", json={"kind": "stroke"})
     assert answer.status_code == 204
     with miburi.connect(server.url) as partner:
         now = next(now for now in partner.watch() if max(now.emotion) > 0)
@@ -80,26 +81,24 @@ def test_a_stroke_soon_after_a_contact_is_felt_more(runner: Runner) -> None:
     runner.start()
     try:
         with serving(interface(runner)) as url:
-            httpx.post(url + "/api/v1/sense", json={"kind": "stroke"}).raise_for_status()
+            post(url + "/api/v1/sense", json={"kind": "stroke"}).raise_for_status()
     finally:
         runner.close(patience=0.0)
     felt = [entry for entry in runner.history.after(0) if entry.kind == "stimulus"]
     assert [(entry.feeling, entry.strength) for entry in felt] == [("happiness", 1.0)]
 
 
-@pytest.mark.parametrize(
-    "content",
-    [
+def test_what_is_no_happening_is_refused(server: Server) -> None:
+    wrong = [
         {"kind": "kick"}, {}, {"kind": "stroke", "clearness": 1.5}, {"kind": "pat", "stop": False},
         {"kind": "pat", "sound": "UklGRg=="}, {"kind": ["pat"]},
-    ],
-)  # fmt: skip
-def test_what_is_no_happening_is_refused(server: Server, content: object) -> None:
-    assert httpx.post(server.url + "/api/v1/sense", json=content).status_code == 422
+    ]  # fmt: skip
+    answers = [post(server.url + "/api/v1/sense", json=content).status_code for content in wrong]
+    assert answers == [422] * len(wrong)
 
 
 def test_a_flood_is_held_up_and_no_stop_with_it(server: Server) -> None:
-    with httpx.Client(base_url=server.url + "/api/v1") as client:
+    with httpx.Client(base_url=server.url + "/api/v1", verify=False) as client:
         answers, elapsed = [], 0.0
         for _ in range(60):
             answers.append(client.post("/sense", json={"kind": "drop"}))

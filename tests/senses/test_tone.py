@@ -1,10 +1,10 @@
 """Tone of voice: it weighs what the words say, and says nothing by itself."""
 
-import httpx
 import numpy as np
 import pytest
 from tests.fixtures.live import Server
 from tests.fixtures.speech import recognising, speak
+from tests.fixtures.waiting import post
 
 import miburi
 from miburi.senses.tone import ToneOfVoice, coloured, measure_prosody
@@ -89,7 +89,7 @@ def test_it_goes_through_the_interface(server: Server) -> None:
         assert partner.say("I am so happy today", tone="raised").feeling == "thrill"
         assert partner.say("The door is open.", tone="raised").felt == []
     wrong = {"text": "I am happy", "tone": "screaming"}
-    assert httpx.post(server.url + "/api/v1/say", json=wrong).status_code == 422
+    assert post(server.url + "/api/v1/say", json=wrong).status_code == 422
 
 
 def flite(text: str, pitch: float, volume: float) -> bytes:

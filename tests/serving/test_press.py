@@ -5,11 +5,10 @@ import socket
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 
-import httpx
 import pytest
 from fastapi import FastAPI
 from tests.fixtures.live import Server, interface, run, serving
-from tests.fixtures.waiting import until
+from tests.fixtures.waiting import post, until
 from websockets.sync.client import connect
 
 import miburi
@@ -52,9 +51,9 @@ def told(runner: Runner) -> list[tuple[str, str | None]]:
 def release_by_every_door(page: Server) -> list[str]:
     """Try to release as programs do; return why each was refused."""
     answers = [
-        httpx.post(page.url + V1 + "/release"),
-        httpx.post(page.url + V1 + "/release", headers={BY: "person"}),
-        httpx.post(page.url + RELEASE, json={}),  # it is no page
+        post(page.url + V1 + "/release"),
+        post(page.url + V1 + "/release", headers={BY: "person"}),
+        post(page.url + RELEASE, json={}),  # it is no page
     ]
     assert [answer.status_code for answer in answers] == [409] * 3
     why = [answer.json()["detail"] for answer in answers]
@@ -69,14 +68,14 @@ def release_by_every_door(page: Server) -> list[str]:
 
 @pytest.mark.parametrize("by", ["person", "home", "agent", "ros", "somebody's own button"])
 def test_no_program_ends_the_stop_of_anybody_else(page: Server, by: str) -> None:
-    assert httpx.post(page.url + STOP, headers={BY: by}).status_code == 204
+    assert post(page.url + STOP, headers={BY: by}).status_code == 204
     assert held(page)
     assert all("only a person" in why for why in release_by_every_door(page))
     assert page.runner.snapshot.state.phase == "stopped"
     known = by if by in ("home", "agent", "ros") else "person"
     assert told(page.runner) == [("pressed", known)]
     shown = {"seen": page.runner.snapshot.state.serial}
-    answer = httpx.post(page.url + RELEASE, json=shown, headers={"Origin": page.url})
+    answer = post(page.url + RELEASE, json=shown, headers={"Origin": page.url})
     assert answer.status_code == 204
     assert told(page.runner) == [("pressed", known), ("release_begun", "person")]
 
@@ -88,7 +87,7 @@ def test_a_program_ends_its_own_stop_until_a_person_presses_too(page: Server) ->
         partner.release()
         assert partner.wait().stop is None
         partner.stop()
-        httpx.post(page.url + STOP)
+        post(page.url + STOP)
         partner.stop()  # whatever comes later hides no person's Stop
         assert held(page)
         with pytest.raises(BodyError, match="only a person"):

@@ -9,11 +9,12 @@ from typing import Annotated, Any
 
 import numpy as np
 from fastapi import APIRouter, FastAPI, Header, HTTPException, Request, Response
+from fastapi.routing import APIRoute
 
 from miburi.feelings import Expression, Stimulus
 from miburi.interface.acting import acts_of, look_of, poses_of, shown_by
 from miburi.interface.description import describe
-from miburi.interface.events import event_router
+from miburi.interface.events import add_events
 from miburi.interface.people import add_people
 from miburi.interface.recordings import add_recordings
 from miburi.interface.refusing import NOTHING, REFUSED, Refusals, refuse_in_words
@@ -139,38 +140,47 @@ def make_api(
         description=_ABOUT,
         servers=[{"url": "http://127.0.0.1:8080", "description": "as `miburi run` says"}],
         openapi_tags=[{"name": name, "description": what} for name, what in _TAGS.items()],
-        generate_unique_id_function=lambda route: route.name,
+        generate_unique_id_function=_route_name,
         openapi_url="/api/openapi.json",
         docs_url=None,
         redoc_url=None,
     )
     speech = Speech(runner, endpoint, care, clock, seed, folder)
-    app.include_router(_router(runner, speech, clock))
+    _add_requests(app, runner, speech, clock)
     live_beside(app, speech.beginning.live)
     _describe(app)
     refuse_in_words(app)
     return app
 
 
-def _router(runner: LivePartner, speech: Speech, clock: Callable[[], datetime]) -> APIRouter:
-    router = APIRouter(prefix="/api/v1", responses={422: {"model": Refusal}})
-    stop = APIRouter(tags=["stop"])
-    _stopping(stop, runner)
-    router.include_router(stop)
+def _route_name(route: APIRoute) -> str:
+    return route.name
+
+
+def _add_requests(
+    app: FastAPI, runner: LivePartner, speech: Speech, clock: Callable[[], datetime]
+) -> None:
     parts: dict[str, Callable[[APIRouter, LivePartner], None]] = {
+        "stop": _stopping,
         "look": _looking,
         "ask": partial(_asking, speech=speech),
         "show": _showing,
         "recordings": add_recordings,
         "privacy": _private,
         "people": lambda part, _: add_people(part, speech.memory, speech.beginning, clock),
+        "events": add_events,
     }
     for tag, add in parts.items():
-        part = APIRouter(tags=[tag], responses=_OFTEN)
+        often = {} if tag == "stop" else _OFTEN
+        part = APIRouter(
+            prefix="/api/v1",
+            tags=[tag],
+            responses={422: {"model": Refusal}, **often},
+            generate_unique_id_function=_route_name,
+        )
         add(part, runner)
-        router.include_router(part)
-    router.include_router(event_router(runner), responses=_OFTEN)
-    return router
+        # FastAPI builds each route of a router that is included twice.
+        app.router.routes += part.routes
 
 
 def _describe(app: FastAPI) -> None:

@@ -65,7 +65,7 @@ class Asker:
         by: By = "agent",
     ) -> Self:
         """Return an asker of a server; see :func:`miburi.interface.client.connect`."""
-        verify = trust(url, authority) or True
+        verify = trust(url, authority)
         url = url.rstrip("/")
         headers = {BY: str(by)} | ({"Authorization": f"Bearer {token}"} if token else {})
         return cls(url, httpx.AsyncClient(base_url=url + "/api/v1", headers=headers, verify=verify))

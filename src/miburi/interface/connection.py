@@ -101,7 +101,7 @@ class Connection:
             failure: Exception = ConnectionLostError("the connection was closed")
             try:
                 with open_socket(
-                    address, additional_headers=self._headers, ssl=self._trust
+                    address, additional_headers=self._headers, ssl=self._trust or None
                 ) as socket:
                     for text in socket:
                         heard = time.monotonic()
@@ -158,7 +158,7 @@ class Connection:
             headers=self._headers,
             timeout=PATIENCE,
             limits=limits,
-            verify=self._trust or True,
+            verify=self._trust,
         )
 
 

@@ -17,7 +17,7 @@ from miburi.live.events.model import Cursor, EventKind, LiveEvent, without_words
 from miburi.live.view import LivePartner
 from miburi.serving.access import EVENTS
 
-__all__ = ["ENDING", "MOST", "AfterCursor", "event_router", "events_after", "follow"]
+__all__ = ["ENDING", "MOST", "AfterCursor", "add_events", "events_after", "follow"]
 
 #: The attribute of an application's state that is set when its server shuts down; event streams
 #: close themselves when they see it.
@@ -39,9 +39,8 @@ AfterCursor = Annotated[
 ]
 
 
-def event_router(partner: LivePartner) -> APIRouter:
-    """Return the router for past events, and for events as they happen."""
-    router = APIRouter(tags=["events"])
+def add_events(router: APIRouter, partner: LivePartner) -> None:
+    """Add the requests for past events, and for events as they happen."""
 
     @router.get(
         "/log",
@@ -96,8 +95,6 @@ def event_router(partner: LivePartner) -> APIRouter:
             media_type="text/event-stream",
             headers={"Cache-Control": "no-store"},
         )
-
-    return router
 
 
 _EXAMPLE = (

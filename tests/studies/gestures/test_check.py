@@ -15,8 +15,14 @@ def test_moods_run_from_0_to_1():
 
 
 @pytest.mark.parametrize("feeling", FEELINGS)
+def test_every_gesture_keeps_its_promises(robot, feeling):
+    assert list(check(robot, load(feeling), step=0.25)) == []
+
+
+@pytest.mark.proof("test_every_gesture_keeps_its_promises")
+@pytest.mark.parametrize("feeling", FEELINGS)
 def test_every_gesture_keeps_its_promises_at_every_mood(robot, feeling):
-    assert list(check(robot, load(feeling), step=0.1)) == []
+    assert list(check(robot, load(feeling), step=0.05)) == []
 
 
 @pytest.mark.parametrize("feeling", FEELINGS)
