@@ -48,6 +48,8 @@ TOGETHER: list[tuple[str, ...]] = [
     ("tests/studio/browser/",),
     ("tests/firmware/test_fuzz.py",),
     ("tests/firmware/test_mutants.py",),
+    ("tests/test_house.py",),
+    ("tests/host/test_server.py",),
     ("tests/studies/experiment/",),
     ("tests/studies/paper/",),
     ("tests/studies/study/test_report.py",),

@@ -41,6 +41,7 @@ def test_an_experiment_leaves_out_its_film_and_says_so(tmp_path: Path) -> None:
     assert names == {"experiment.json", "experiment.mcap", "experiment.png", "timing.json"}
 
 
+@pytest.mark.proof("test_an_experiment_leaves_out_its_film_and_says_so")
 def test_what_is_nothing_but_pictures_is_refused_in_one_line(tmp_path: Path) -> None:
     done = run("gesture", "preview", "happiness", "--out", tmp_path)
     assert done.returncode == 1

@@ -195,7 +195,7 @@ class TestOutOfReach:
 
     def test_best_is_only_said_where_it_is_so(self):
         case = next(case for case in FAR["cases"] if case["name"] == "gross, all")
-        found = {ik.solve(ROBOT, t, settings=RESIDUAL).status for t in case["targets"][:15]}
+        found = {ik.solve(ROBOT, t, settings=RESIDUAL).status for t in case["targets"][:6]}
         assert ik.OUT_OF_REACH not in found
         assert ik.NEAR in found
 

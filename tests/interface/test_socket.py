@@ -158,7 +158,7 @@ def test_thousands_of_bad_messages_change_nothing(server: Server) -> None:
 
     async def pester() -> int:
         sent = 0
-        while sent < 3_000:
+        while sent < 1_500:
             async with connect_async(address(server, "?rate=0.1"), max_queue=None) as socket:
                 for _ in range(MISTAKES + 1):
                     bad = rng.choice(BAD)
@@ -169,7 +169,7 @@ def test_thousands_of_bad_messages_change_nothing(server: Server) -> None:
                     sent += 1
         return sent
 
-    assert asyncio.run(pester()) >= 3_000
+    assert asyncio.run(pester()) >= 1_500
     with connect(address(server)) as socket:
         state = State.model_validate_json(socket.recv(timeout=PATIENCE))
     assert state.serial > before.serial

@@ -48,8 +48,8 @@ def test_the_same_seed_and_commands_give_the_same_states(robot: Robot, tmp_path:
         runner.ask(Feel(Stimulus("thrill", 1.0)))
         return run(runner, 3.0)
 
-    assert story(1) == story(1)
-    assert story(1) != story(2)
+    assert (one := story(1)) == story(1)
+    assert one != story(2)
 
 
 @pytest.mark.parametrize("settings", [Settings.paper(), None])

@@ -86,9 +86,9 @@ def test_it_knows_free_motion_better_than_the_delayed_profile(rule, traces) -> N
 
 
 def test_free_moves_of_varied_robots_pass_and_people_are_noticed(plant, rule) -> None:
-    free = [trial(plant, rule, 41, TrialKind.FREE, index) for index in range(30)]
+    free = [trial(plant, rule, 41, TrialKind.FREE, index) for index in range(16)]
     assert [one for one in free if one.stopped] == []
-    blocked = [trial(plant, rule, 41, TrialKind.BLOCKED, index) for index in range(20)]
+    blocked = [trial(plant, rule, 41, TrialKind.BLOCKED, index) for index in range(12)]
     assert [one for one in blocked if one.false_stop] == []
     firm = [one for one in blocked if one.sustained_force >= 2.0]
     assert all(one.stopped for one in firm)

@@ -164,7 +164,7 @@ def pieces(sound: bytes) -> Iterator[bytes]:
     return (sound[a:b] for a, b in pairwise(edges))
 
 
-@pytest.mark.proof("test_phrases_are_heard_and_others_are_not")
+@pytest.mark.proof("test_phrases_of_ones_own")
 @recognising
 def test_the_command_says_what_it_hears_to_a_live_partner(server: Server) -> None:
     quiet = bytes(40 * FRAME)

@@ -123,7 +123,7 @@ def test_no_happening_frees_a_stopped_body_or_changes_the_rule(runner: Runner) -
     rule = runner.body.motors().rule
     for kind in happenings():
         runner.ask(Sense(notice(kind)))
-        states = run(runner, 0.5)
+        states = run(runner, 0.2)
         assert {state.phase for state in states} == {"stopped"}
     assert runner.body.motors().rule == rule
     assert runner.snapshot.state.angles == pytest.approx(held, abs=0.1)

@@ -53,6 +53,7 @@ def test_the_day_has_hundreds_of_stimuli_and_a_seed():
     assert not np.array_equal(one.hours, other.hours)
 
 
+@pytest.mark.proof("test_each_episode_leaves_its_mood")
 def test_the_picture_is_written_whole_or_not_at_all(tmp_path):
     picture = plot_day(tmp_path / "new")
     assert picture.read_bytes().startswith(b"\x89PNG")

@@ -31,6 +31,7 @@ def test_pictures_show_pose_hand_and_caption(robot: Robot) -> None:
         assert np.array_equal(opened.picture(scenes[0]), plain)
 
 
+@pytest.mark.proof("test_pictures_show_pose_hand_and_caption")
 def test_a_robot_that_can_be_built_is_filmed_as_printed(monkeypatch: pytest.MonkeyPatch) -> None:
     """Servos are seen; without the extra the description's solids are drawn, which have none."""
     body = buildable()

@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 
 from miburi.gestures import shipped_repertoire
 from miburi.studies.gestures.classifier import NearestNeighbour, confusion, learn
@@ -10,6 +11,7 @@ def test_the_nearest_has_the_name():
     assert classifier.name(np.array([0.9, 100.4])) == "high"
 
 
+@pytest.mark.proof("test_the_nearest_has_the_name")
 def test_gestures_are_told_apart_at_moods_and_variations_never_seen(robot):
     classifier = learn(robot, shipped_repertoire(), variations=1)
     for mood, least in ((0.7, 0.95), (0.3, 0.8)):

@@ -23,6 +23,7 @@ def moments_of(strip):
     return [moment for row in rows for moment in np.split(row, 6, axis=1)]
 
 
+@pytest.mark.proof("test_paths_are_drawn")
 def test_a_strip_shows_twelve_moments_and_the_whole_robot(strip):
     height, width, _ = strip.shape
     assert width == 3 * height
@@ -35,6 +36,7 @@ def test_a_strip_shows_twelve_moments_and_the_whole_robot(strip):
             assert np.ptp(edge, axis=1).max() <= 12  # a row of wall has one colour
 
 
+@pytest.mark.proof("test_paths_are_drawn")
 def test_a_moment_has_a_trail_only_where_something_moves(strip):
     moments = moments_of(strip)
     assert np.abs(moments[2] - moments[3]).mean() < np.abs(moments[0] - moments[1]).mean() / 2

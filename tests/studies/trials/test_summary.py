@@ -96,11 +96,11 @@ def test_shipped_guards_stop_nobody_for_nothing(robot: Robot, recorded: list[Run
 def test_tuning_keeps_the_bound_and_beats_the_middle_of_the_box(
     robot: Robot, recorded: list[Run], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("miburi.studies.trials.tuning._BUDGET", 12)
+    monkeypatch.setattr("miburi.studies.trials.tuning._BUDGET", 6)
     tried: list[int] = []
     found = tune(robot, recorded, 0.0, 1, tried.append)
     assert found.verdict.false_stops == 0
-    assert found.tried == len(tried) >= 12
+    assert found.tried == len(tried) >= 6
     assert BOX[0][0] * 10_000 <= found.rule.period <= BOX[0][1] * 10_000
     again = tune(robot, recorded, 0.0, 1)
     assert (again.rule.period, again.rule.ratio) == (found.rule.period, found.rule.ratio)
