@@ -42,9 +42,7 @@ def pytest_collection_finish() -> None:
 
 #: Tests that share what takes long to make; one worker runs all of a line.
 TOGETHER: list[tuple[str, ...]] = [
-    tuple(f"tests/studio/browser/test_{name}" for name in ("pa", "ea", "lo")),
-    tuple(f"tests/studio/browser/test_{name}" for name in ("re", "cl", "ph")),
-    tuple(f"tests/studio/browser/test_{name}" for name in ("st", "sp", "ta")),
+    tuple(f"tests/studio/browser/test_{name}" for name in ("pa", "ta", "ax", "cl", "lo")),
     ("tests/studio/browser/",),
     ("tests/firmware/test_fuzz.py",),
     ("tests/firmware/test_mutants.py",),

@@ -15,7 +15,8 @@ HERE = Path(__file__).parent
 SKETCH = ROOT / "firmware/miburi"
 BUILD = ROOT / "build/firmware"
 NATIVE = ["g++", "-std=gnu++11", f"-I{SKETCH}", f"-I{HERE}", "-Wall", "-Wextra", "-Werror"]
-SANITIZED = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+#: Without optimisation: these compile in a fifth of the time, and run for less than a second.
+SANITIZED = ["-g", "-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 
 
 def need(tool: str, package: str) -> None:

@@ -23,7 +23,6 @@ from miburi.doors.report import HomeReport, Topics
 from miburi.safety.stop import StopReason
 from miburi.serving.access import Gate
 from miburi.studio.fleet_page import make_fleet_app
-from miburi.studio.words import LANGUAGES
 
 pytestmark = needs_browser
 
@@ -81,10 +80,9 @@ def test_pages_to_read_have_no_violation(browser: Browser, url: str) -> None:
     found = []
     with visiting(browser) as context:
         page = context.new_page()
-        for where in ("/privacy", "/mistyped"):
-            for language in LANGUAGES:
-                page.goto(f"{url}{where}?lang={language}")
-                found += look_over(page, f"{where} in {language}")
+        for where, language in (("/privacy", "en"), ("/privacy", "ja"), ("/mistyped", "fr")):
+            page.goto(f"{url}{where}?lang={language}")
+            found += look_over(page, f"{where} in {language}")
     assert "\n".join(found) == ""
 
 

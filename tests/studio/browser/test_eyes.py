@@ -122,6 +122,7 @@ LOSSES = {
 }  # fmt: skip
 
 
+@pytest.mark.proof("test_of_several_faces_it_keeps_to_one")
 def test_a_camera_s_pictures_are_copied_not_drawn_where_a_browser_can(
     seeing: Page, url: str
 ) -> None:
