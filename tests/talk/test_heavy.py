@@ -43,6 +43,29 @@ def test_nothing_playful_is_said_beside_what_is_heavy(before: str) -> None:
         assert cue is None or not (cue.light or cue.acts or cue.name in LIGHT), (said, cue.name)
 
 
+@pytest.mark.parametrize(
+    ("language", "said"),
+    [
+        ("en", "They gave me a lovely leaflet about dying."), ("en", "Hooray, the clinic again!"),
+        ("ja", "母が亡くなった"), ("ja", "がんが見つかった"), ("ja", "薬を飲み忘れた"),
+        ("fr", "Mon mari est mort"), ("fr", "J'ai mal au ventre"), ("fr", "On m'a opérée hier"),
+    ],
+)  # fmt: skip
+def test_words_of_illness_and_death_are_known(language: Language, said: str) -> None:
+    assert script(language).is_heavy(said)
+
+
+@pytest.mark.parametrize(
+    ("language", "said"),
+    [
+        ("en", "What a lovely morning."), ("en", "Do you like the new vicar?"),
+        ("ja", "がんばれ"), ("ja", "ガンダムが好き"), ("fr", "Il fait beau ce matin"),
+    ],
+)  # fmt: skip
+def test_what_is_light_is_not_heavy(language: Language, said: str) -> None:
+    assert not script(language).is_heavy(said)
+
+
 @pytest.mark.parametrize("no", ["No more!", "Never again!", "Not one more.", "One moment."])
 def test_a_no_does_not_make_it_begin_again(no: str) -> None:
     one = Answerer()

@@ -322,3 +322,17 @@ def test_after_a_distress_it_stays_with_it_and_then_answers_again(talk: Talk) ->
     assert talk.say("I still cannot get up, I fell").answer == Care().help("fall", "en", 1)
     assert str(talk.say("Hello?").answer) in stays
     assert talk.runner.snapshot.state.felt is None
+
+
+@pytest.mark.parametrize(
+    ("said", "shares"),
+    [
+        ("Great, I've got cancer.", False), ("Oh great, back in hospital.", False),
+        ("I'm out of hospital, I'm so happy!", True), ("What a lovely morning!", True),
+    ],
+)  # fmt: skip
+def test_it_shares_no_doubtful_joy_beside_illness(talk: Talk, said: str, shares: bool) -> None:
+    """It said nothing glad already, but felt it, and its body showed that."""
+    answer = talk.say(said)
+    assert (answer.feeling == "happiness") is shares
+    assert bool(answer.felt) is shares

@@ -29,7 +29,8 @@ _TAKES_UP = 0.5
 #: Feelings that, where they are less likely than this, move the partner but are not spoken of
 #: (ours): of those heard at 0.4 to 0.6 it misjudges nearly half (bench/words.txt), and joy beside
 #: bad news is cruel.
-_GLAD, _SPOKEN_OF = ("happiness", "thrill", "surprise"), 0.6
+JOYS = ("happiness", "thrill")
+_GLAD, _SPOKEN_OF = (*JOYS, "surprise"), 0.6
 #: The marks around a sentence; the sentences after a first one; and a clause with its marks.
 _SIGNS = " ,.;!?、。！？"
 _REST = re.compile(r"(?<=[.!?。！？]).+$", re.DOTALL)

@@ -21,7 +21,7 @@ from miburi.senses import Impression
 from miburi.senses.kinds import Distress
 from miburi.senses.tone import Tone, coloured
 from miburi.serving.press import Press, who
-from miburi.talk.answers import Answerer, SmallAnswer, wants_stop
+from miburi.talk.answers import JOYS, Answerer, SmallAnswer, wants_stop
 from miburi.talk.beginning import Beginning
 from miburi.talk.care import Care, agrees, may_be_said
 from miburi.talk.dates import due_of
@@ -37,6 +37,8 @@ __all__ = ["Speech"]
 
 #: s for which it looks where somebody asks it to, and the mood of a feeling on demand (ours).
 _LOOKED, _SHOWN = 2.0, 0.8
+#: How sure it must be of a joy beside words of illness or death, to share it (ours).
+_SURE_OF_JOY = 0.9
 #: How long a "yes" still answers the question whether somebody needs help (ours).
 _ANSWERED = timedelta(minutes=2)
 #: How many answers to remarks after a distress speak of it; then, one in how many (ours).
@@ -122,6 +124,9 @@ class Speech:
             heard = replace(heard, worry=None)  # its kind is unclear, and an answer is known
         if not grave and heard.worry is None and any(match.cue.acts for match in wanted):
             heard = Impression(None, 0.0, "speech")  # an order shows nobody's feeling
+        doubtful = heard.feeling in JOYS and heard.strength < _SURE_OF_JOY
+        if doubtful and script(language).is_heavy(said):
+            heard = Impression(None, 0.0, "speech")  # "Great, I've got cancer": it is not glad
         if (grave or heard.worry is not None) and self._conversation is not None:
             self._conversation.overtake()
         felt = await granted(self._partner, Sense(heard, said))
