@@ -87,9 +87,10 @@ class Optimizer:
     @property
     def result(self) -> SearchResult:
         """The best so far; before the end its status is ``BUDGET_SPENT``."""
-        status = self._status or BUDGET_SPENT
         counts = self._evaluations, self._generations
-        return SearchResult(self._x.copy(), float(self._value), *counts, status)
+        return SearchResult(
+            self._x.copy(), float(self._value), *counts, self._status or BUDGET_SPENT
+        )
 
     def ask(self) -> Array:
         """Return the points, (k, n), whose values are wanted next; InputError after the end."""
@@ -123,8 +124,7 @@ class Optimizer:
     def _take(self, points: Array, told: Array) -> None:
         """Keep what was told, and run up to the next request for values."""
         self._told_shape, self._asked = told.shape[1:], False
-        totals = told if told.ndim == 1 else np.einsum("ij,ij->i", told, told)
-        self._totals = totals
+        self._totals = totals = told if told.ndim == 1 else np.einsum("ij,ij->i", told, told)
         if not self._evaluations:
             self._enough = self._target(totals, of_residuals=told.ndim == 2)
         self._evaluations += len(points)
@@ -202,8 +202,7 @@ class Optimizer:
             )
             if linear:
                 return CONVERGED
-        shares = op.draw(self._state, settings.individuals * lower.size)
-        shares = shares.reshape(settings.individuals, lower.size)
+        shares = op.draw(self._state, settings.individuals * lower.size).reshape(-1, lower.size)
         population = np.clip(lower + shares * (upper - lower), lower, upper)
         if self._begins_at_start:
             population[-1] = self._x

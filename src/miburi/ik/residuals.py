@@ -1,8 +1,7 @@
 """The nine coordinate errors of Eq. 13 and their derivatives, compiled.
 
 In: a body, a target and poses. Out: the errors whose squares the memetic algorithm minimises, and
-their derivatives, from the compiled equivalents of :func:`miburi.robot.forward` and its Jacobian.
-Importing this module loads Numba.
+their derivatives. Importing this module loads Numba.
 """
 
 from math import cos, sin

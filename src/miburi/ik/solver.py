@@ -79,18 +79,9 @@ class Solution(NamedTuple):
 
 @dataclass(frozen=True)
 class Solutions:
-    """What :func:`solve_batch` found: each field of :class:`Solution`, for n targets.
+    """What :func:`solve_batch` found: the fields of :class:`Solution`, one row for each target.
 
-    Attributes
-    ----------
-    angles
-        (n, 8), rad.
-    residual, error
-        (n,) the square root of Eq. 13, and (n, 3) the distances in m, as in :class:`Solution`.
-    evaluations, generations
-        (n,) how often the residual was evaluated, and generations of the BMA.
-    status
-        Why each search ended.
+    ``angles`` are (n, 8) rad, ``error`` is (n, 3) m, ``status`` has n words, all others are (n,).
     """
 
     angles: Array
@@ -278,10 +269,7 @@ def _kernel() -> Any:
     """Return the compiled code; the first call loads Numba, and compiles what solving needs."""
     from miburi.ik import kernel
 
-    rows = np.empty((0, 9))
-    counts = np.empty((0, 2), np.int64)
-    kernel.solve_many(
-        np.zeros(1, BODY), rows, np.empty(8), rows[:, :8].copy(), rows[:, :3].copy(),
-        np.empty(0), counts,
-    )  # fmt: skip
+    nine, eight, three, two = (np.empty((0, width)) for width in (9, 8, 3, 2))
+    counts = two.astype(np.int64)
+    kernel.solve_many(np.zeros(1, BODY), nine, np.empty(8), eight, three, np.empty(0), counts)
     return kernel
