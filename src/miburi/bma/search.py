@@ -87,10 +87,8 @@ class Optimizer:
     @property
     def result(self) -> SearchResult:
         """The best so far; before the end its status is ``BUDGET_SPENT``."""
-        counts = self._evaluations, self._generations
-        return SearchResult(
-            self._x.copy(), float(self._value), *counts, self._status or BUDGET_SPENT
-        )
+        status, counts = self._status or BUDGET_SPENT, (self._evaluations, self._generations)
+        return SearchResult(self._x.copy(), float(self._value), *counts, status)
 
     def ask(self) -> Array:
         """Return the points, (k, n), whose values are wanted next; InputError after the end."""
