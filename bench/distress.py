@@ -4,8 +4,8 @@
 
 Our own lines are tests/senses/distress-en.tsv and -ja.tsv; nothing was chosen on them. Those of
 strangers are in bench/distress-lines. Intervals are Wilson's, 95 %. A line counts as heard if it is
-taken for distress of any kind; "as that kind" says how often the kind is right, and "asked about"
-counts those that may be distress and get a question.
+taken for distress of any kind; "asked about" counts, beside these, those that may be distress and
+get a question. docs/senses.md shows these tables; a test compares them.
 """
 
 import sys
@@ -17,7 +17,7 @@ sys.path[:0] = [str(ROOT / "bench")]
 
 from words import share  # noqa: E402  (below the folder that holds it)
 
-from miburi.senses.distress import hear_distress, judge_distress  # noqa: E402  (below the folder that holds it)
+from miburi.senses.distress import Heard, hear_distress, judge_distress  # noqa: E402  (below the folder that holds it)
 from miburi.senses.kinds import KINDS  # noqa: E402  (below the folder that holds it)
 from miburi.senses.text import without_punctuation  # noqa: E402  (below the folder that holds it)
 
@@ -32,62 +32,81 @@ def lines(language: str) -> list[tuple[str, str]]:
     return [(kind, said) for kind, _, said in (row.partition("\t") for row in rows[1:])]
 
 
+WRITERS = ("second", "third", "fourth", "fifth", "sixth", "seventh")
+#: What each writer wrote, by file; those of hints and of death wishes have other harmless lines.
+FILES = {
+    "grave": "distress heard",
+    "household": "*everyday lines taken for it*",
+    "stories": "*stories, past, what-ifs taken for it*",
+}
+ALIKE = "*look-alikes taken for it*"
+
+
 def main() -> None:
     """Measure and print."""
-    for language in ("en", "ja"):
-        rows = lines(language)
+    own = {language: judged(lines(language)) for language in ("en", "ja")}
+    print("# Lines of our own\n\n| kind | English | Japanese |\n|---|---|---|")
+    for kind in (*KINDS, "all", "-", "="):
+        columns = [found(rows, kind) for rows in own.values()]
+        if any(columns):
+            print(f"| {kind} | {' | '.join(columns)} |")
+    for language, rows in own.items():
         begin = time.process_time()
-        heard = [hear_distress(said) for _, said in rows]
+        bare = [hear_distress(without_punctuation(said)) for _, said, _ in rows]
         each = 1e3 * (time.process_time() - begin) / len(rows)
-        print(f"# {language}\n\n| kind | heard | as that kind |\n|---|---|---|")
-        total = right = n = 0
-        for kind in KINDS:
-            own = [h for h, (label, _) in zip(heard, rows, strict=True) if label == kind]
-            taken, named = (
-                sum(h is not None for h in own),
-                sum((h and h.kind == kind) or 0 for h in own),
-            )
-            total, right, n = total + taken, right + named, n + len(own)
-            print(f"| {kind} | {taken}/{len(own)} | {named}/{len(own)} |")
-        print(f"| all | {share(total, n)} | {right}/{n} |\n")
-        for sign, what in (("-", "everyday lines"), ("=", "stories, past, turns of phrase")):
-            own = [h for h, (label, _) in zip(heard, rows, strict=True) if label == sign]
-            print(f"{what} taken for distress: {share(sum(h is not None for h in own), len(own))}")
-        bare = [hear_distress(without_punctuation(said)) for _, said in rows]
-        same = sum(a == b for a, b in zip(heard, bare, strict=True))
-        print(f"the same verdict without punctuation: {same}/{len(rows)}")
-        print(f"{each:.2f} ms a line (of one core)\n")
-        for writer in ("second", "third", "fourth", "fifth", "sixth"):
-            print(f"## by strangers, the {writer}\n")
-            count_strangers(writer, language)
+        same = sum(a == told(b) for a, (_, _, b) in zip(bare, rows, strict=True))
+        print(f"{language}: the same without punctuation: {same}/{len(rows)}; {each:.2f} ms a line")
+    print("\n# Lines by strangers\n")
+    print("| by the stranger | English | Japanese | asked about, English | Japanese |")
+    print("|---|---|---|---|---|")
+    kinds = []
+    for writer in WRITERS:
+        folder = ROOT / "bench" / "distress-lines" / writer
+        for name, what in FILES.items():
+            if not (folder / f"{name}-en.tsv").exists():
+                continue
+            each_language = [judged(rows_of(folder / f"{name}-{one}.tsv")) for one in ("en", "ja")]
+            heard = [share(sum(told(h) is not None for *_, h in rows), len(rows))
+                     for rows in each_language]  # fmt: skip
+            asked = [sum(h is not None and h.doubtful for *_, h in rows) / len(rows)
+                     for rows in each_language]  # fmt: skip
+            alike = name == "stories" and not (folder / "household-en.tsv").exists()
+            columns = [*heard, *(f"{100 * one:.1f} %" for one in asked)]
+            print(f"| {writer}: {ALIKE if alike else what} | {' | '.join(columns)} |")
+            if name == "grave":
+                right = [sum(told(h) is not None and h.kind == THEIRS.get(k, k) for k, _, h in rows)
+                         for rows in each_language]  # fmt: skip
+                kinds.append(f"{writer} {right[0]} and {right[1]}")
+    print(f"\nas the right kind, in English and in Japanese: {', '.join(kinds)}")
 
 
-def count_strangers(writer: str, language: str) -> None:
-    """Print how many of a stranger's lines are taken for distress, and how many should be."""
-    folder = ROOT / "bench" / "distress-lines" / writer
-    for name, what in (
-        ("grave", "distress heard"),
-        ("household", "everyday lines taken for distress"),
-        ("stories", "stories, past, what-ifs, look-alikes taken for distress"),
-    ):
-        file = folder / f"{name}-{language}.tsv"
-        if not file.exists():
-            continue
-        rows = file.read_text(encoding="utf-8").splitlines()
-        said = [row.split("\t")[-1] for row in rows]
-        heard = [hear_distress(one) for one in said]
-        bare = [hear_distress(without_punctuation(one)) for one in said]
-        same = sum(a == b for a, b in zip(heard, bare, strict=True))
-        doubted = [judge_distress(one) for one in said]
-        asked = sum(one is not None and one.doubtful for one in doubted)
-        print(f"{what}: {share(sum(h is not None for h in heard), len(said))}")
-        print(f"asked about beside: {share(asked, len(said))}")
-        if name == "grave":
-            kinds = [THEIRS.get(kind, kind) for kind in (row.split("\t")[0] for row in rows)]
-            right = sum(h is not None and h.kind == k for h, k in zip(heard, kinds, strict=True))
-            print(f"as that kind: {right}/{len(said)}")
-        print(f"the same verdict without punctuation: {same}/{len(said)}")
-    print()
+def rows_of(file: Path) -> list[tuple[str, str]]:
+    """The lines of a file, with their labels where they have some."""
+    rows = file.read_text(encoding="utf-8").splitlines()
+    return [(row.split("\t")[0], row.split("\t")[-1]) for row in rows]
+
+
+def judged(rows: list[tuple[str, str]]) -> list[tuple[str, str, Heard | None]]:
+    """Lines with what is heard in them."""
+    return [(kind, said, judge_distress(said)) for kind, said in rows]
+
+
+def told(heard: Heard | None) -> Heard | None:
+    """What is taken for distress, and not only asked about."""
+    return None if heard is None or heard.doubtful else heard
+
+
+def found(rows: list[tuple[str, str, Heard | None]], kind: str) -> str:
+    """How many lines of a kind are heard as it; of all, or of harmless ones, as any."""
+    if kind in KINDS:
+        own = [told(heard) for label, _, heard in rows if label == kind]
+        return f"{sum(h is not None for h in own)}/{len(own)}" if own else ""
+    own = [
+        told(heard)
+        for label, _, heard in rows
+        if (label in KINDS if kind == "all" else label == kind)
+    ]
+    return share(sum(h is not None for h in own), len(own))
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@
 
 Needs SciPy (the extra ``studies``). The sentences are drawn from ``distress-lessons.toml`` beside
 this script, all written by one of Miburi's authors, and from ``distress-lines`` beside it, which
-twenty-five strangers wrote. The model is a multinomial logistic regression on groups of words and
+thirty-seven strangers wrote. The model is a multinomial logistic regression on groups of words and
 letters (:func:`miburi.senses.distress.features`). The patterns that fit count as groups, too: train
 again after a change of a ``distress.toml``. The same sentences give the same verdicts; the file's
 last bits depend on the versions of NumPy and SciPy.

@@ -18,8 +18,7 @@ __all__ = ["BODY", "FARTHEST", "REACHED", "TOLERANCE", "WORK", "Body", "Work", "
 
 #: No coordinate of a target may be larger, in m: its square must stay a number.
 FARTHEST = 1e9
-#: A target counts as reached if the residual is at most this share of the arm's reach: 0.07 mm
-#: for the iphonoid.
+#: Share of the arm's reach up to which a residual counts as reached: 0.07 mm for the iphonoid.
 REACHED = 5e-4
 #: The search ends at this residual, a share of the arm's reach: 0.14 µm for the iphonoid.
 TOLERANCE = 1e-6

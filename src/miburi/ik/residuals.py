@@ -49,8 +49,7 @@ def note_errors(body: Body, target: Array, q: Array, e: Array) -> None:
 @compiled
 def jacobian(record: NDArray[np.void], q: Array) -> Array:
     """Return the derivatives of the errors at one pose, (9, 8) m/rad."""
-    body: Body = record[0]
-    size, rows = body.lengths, np.zeros((9, 8))
+    size, rows = record[0].lengths, np.zeros((9, 8))
     sw, cw = sin(q[0]), cos(q[0])
     for limb in range(2):
         side, first, k = (-1.0, 4, 3) if limb else (1.0, 1, 0)

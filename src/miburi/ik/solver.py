@@ -81,7 +81,10 @@ class Solution(NamedTuple):
 class Solutions:
     """What :func:`solve_batch` found: the fields of :class:`Solution`, one row for each target.
 
-    ``angles`` are (n, 8) rad, ``error`` is (n, 3) m, ``status`` has n words, all others are (n,).
+    Attributes
+    ----------
+    angles, error, residual, evaluations, generations, status
+        (n, 8) rad, (n, 3) m, (n,) m, twice (n,), and n words.
     """
 
     angles: Array
@@ -186,9 +189,8 @@ def solve_batch(
             record, goals[rows], pose, angles[rows], errors[rows], residual[rows], counts[rows]
         )
 
-    slices = [slice(i, i + _PART) for i in range(0, len(goals), _PART)]
     with ThreadPoolExecutor(available_cores()) as threads:
-        list(threads.map(part, slices))
+        list(threads.map(part, [slice(i, i + _PART) for i in range(0, len(goals), _PART)]))
     statuses = tuple(_WORDS[status] for status in counts[:, 0].tolist())
     none = np.zeros(len(goals), np.int64)
     return Solutions(angles, residual, errors, counts[:, 1], none, statuses)

@@ -39,6 +39,8 @@ __all__ = ["Heard", "features", "hear_distress", "judge_distress"]
 #: Likelihoods above which it reports distress, and above which it asks whether there is any. Ours:
 #: chosen on lines by writers of whom the model that was tested had read nothing.
 _FINDS, _WONDERS = 0.7, 0.4
+#: The same for a death wish without any of the plain words: to ask is what helps then (ours).
+_SURE = 0.85
 #: Longest text that is judged only as a whole, the length of the parts of a longer one, and the
 #: distance between two parts (ours). A cry for help has little weight in a minute's chatter.
 _LONG_WORDS, _LONG_LETTERS = (24, 14, 4), (34, 24, 6)
@@ -130,9 +132,10 @@ def _model(language: Language) -> Callable[[str], Heard | None] | None:
         best, distress = int(likely[:-1].argmax()), 1 - likely[-1]
         if distress <= _WONDERS:
             return None
-        if distress <= _FINDS:
+        words = _fitting(said, language)[0].get(KINDS[best], "")
+        if distress <= (_SURE if KINDS[best] == "suicide" and not words else _FINDS):
             return Heard(KINDS[best] if likely[best] > _WONDERS else "help", doubtful=True)
-        return Heard(KINDS[best], _fitting(said, language)[0].get(KINDS[best], ""))
+        return Heard(KINDS[best], words)
 
     return judge
 
