@@ -12,10 +12,10 @@ help: ## this list
 
 # RUN takes options, such as RUN="--headless --port 8090".
 RUN ?=
-run: .venv/run.stamp ## the main job: the live partner and its studio (Ctrl-C ends it)
+run: .venv/compiled.stamp ## the main job: the live partner and its studio (Ctrl-C ends it)
 	$(BIN)/miburi run $(RUN)
 
-experiment: .venv/run.stamp ## the paper's experiment, written to out/experiment
+experiment: .venv/compiled.stamp ## the paper's experiment, written to out/experiment
 	$(BIN)/miburi experiment --seed 1 --seconds 30 --out out/experiment
 
 # Some tests wait, so there are three workers more than cores. Pages come last, on two workers: each
@@ -24,7 +24,7 @@ PYTEST := $(BIN)/python -m pytest
 TESTS := $(PYTEST) -n $$(($$(nproc) + 3))
 PAGES := tests/studio/browser
 BROWSE := $(PYTEST) -n 2 $(PAGES)
-test: .venv/test.stamp firmware ## all tests but the proofs (6 to 12 minutes on two cores)
+test: .venv/test.stamp .venv/compiled.stamp firmware ## all tests but the proofs (6 to 12 minutes on two cores)
 	$(TESTS) --ignore $(PAGES)
 	$(BROWSE)
 
@@ -35,19 +35,19 @@ QUICK := $(foreach room,bma bodies calibration card emulation feelings gestures 
 	robot safety senses servos talk,$(wildcard tests/$(room)/test_*.py))
 LONGER := ninth ears chain conversation http press robustness happenings distress
 QUICK := $(filter-out $(LONGER:%=\%/test_%.py),$(QUICK))
-test-quick: .venv/test.stamp ## what is quick: no program, page, film, study or card (a minute)
+test-quick: .venv/test.stamp .venv/compiled.stamp ## what is quick: no program, page, film, study or card (a minute)
 	$(BIN)/python -m pytest -n auto $(QUICK)
-test-rest: .venv/test.stamp firmware ## all tests but those of the card and those in a browser
+test-rest: .venv/test.stamp .venv/compiled.stamp firmware ## all tests but those of the card and those in a browser
 	$(TESTS) --ignore $(PAGES) --ignore tests/firmware
-test-firmware: .venv/test.stamp firmware ## the tests of the card
+test-firmware: .venv/test.stamp .venv/compiled.stamp firmware ## the tests of the card
 	$(TESTS) tests/firmware
-test-pages: .venv/test.stamp ## the tests in a browser
+test-pages: .venv/test.stamp .venv/compiled.stamp ## the tests in a browser
 	$(BROWSE)
 
 # For each proof `make test` runs a quicker test, which its mark names. All targets but these two and
 # `test-lowest` leave the proofs out.
 .PHONY: proof
-proof: .venv/test.stamp firmware ## the long tests: mutants, studies, pages (about 15 minutes)
+proof: .venv/test.stamp .venv/compiled.stamp firmware ## the long tests: mutants, studies, pages (about 15 minutes)
 	$(TESTS) -m proof --ignore $(PAGES)
 	$(BROWSE) -m proof
 
@@ -120,7 +120,10 @@ clean: ## remove what was built
 .venv/run.stamp: .venv/bin/python pyproject.toml constraints.txt tools/debian-packages
 	tools/debian-packages ffmpeg libegl1 libegl-mesa0 libgl1-mesa-dri
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[studies]'
-	@# Compile the solver and the servos now, once, so that the first start is as quick as every other.
+	@touch $@
+
+# Compile the solver and the servos once, so that the first start is as quick as every other.
+.venv/compiled.stamp: .venv/run.stamp $(shell grep -rl --include=*.py '^@compiled' src/miburi)
 	$(BIN)/miburi ik --right 0.1 -0.1 0.2 --left 0.1 0.1 0.2 --head 0.0279 0 0.1987 >/dev/null
 	$(BIN)/miburi experiment --seconds 2 --no-film --out build/first >/dev/null
 	@touch $@

@@ -197,7 +197,7 @@ def test_by_https_a_phone_comes_in_and_by_http_only_this_computer(tmp_path: Path
     authority.parent.mkdir()
     authority.with_name("authority.pem").write_text("nonsense")
     with running(tmp_path, "--https") as program:
-        assert "a new home authority was made" in program.errors.next()
+        program.errors.next("a new home authority was made")
         url = address(program.out.next("Miburi is awake"))
         found = re.search(r"https://[\w.]+:\d+", program.out.next("On a phone"))
         assert found
@@ -297,7 +297,7 @@ def test_ctrl_c_in_a_terminal_is_a_good_end_of_all_processes(tmp_path: Path) -> 
     path, content = tmp_path / "feelings.json", b"[" * 100_000
     path.write_bytes(content)
     with running(tmp_path) as program:
-        assert "the partner starts afresh" in program.errors.next()
+        program.errors.next("the partner starts afresh")
         url = address(program.out.next())
         helpers = helpers_of(program.process.pid)
         assert post(url + "/api/v1/recordings", json={"on": True}).status_code == 204
@@ -413,7 +413,7 @@ def test_while_the_server_hangs_the_body_is_stopped(there: Program, which: int, 
     hung = helpers_of(there.process.pid)[which]
     os.kill(hung, signal.SIGSTOP)
     try:
-        assert f"the {name} hangs, so the body was stopped" in there.errors.next()
+        there.errors.next(f"the {name} hangs, so the body was stopped")
     finally:
         os.kill(hung, signal.SIGCONT)
     # What the server was told while it hung, it hears first: the body still moves there.
@@ -436,7 +436,7 @@ def test_while_the_server_hangs_stop_works_and_comes_before_an_earlier_release(
             release.sendall(b"POST /api/v1/release HTTP/1.1\r\nHost: localhost\r\n\r\n")
             answers = [kept.post("/stop"), post(there.url + "/api/v1/stop"), kept.post("/stop")]
             # Long enough for the server to take its own sleep for the partner's.
-            assert "the server hangs" in there.errors.next()
+            there.errors.next("the server hangs")
         finally:
             os.kill(server, signal.SIGCONT)
         assert [answer.status_code for answer in answers] == [204] * 3
