@@ -179,7 +179,7 @@ def _add_requests(
             generate_unique_id_function=_route_name,
         )
         add(part, runner)
-        # FastAPI builds each route of a router that is included twice.
+        # To include a router, FastAPI would build each of its routes again.
         app.router.routes += part.routes
 
 

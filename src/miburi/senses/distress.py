@@ -39,7 +39,7 @@ __all__ = ["Heard", "features", "hear_distress", "judge_distress"]
 #: Likelihoods above which it reports distress, and above which it asks whether there is any. Ours:
 #: chosen on lines by writers of whom the model that was tested had read nothing.
 _FINDS, _WONDERS = 0.7, 0.4
-#: The same for a death wish without any of the plain words: to ask is what helps then (ours).
+#: A death wish without any of the plain words is asked about up to here: asking helps (ours).
 _SURE = 0.85
 #: Longest text that is judged only as a whole, the length of the parts of a longer one, and the
 #: distance between two parts (ours). A cry for help has little weight in a minute's chatter.
