@@ -33,7 +33,7 @@ def lines(language: str) -> list[tuple[str, str]]:
 
 
 WRITERS = ("second", "third", "fourth", "fifth", "sixth", "seventh")
-#: What each writer wrote, by file; those of hints and of death wishes have other harmless lines.
+#: What each writer's files hold. Writers without household lines wrote look-alikes as stories.
 FILES = {
     "grave": "distress heard",
     "household": "*everyday lines taken for it*",
@@ -92,7 +92,7 @@ def judged(rows: list[tuple[str, str]]) -> list[tuple[str, str, Heard | None]]:
 
 
 def told(heard: Heard | None) -> Heard | None:
-    """What is taken for distress, and not only asked about."""
+    """Return what is taken for distress rather than asked about."""
     return None if heard is None or heard.doubtful else heard
 
 

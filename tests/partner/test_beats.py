@@ -36,7 +36,7 @@ def highest(robot: Robot, partner: Partner, seconds: float) -> float:
     return max(heights)
 
 
-#: Lives differ in their breaths and beats.
+#: Each seed gives a life with other breaths and beats.
 MORE = pytest.mark.proof("test_a_sad_partner_does_not_lift_its_head_to_speak")
 SEEDS = [0, 1, *(pytest.param(seed, marks=MORE) for seed in range(2, 8))]
 

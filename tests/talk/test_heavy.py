@@ -66,6 +66,17 @@ def test_what_is_light_is_not_heavy(language: Language, said: str) -> None:
     assert not script(language).is_heavy(said)
 
 
+@pytest.mark.parametrize(
+    ("language", "said"),
+    [("en", "Great, I've got cancer."), ("ja", "がんが見つかった"), ("fr", "J'ai un cancer")],
+)
+def test_what_is_heavy_gets_a_gentle_answer(language: Language, said: str) -> None:
+    """It said "Well, well.\""""
+    for seed in range(10):
+        told = Answerer(seed).answer(said, Impression(None, 0.0, "speech"), None, language, NOW)
+        assert told.text in script(language).gentle
+
+
 @pytest.mark.parametrize("no", ["No more!", "Never again!", "Not one more.", "One moment."])
 def test_a_no_does_not_make_it_begin_again(no: str) -> None:
     one = Answerer()

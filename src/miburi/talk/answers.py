@@ -141,6 +141,8 @@ class Answerer:
         elif topic is not None:
             text = self._choose(topic.cue.say, slots | _about(topic))
         if text is None:
+            text = self._choose(words.gentle, slots, always=True) if heavy else None
+        if text is None:
             text = self._remark(words, felt, slots)
         self._last = text
         cue = match.cue if match else None

@@ -164,6 +164,9 @@ class Script(Table):
         What the partner says when it speaks first, by the reason.
     stopped, paused
         What is said where the body cannot move.
+    gentle
+        What is said to ``heavy`` words without an answer of their own; where it is missing, the
+        same as to others.
     weekdays, months, days, clock, date
         Words for the time: weekdays from Monday, months from January; other days by how many days
         they are away.
@@ -184,6 +187,7 @@ class Script(Table):
     begin: dict[Reason, _Lines]
     stopped: _Lines
     paused: _Lines
+    gentle: _Lines = Field(default_factory=list)
     days: dict[str, Annotated[int, Field(ge=0, le=30)]]
     weekdays: Annotated[list[str], Field(min_length=7, max_length=7)]
     months: Annotated[list[str], Field(min_length=12, max_length=12)]
