@@ -24,7 +24,7 @@ http_page = runpy.run_path(str(ROOT / "docs" / "http_reference.py"))["http_page"
 _PROJECT = {"contributing.md": "CONTRIBUTING.md", "changelog.md": "CHANGELOG.md"}
 ROOMS = (
     "feelings", "senses", "gestures", "ik", "bma", "partner", "bodies", "safety", "calibration",
-    "hardware", "robot", "servos", "card", "interface.client", "interface.connection", "errors",
+    "hardware", "robot", "servos", "card", "client.remote", "client.connection", "errors",
 )  # fmt: skip
 _OUTSIDE = re.compile(r"\[([^\]]*)\]\((?:\.\./)+(?!images)[^)]*\)")
 

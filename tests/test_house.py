@@ -24,6 +24,7 @@ ROOMS = (
     ("live",),
     ("talk",),
     ("interface",),
+    ("client",),
     ("doors",),
     ("studio",),
     ("host", "studies"),

@@ -20,14 +20,14 @@ TYPE_CHECKING = False  # type checkers assume True; importing typing would be mo
 
 if TYPE_CHECKING:
     from miburi.bodies.simulated import Simulated
+    from miburi.client.asynchronous import AsyncPartner, connect_async
+    from miburi.client.connection import ConnectionLostError
+    from miburi.client.remote import RemotePartner, connect
     from miburi.errors import BodyError, InputError, MiburiError, OutputError
     from miburi.feelings import EmotionalModel, Expression, Stimulus, load_temperament
     from miburi.gestures import key_poses
     from miburi.gestures import load as load_gesture
     from miburi.ik import solve
-    from miburi.interface.async_client import AsyncPartner, connect_async
-    from miburi.interface.client import RemotePartner, connect
-    from miburi.interface.connection import ConnectionLostError
     from miburi.live.events.model import LiveEvent
     from miburi.partner import Partner
     from miburi.robot import Robot, forward, iphonoid, load_robot
@@ -61,9 +61,9 @@ __all__ = [
 
 #: Where each name comes from, module:name; the imports above say the same to type checkers.
 _ORIGINS = {
-    "AsyncPartner": "miburi.interface.async_client:AsyncPartner",
+    "AsyncPartner": "miburi.client.asynchronous:AsyncPartner",
     "BodyError": "miburi.errors:BodyError",
-    "ConnectionLostError": "miburi.interface.connection:ConnectionLostError",
+    "ConnectionLostError": "miburi.client.connection:ConnectionLostError",
     "EmotionalModel": "miburi.feelings:EmotionalModel",
     "Expression": "miburi.feelings:Expression",
     "InputError": "miburi.errors:InputError",
@@ -71,12 +71,12 @@ _ORIGINS = {
     "MiburiError": "miburi.errors:MiburiError",
     "OutputError": "miburi.errors:OutputError",
     "Partner": "miburi.partner:Partner",
-    "RemotePartner": "miburi.interface.client:RemotePartner",
+    "RemotePartner": "miburi.client.remote:RemotePartner",
     "Robot": "miburi.robot:Robot",
     "Simulated": "miburi.bodies.simulated:Simulated",
     "Stimulus": "miburi.feelings:Stimulus",
-    "connect": "miburi.interface.client:connect",
-    "connect_async": "miburi.interface.async_client:connect_async",
+    "connect": "miburi.client.remote:connect",
+    "connect_async": "miburi.client.asynchronous:connect_async",
     "forward": "miburi.robot:forward",
     "iphonoid": "miburi.robot:iphonoid",
     "key_poses": "miburi.gestures:key_poses",

@@ -9,9 +9,9 @@ from tests.fixtures.live import Server
 from typer.testing import CliRunner
 
 from miburi.cli.gestures import gesture_app, record
+from miburi.client.remote import RemotePartner, connect
 from miburi.errors import InputError, OutputError
 from miburi.gestures import key_poses, load
-from miburi.interface.client import RemotePartner, connect
 from miburi.robot import forward
 
 

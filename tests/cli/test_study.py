@@ -14,9 +14,9 @@ from tests.fixtures.study import TWO_GESTURES, Lab
 from typer.testing import CliRunner
 
 from miburi.cli.commands import app
+from miburi.client.connection import ConnectionLostError
+from miburi.client.remote import connect
 from miburi.errors import InputError
-from miburi.interface.client import connect
-from miburi.interface.connection import ConnectionLostError
 from miburi.studies.study.plan import FILE, load_study
 
 

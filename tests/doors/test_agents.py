@@ -26,10 +26,10 @@ from tests.fixtures.live import (
 from tests.fixtures.live import until as run_until
 from tests.fixtures.waiting import PATIENCE, PAUSE, post
 
+from miburi.client.asker import Asker
+from miburi.client.remote import connect
 from miburi.doors.agents import BURST, add_agents
 from miburi.feelings import FEELINGS, Expression
-from miburi.interface.asker import Asker
-from miburi.interface.client import connect
 from miburi.live.runner import Runner
 from miburi.live.wishes import Granted, Perform, Release, Wish
 from miburi.serving.access import AGENTS, Gate

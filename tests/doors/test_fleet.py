@@ -8,11 +8,11 @@ from typing import Any
 import pytest
 from tests.fixtures.broker import Listener, Mosquitto, at_home
 
+from miburi.client.remote import connect
 from miburi.doors.broker import find_broker
 from miburi.doors.fleet import Fleet, FleetOut, listening_to, stop_and_look
 from miburi.doors.report import HomeReport, Topics
 from miburi.errors import InputError
-from miburi.interface.client import connect
 from miburi.live.runner import Runner
 from miburi.live.view import UnreachableError
 from miburi.live.wishes import Release

@@ -14,13 +14,13 @@ from tests.fixtures.broker import Listener, Mosquitto, at_home, start_broker
 from tests.fixtures.live import block_the_right_arm, stays_stopped
 from tests.fixtures.waiting import until
 
+from miburi.client.remote import RemotePartner, connect
 from miburi.doors.broker import find_broker
 from miburi.doors.home import BIRTH, BURST, check_free
 from miburi.doors.home_discovery import About, discovery, discovery_topic
 from miburi.doors.report import ALL, DistressNews, HomeReport, StopNews, Topics
 from miburi.errors import InputError
 from miburi.feelings import FEELINGS
-from miburi.interface.client import RemotePartner, connect
 from miburi.live.runner import Runner
 from miburi.live.wishes import Release
 from miburi.robot import JOINTS

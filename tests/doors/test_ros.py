@@ -16,13 +16,13 @@ from tests.fixtures.ros import DOMAIN, PATIENCE, TAG, Peer, Told, in_ros
 from tests.fixtures.ros_peer import EXPRESSION
 from tests.fixtures.waiting import until
 
+from miburi.client.remote import RemotePartner, connect
 from miburi.doors import ros_types
 from miburi.doors.ros import BURST
 from miburi.doors.ros_messages import PLACES, diagnose
 from miburi.doors.ros_network import RosNetwork, find_ros
 from miburi.errors import InputError
 from miburi.feelings import FEELINGS, Expression, Stimulus
-from miburi.interface.client import RemotePartner, connect
 from miburi.live.runner import STEP, Runner
 from miburi.live.stamps import LATE, Stamps
 from miburi.live.wishes import Release

@@ -29,9 +29,9 @@ from websockets.sync.client import connect
 
 import miburi
 from miburi.cli.commands import app
+from miburi.client.connection import ConnectionLostError
 from miburi.errors import InputError, OutputError
 from miburi.feelings import shipped_temperament
-from miburi.interface.connection import ConnectionLostError
 from miburi.live.memory import remembered
 from miburi.live.recording import read
 from miburi.serving.access import AGENTS

@@ -15,10 +15,10 @@ from tests.fixtures.waiting import get, post, until
 from websockets.sync.client import connect as open_socket
 
 import miburi
+from miburi.client.remote import WAITING
 from miburi.errors import InputError
 from miburi.feelings import EmotionalModel, Expression, Stimulus
 from miburi.gestures.movement import Posture
-from miburi.interface.client import WAITING
 from miburi.interface.wire import GestureAct, PosesAct, PosesIn, SpeechAct
 from miburi.live.archive import Archive
 from miburi.live.events.model import EndOfWish, LiveEvent

@@ -17,8 +17,8 @@ def mcp(
     file with the certificate of the partner's home authority. Every call checks whether a partner
     is running, so the partner may be started later.
     """
+    from miburi.client.asker import Asker
     from miburi.doors.agents import make_agents
-    from miburi.interface.asker import Asker
 
     known = os.environ.get("MIBURI_TOKEN"), os.environ.get("MIBURI_AUTHORITY")
     make_agents(Asker.at(url, *known)).run("stdio")

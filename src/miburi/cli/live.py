@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from miburi.interface.client import RemotePartner
+    from miburi.client.remote import RemotePartner
     from miburi.live.state import State
 
 __all__ = ["HERE", "PartnerAddress", "feel", "partner_at", "status", "stop"]
@@ -18,7 +18,7 @@ HERE = "http://127.0.0.1:8080"
 
 def partner_at(url: str) -> "RemotePartner":
     """Return the partner at an address, with the token that the environment gives."""
-    from miburi.interface.client import connect
+    from miburi.client.remote import connect
 
     return connect(url, os.environ.get("MIBURI_TOKEN"), os.environ.get("MIBURI_AUTHORITY"))
 

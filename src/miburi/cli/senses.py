@@ -14,7 +14,7 @@ from miburi.cli.options import AsJson
 from miburi.errors import InputError
 
 if TYPE_CHECKING:
-    from miburi.interface.client import RemotePartner
+    from miburi.client.remote import RemotePartner
     from miburi.senses.tone import Tone
 
 __all__ = ["listen", "say", "words"]

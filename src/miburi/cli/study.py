@@ -67,7 +67,7 @@ def run(
             "--rehearsal."
         )
     # These load slowly, so the checks above come first.
-    from miburi.interface.client import connect
+    from miburi.client.remote import connect
     from miburi.studies.study.films import draw_missing, find_films
     from miburi.studies.study.report import ANSWERS, REHEARSED
     from miburi.studies.study.server import serve_study

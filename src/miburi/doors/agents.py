@@ -4,7 +4,7 @@ An agent can make the partner feel something, ask it for a gesture, and see what
 stop the body but not release it: only a person can. Only the latest of several wishes counts; they
 do not queue up. A busy, paused or stopped body is reported in words, not as an error.
 
-The tools go through an :class:`~miburi.interface.asker.Asker`, so the same ones work inside the
+The tools go through an :class:`~miburi.client.asker.Asker`, so the same ones work inside the
 server, at ``/mcp``, and on standard input and output, where ``miburi mcp`` asks a server.
 
 This module needs the extra ``mcp``; it is loaded only when needed.
@@ -21,6 +21,7 @@ from typing import Annotated, Any, Literal, ParamSpec, TypeVar
 from fastapi import FastAPI
 from pydantic import Field, ValidationError
 
+from miburi.client.asker import Asker
 from miburi.doors.agents_words import (
     Now,
     as_line,
@@ -34,7 +35,6 @@ from miburi.doors.agents_words import (
 from miburi.errors import BodyError, InputError, MiburiError, needs_extra
 from miburi.feelings.catalogue import FeelingName
 from miburi.gestures import Direction
-from miburi.interface.asker import Asker
 from miburi.interface.wire import ExpressIn, LookIn, SpeakIn, StimulusIn
 from miburi.live.events.model import LiveEvent
 from miburi.live.state import Share, StopOut

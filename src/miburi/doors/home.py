@@ -19,6 +19,7 @@ from datetime import UTC, date, datetime
 from fastapi import FastAPI
 from pydantic import BaseModel, ValidationError
 
+from miburi.client.asker import Asker
 from miburi.doors.broker import Broker, stay_at
 from miburi.doors.home_discovery import About, cut, discovery, discovery_topic
 from miburi.doors.report import (
@@ -31,7 +32,6 @@ from miburi.doors.report import (
     make_stop_news,
 )
 from miburi.errors import InputError, MiburiError, needs_extra
-from miburi.interface.asker import Asker
 from miburi.interface.wire import SpeakIn, StimulusIn
 from miburi.live.events.log import History
 from miburi.live.events.model import Cursor, LiveEvent

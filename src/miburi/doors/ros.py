@@ -19,6 +19,7 @@ from typing import Any, Generic, TypeVar
 from fastapi import FastAPI
 from pydantic import ValidationError
 
+from miburi.client.asker import Asker
 from miburi.doors.ros_messages import (
     diagnose,
     express,
@@ -39,7 +40,6 @@ from miburi.doors.ros_types import (
     type_hash,
 )
 from miburi.errors import BodyError, MiburiError, needs_extra
-from miburi.interface.asker import Asker
 from miburi.interface.wire import LookAct, PerformanceIn, SpeakIn, StimulusIn
 from miburi.live.stamps import Stamps
 from miburi.live.state import State

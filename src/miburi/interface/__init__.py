@@ -1,1 +1,1 @@
-"""How programs reach a live partner: HTTP, WebSocket and the Python clients."""
+"""What a live partner offers to programs, over HTTP and WebSocket."""

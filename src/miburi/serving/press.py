@@ -18,7 +18,7 @@ PRESS = "miburi-press"
 #: Characters of such a name: drawn for each press, so that no two are alike (ours).
 _DRAWN = range(16, 65)
 #: Who presses: at a page or a terminal; in a home; by MCP; in ROS; a program of
-#: :mod:`miburi.interface.client`; the partner itself, where nobody could have pressed.
+#: :mod:`miburi.client.remote`; the partner itself, where nobody could have pressed.
 By = Literal["person", "home", "agent", "ros", "program", "partner"]
 #: Programs may end what these have stopped. Agents and ROS can release nothing themselves, and
 #: whoever stops by them relies on a person to look.

@@ -13,13 +13,13 @@ from starlette.routing import Match
 
 from miburi.doors.doors import Doors
 from miburi.interface.api import make_api
-from miburi.interface.pairing import pairing_router
 from miburi.interface.socket import live_router
 from miburi.live.view import LivePartner
 from miburi.serving.reach import Reach
 from miburi.studio.body_shapes import shapes_router
 from miburi.studio.face_page import add_face_page
 from miburi.studio.missing_page import missing_page
+from miburi.studio.pairing import pairing_router
 from miburi.studio.pairing_page import pairing_page
 from miburi.studio.people_page import people_router
 from miburi.studio.privacy_page import privacy_router

@@ -14,9 +14,9 @@ from starlette.testclient import TestClient
 from tests.fixtures.live import block, interface, run, serving, until
 from tests.fixtures.study import TWO_GESTURES, Lab, Robot
 
+from miburi.client.connection import ConnectionLostError
+from miburi.client.remote import connect
 from miburi.feelings import Expression, Stimulus
-from miburi.interface.client import connect
-from miburi.interface.connection import ConnectionLostError
 from miburi.live.events.model import Cursor, LiveEvent
 from miburi.live.runner import STEP, Runner
 from miburi.live.state import State

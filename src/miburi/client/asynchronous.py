@@ -1,4 +1,4 @@
-"""Control a live partner from an asynchronous program, as :mod:`miburi.interface.client` does.
+"""Control a live partner from an asynchronous program, as :mod:`miburi.client.remote` does.
 
 >>> from miburi import Stimulus, connect_async
 >>> async def greet() -> None:
@@ -17,10 +17,10 @@ from typing import Self
 
 import httpx
 
+from miburi.client.asker import Asker
+from miburi.client.connection import ConnectionLostError
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures import Direction
-from miburi.interface.asker import Asker
-from miburi.interface.connection import ConnectionLostError
 from miburi.interface.wire import (
     AnyAct,
     AttendIn,

@@ -15,12 +15,12 @@ from websockets.exceptions import ConnectionClosedError
 from websockets.sync.client import connect as open_socket
 
 import miburi
+from miburi.client.asker import Asker
+from miburi.client.connection import ConnectionLostError
+from miburi.client.remote import RemotePartner
 from miburi.errors import BodyError, InputError, OutputError
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures.effort import Effort
-from miburi.interface.asker import Asker
-from miburi.interface.client import RemotePartner
-from miburi.interface.connection import ConnectionLostError
 from miburi.live.runner import Runner
 from miburi.serving.access import Gate
 from miburi.serving.authority import Certificates
@@ -216,7 +216,7 @@ def test_two_threads_that_meet_in_a_socket_by_tls_are_no_lost_partner(
             raise ConnectionClosedError(None, None) from ssl.SSLError("internal error")
         return open_socket(*where, **how)
 
-    monkeypatch.setattr("miburi.interface.connection.open_socket", fails)
+    monkeypatch.setattr("miburi.client.connection.open_socket", fails)
     gate = Gate(interface(live), keys("t" * 40), https=True)
     with (
         serving(gate, certificate=certificates.server) as url,

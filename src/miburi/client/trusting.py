@@ -20,7 +20,7 @@ def trust(url: str, authority: Path | str | None) -> ssl.SSLContext | Literal[Fa
     Raises
     ------
     InputError
-        See :func:`miburi.interface.client.connect`.
+        See :func:`miburi.client.remote.connect`.
     """
     scheme = urlsplit(url).scheme
     if scheme not in ("http", "https"):

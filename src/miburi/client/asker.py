@@ -14,8 +14,8 @@ import httpx
 from fastapi import FastAPI
 from pydantic import BaseModel, TypeAdapter
 
-from miburi.interface.connection import PATIENCE, ConnectionLostError, accepted
-from miburi.interface.trusting import distrust, trust
+from miburi.client.connection import PATIENCE, ConnectionLostError, accepted
+from miburi.client.trusting import distrust, trust
 from miburi.interface.wire import GestureOut, SayIn, WishOut
 from miburi.live.events.model import LiveEvent
 from miburi.live.state import MotorsOut, State
@@ -64,7 +64,7 @@ class Asker:
         authority: Path | str | None = None,
         by: By = "agent",
     ) -> Self:
-        """Return an asker of a server; see :func:`miburi.interface.client.connect`."""
+        """Return an asker of a server; see :func:`miburi.client.remote.connect`."""
         verify = trust(url, authority)
         url = url.rstrip("/")
         headers = {BY: str(by)} | ({"Authorization": f"Bearer {token}"} if token else {})

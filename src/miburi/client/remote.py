@@ -20,11 +20,11 @@ from typing import Any, Self
 
 from pydantic import TypeAdapter
 
+from miburi.client.connection import Connection
 from miburi.errors import MiburiError, OutputError
 from miburi.feelings import Expression, Stimulus
 from miburi.feelings.temperament import RestLevel
 from miburi.gestures.effort import Effort
-from miburi.interface.connection import Connection
 from miburi.interface.wire import AnyAct, BodyOut, GestureOut, PerformanceIn, PosesIn, RecordingOut
 from miburi.interface.wire_robot import RobotOut
 from miburi.live.events.model import EndOfWish, LiveEvent

@@ -14,8 +14,8 @@ from pydantic import ValidationError
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
 from websockets.sync.client import connect as open_socket
 
+from miburi.client.trusting import distrust, has_collided, trust
 from miburi.errors import BodyError, InputError, MiburiError, OutputError
-from miburi.interface.trusting import distrust, has_collided, trust
 from miburi.interface.wire import WishOut
 from miburi.live.events.model import LiveEvent
 from miburi.live.state import State
