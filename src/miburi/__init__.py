@@ -16,7 +16,7 @@ used, so ``import miburi`` alone is quick; import everything else from its subpa
 
 from miburi.version import __version__
 
-TYPE_CHECKING = False  # type checkers assume True; importing typing would be most of the cost
+TYPE_CHECKING = False  # True for type checkers; importing typing would take most of the import time
 
 if TYPE_CHECKING:
     from miburi.bodies.simulated import Simulated

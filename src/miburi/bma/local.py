@@ -1,7 +1,7 @@
 """The local searches: from one bacterium downhill, by Eq. 12 as printed or by damped Newton steps.
 
-Each is a generator: it yields points, (k, n), is sent the function's results there, (k, m)
-residuals or (k, 1) values, and changes its bacterium in place.
+Each is a generator. It yields points (k, n) and is sent the function's results there: residuals (k,
+m) or values (k, 1). It changes its bacterium in place.
 """
 
 from collections.abc import Callable, Generator
@@ -23,10 +23,10 @@ Jacobian = Callable[[Array], ArrayLike]
 #: whether the function proved to return linear residuals.
 LocalSearch = Generator[Array, Array, tuple[float, bool]]
 
-_ROUNDING = 1e-16  # a gain by a smaller share does not count
-_FIRST = 0.05  # the first step of a local search by gradients, in ranges of the variables
+_ROUNDING = 1e-16  # a relative gain smaller than this does not count
+_FIRST = 0.05  # the first step of a gradient search, as a share of each variable's range
 _WIDE = 0.01  # a step this long, in ranges, tells a linear function from a curved one
-_SWEEPS = 3  # a local search starts again from the ends at most this many times
+_SWEEPS = 3  # the most restarts of a local search from clones with a variable at a bound
 
 
 class Problem(NamedTuple):
@@ -81,7 +81,7 @@ def _search_as_printed(problem: Problem, x: Array, told: Array, iterations: int)
 def _search_from_ends(
     problem: Problem, x: Array, told: Array, best: float, iterations: int
 ) -> LocalSearch:
-    """Search by residuals, then from clones with one variable at an end, while that helps."""
+    """Search by residuals, then from clones with one variable at a bound, as long as it helps."""
     ends = problem.settings.ends
     value, linear = yield from _descend(problem, x, told, best, iterations)
     for _ in range(_SWEEPS if ends else 0):
@@ -140,8 +140,8 @@ def _descend(problem: Problem, x: Array, told: Array, best: float, iterations: i
         if accepted:
             told, value, x[:] = found, value - gain, new
             best, far = min(best, value), max(far, float(np.abs(step).max()))
-            # Our rule, not the paper's: give up where a thousand such gains would not reach
-            # ``best``, the best value known.
+            # Our rule, not the paper's: give up where a thousand gains like the last would not
+            # reach ``best``, the best value known.
             slight = (1e-8 if by_residual else _ROUNDING) * abs(value)
             if value - 1e3 * gain > best or gain <= slight:
                 break
@@ -150,7 +150,7 @@ def _descend(problem: Problem, x: Array, told: Array, best: float, iterations: i
 
 
 def _learn(known: int, normal: Array, step: Array, gradient: Array, old: Array) -> Array:
-    """Return half the Hessian after a new ``gradient``; ``known`` counts those before it."""
+    """Return half the Hessian after a new ``gradient``, which follows ``known`` earlier ones."""
     if known == 0:  # scaled so that the first step has about the length _FIRST
         return np.eye(gradient.size) * float(np.linalg.norm(gradient)) / (2.0 * _FIRST)
     change = gradient - old

@@ -49,7 +49,7 @@ def minimize(
     bounds, start, settings, seed, jacobian
         As in :class:`Optimizer`. The function is never called outside of the bounds.
     deadline
-        Seconds after which the best so far is returned, above 0.
+        Time limit in s, above 0; after it, the best point so far is returned.
     callback
         Called after each generation with the best so far; a true return, or StopIteration, ends
         the search.

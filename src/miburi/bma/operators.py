@@ -30,7 +30,7 @@ __all__ = [
 
 Ints = NDArray[np.int64]
 
-#: A gain by a smaller share does not count as one.
+#: A relative gain smaller than this does not count.
 SLIGHT = 1e-6
 
 _STENCIL = 1e-6  # half width of a central difference, as a share of a variable's range
@@ -43,7 +43,7 @@ _STEP, _MIX, _MIX_AGAIN = np.array(
 
 
 def draw(state: NDArray[np.uint64], count: int) -> Array:
-    """Return random numbers from [0, 1), (count,), and advance ``state``, (1,), past them."""
+    """Return ``count`` random numbers from [0, 1), and advance ``state`` (1,) past them."""
     z = state + np.arange(1, count + 1, dtype=np.uint64) * _STEP
     state[:] = z[-1:]
     z = (z ^ (z >> 30)) * _MIX
@@ -54,7 +54,7 @@ def draw(state: NDArray[np.uint64], count: int) -> Array:
 
 
 def shuffle(genes: list[int], shares: Array) -> None:
-    """Shuffle the numbers of n variables in place by n - 1 random numbers (Fisher, Yates)."""
+    """Shuffle the indices of n variables in place, with n - 1 random numbers (Fisher, Yates)."""
     for i, u in zip(range(len(genes) - 1, 0, -1), shares.tolist(), strict=True):
         j = int(u * (i + 1))
         genes[i], genes[j] = genes[j], genes[i]
@@ -80,7 +80,7 @@ def rank(population: Array, costs: Array) -> None:
 
 
 def transfer(population: Array, genes: list[int], shares: Array) -> int:
-    """Gene transfer within a ranked population; return the number of the changed bacterium.
+    """Gene transfer within a ranked population; return the index of the changed bacterium.
 
     The first two random ``shares`` choose the giver from the better half and the taker from the
     worse half; each of the others chooses a gene.
@@ -107,8 +107,8 @@ def stencil(x: Array, lower: Array, upper: Array) -> Array:
 def differences(x: Array, centre: Array, points: Array, values: Array) -> Array:
     """Second-order central differences (Section 3) of the (2n, m) values at a :func:`stencil`.
 
-    Where the box cuts a neighbour off, or its value is infinite, the difference is one-sided, to
-    the values ``centre``, (m,), at ``x``. Returns (m, n).
+    Where a neighbour lies outside the box, or has an infinite value, the difference is one-sided
+    and uses the values ``centre``, (m,), at ``x``. Returns (m, n).
     """
     above, below = np.diagonal(points[::2]), np.diagonal(points[1::2])
     high, low = values[::2].T, values[1::2].T
@@ -125,7 +125,7 @@ def differences(x: Array, centre: Array, points: Array, values: Array) -> Array:
 
 
 def free(x: Array, gradient: Array, lower: Array, upper: Array) -> NDArray[np.bool_]:
-    """Return which variables the gradient does not press against a bound, (n,)."""
+    """Return which variables, (n,), the gradient does not push against a bound."""
     pressed = ((x <= lower) & (gradient >= 0.0)) | ((x >= upper) & (gradient <= 0.0))
     return ~pressed
 
@@ -135,7 +135,7 @@ def printed_step(gradient: Array, damping: float) -> tuple[Array, float]:
 
     The ratio that sets the next γ divides by gᵀs.
 
-    The matrix has rank one beside γ I, so that s = -g / (γ + gᵀg) (Sherman and Morrison).
+    But for γ I the matrix has rank one, so s = -g / (γ + gᵀg) (Sherman and Morrison).
     """
     squared = gradient @ gradient
     return gradient / -(damping + squared), float(-squared / (damping + squared))
@@ -144,13 +144,13 @@ def printed_step(gradient: Array, damping: float) -> tuple[Array, float]:
 def newton_step(normal: Array, gradient: Array, moves: NDArray[np.bool_], damping: float) -> Array:
     """Solve (N + γ I) s = -g / 2 over the variables that move; the others stay, (n,).
 
-    The model is f + gᵀs + sᵀNs: of residuals, N = JᵀJ and g = 2 Jᵀe (Levenberg and Marquardt).
+    The model is f + gᵀs + sᵀNs. For residuals, N = JᵀJ and g = 2 Jᵀe (Levenberg and Marquardt).
     """
     step, size = np.zeros(gradient.size), int(moves.sum())
     matrix = normal[np.ix_(moves, moves)] + damping * np.eye(size)
     try:
         step[moves] = np.linalg.solve(matrix, -0.5 * gradient[moves])
-    except np.linalg.LinAlgError:  # it is singular to rounding: the search ends here
+    except np.linalg.LinAlgError:  # the matrix is singular within rounding: the search ends here
         return step
     return np.where(np.isfinite(step), step, 0.0)
 
@@ -178,10 +178,10 @@ def damped(damping: float, change: float, predicted: float) -> float:
 def ends(x: Array, lower: Array, upper: Array) -> Array:
     """Return 2n clones of ``x``: each variable once at its least and once at its greatest value.
 
-    This is ours, not the paper's. Where a local search is trapped, the way out often begins at
-    an end: for a joint at its limit, at the other limit, since after half a turn an arm bent the
-    other way is nearly where it was; for a nearly straight arm, at the limit that bends it the
-    other way.
+    This is ours, not the paper's. Where a local search is trapped, the way out often begins at a
+    bound. A joint at one limit escapes from the other limit, since after half a turn an arm bent
+    the other way is nearly where it was. A nearly straight arm escapes from the limit that bends it
+    the other way.
     """
     clones, j = np.repeat(x[None], 2 * x.size, axis=0), np.arange(x.size)
     clones[2 * j, j], clones[2 * j + 1, j] = lower, upper
@@ -189,10 +189,10 @@ def ends(x: Array, lower: Array, upper: Array) -> Array:
 
 
 def promising(x: Array, lower: Array, upper: Array, values: Array) -> Ints:
-    """Return the numbers of the clones of :func:`ends`, the most promising first.
+    """Return the indices of the clones of :func:`ends`, the most promising first.
 
-    First come those of variables that are at an end, then the others, both sorted by value.
-    ``x`` itself and points that are not allowed are left out.
+    Clones of variables that are at a bound come first, then the others, both sorted by value. ``x``
+    itself and points that are not allowed are left out.
     """
     at_least, at_most = x <= lower, x >= upper
     here = np.column_stack([at_least, at_most]).ravel()

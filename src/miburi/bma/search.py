@@ -22,8 +22,8 @@ from miburi.ground.arguments import Seed, real_numbers, seed_of
 
 __all__ = ["Optimizer"]
 
-_EXACT = 1e-20  # share of the first sum of squares at which a search for residuals has converged
-_IDLE = 1e-12  # a gain by a smaller share of the first bacteria's spread does not count
+_EXACT = 1e-20  # a search by residuals has converged below this share of the first sum of squares
+_IDLE = 1e-12  # a gain smaller than this share of the first generation's spread does not count
 
 #: Yields points, is sent the function's results there.
 Requests = Generator[Array, Array, None]
@@ -43,7 +43,7 @@ class Optimizer:
     settings
         How to search.
     seed
-        A whole number from 0, or a NumPy generator.
+        A whole number, 0 or more, or a NumPy generator.
     jacobian
         The derivatives of what the function returns: of residuals (m, n), of a number (n,).
         Without it they are central differences.
@@ -74,7 +74,9 @@ class Optimizer:
         self._evaluations = self._generations = self._idle = 0
         self._status: str | None = None
         self._told_shape: tuple[int, ...] = ()
-        self._totals = np.empty(0)  # the values told last; for residuals, their sums of squares
+        self._totals = np.empty(
+            0
+        )  # the latest values passed to ``tell``; for residuals, their sums of squares
         self._asked = False
         self._requests = self._search()
         self._points: Array | None = next(self._requests)

@@ -36,10 +36,10 @@ STOPPED = "stopped by callback"
 class Settings:
     """How the algorithm works; the paper's numbers are those of Table 2.
 
-    The default keeps Table 2's population and changes the rest, which is ours: a local search
-    from the starting point comes first, each generation begins with local searches, their steps
-    do not depend on units, and the search ends at ``target`` or once it has settled.
-    :meth:`paper` is Table 2 and Section 3 as printed.
+    The default keeps the population of Table 2. The rest is ours: a local search from the starting
+    point comes first, each generation begins with local searches, their steps do not depend on
+    units, and the search ends at ``target`` or once it has settled. :meth:`paper` is Table 2 and
+    Section 3 as printed.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ class Settings:
     Raises
     ------
     InputError
-        A value is not allowed; the message says what is.
+        A value is not allowed; the message says which values are.
     """
 
     generations: int = 35
@@ -165,8 +165,8 @@ class SearchResult:
     Parameters
     ----------
     x, value
-        The best point, (n,), inside the bounds, and the function there (of residuals, the sum of
-        squares).
+        The best point, (n,), inside the bounds, and the function's value there (for residuals, the
+        sum of squares).
     evaluations, generations
         How many points were evaluated, and how many generations were begun.
     status

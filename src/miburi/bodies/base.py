@@ -1,7 +1,7 @@
 """The interface of every body, whether physics or a card's motors move it.
 
-In go moves, stops and releases; out come states. :class:`Touchable` is what a simulated body
-also offers.
+A body takes moves, stops and releases, and returns states. :class:`Touchable` is what a simulated
+body also offers.
 """
 
 from dataclasses import dataclass
@@ -47,7 +47,7 @@ class Motor:
     servo
         The id of its servo on the bus.
     answers
-        Whether it answered the latest reading.
+        Whether it answered the latest request for a reading.
     temperature, voltage
         °C, and V, measured at the servo.
     """
@@ -145,7 +145,7 @@ class Touchable(Protocol):
 
 
 class Body(Protocol):
-    """Whatever the partner moves.
+    """The partner's body, physical or simulated.
 
     The contact rule is part of the body; nothing in this interface can switch it off.
     """
@@ -189,9 +189,9 @@ class Body(Protocol):
         """Stop all motors and hold softly until released."""
 
     def halt(self) -> None:
-        """Stop what keeps moving while nobody steps the body.
+        """Stop motors that would keep moving although nobody steps the body.
 
-        Any thread may call it while another uses the body; it waits for no answer.
+        Any thread may call this method while another uses the body; it does not wait for an answer.
         """
 
     def release(self) -> None:

@@ -7,9 +7,9 @@ simulation can know the rest, such as forces; that is reported separately, in
 MuJoCo models the position control, its limit and the back EMF (see :mod:`miburi.servos.model`). Dry
 friction is updated from the torques at every physics step, and the supply's voltage from the
 currents at every reading. Where gears have play, the encoder sits behind them, at the horn; back
-EMF and most of the friction act at the motor, whose friction counts the horn's load even while the
-teeth are apart. Left out here are the control's own rate, its rounding to whole encoder steps, and
-the PWM's slope; they are in :class:`miburi.servos.Axis`.
+EMF and most of the friction act at the motor. That friction depends on the horn's load, even while
+the teeth are apart. Left out here are the control's own rate, its rounding to whole encoder steps,
+and the PWM's slope; they are in :class:`miburi.servos.Axis`.
 """
 
 import numpy as np
@@ -112,7 +112,7 @@ class Plant:
         self.power(self._servo.motor_torque)
         rubbing = self.friction[:, :2].sum(axis=1)
         self._motors = self.friction
-        if self._plays.size:  # the horn has its share, behind the gears
+        if self._plays.size:  # the horn's share of the friction, behind the gears
             self.model.tendon_frictionloss[:] = HORN * rubbing
             self._motors = self.friction.copy()
             self._motors[:, :2] *= 1 - HORN

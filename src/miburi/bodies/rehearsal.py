@@ -56,8 +56,8 @@ def rehearse(
 ) -> Rehearsal:
     """Perform key poses from neutral on a new simulated body.
 
-    ``settings`` are those of the inverse kinematics; see :func:`miburi.ik.solve`. With ``flows``
-    key poses that allow it are passed without a stop, as a partner with ``life`` does.
+    ``settings`` are those of the inverse kinematics; see :func:`miburi.ik.solve`. With ``flows``,
+    the body passes key poses that allow it without a stop, as under a partner with ``life``.
     """
     body = Simulated(robot)
     present = np.array(robot.neutral)

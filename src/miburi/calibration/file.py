@@ -72,7 +72,7 @@ _Shares = Annotated[list[Annotated[float, Field(gt=0, le=20)]], _Eight]
 
 
 class IdentifiedTable(Table):
-    """Identified servos: their kind, its P gain and divisor, and shares of its constants.
+    """Identified servos: kind, P gain and divisor, and constants as shares of that kind's.
 
     Attributes
     ----------
@@ -116,7 +116,7 @@ class Calibration:
     servos
         How the servos are mounted; None in a calibration that is not a card's.
     identified
-        The rule that expects the servos as they were identified; None where they were not.
+        The rule with a model of the servos as they were identified; None where they were not.
     """
 
     robot: Robot
@@ -133,7 +133,7 @@ def write_calibration(
     servos: Mounting | None = None,
     identified: "Shares | None" = None,
 ) -> None:
-    """Write a calibration as TOML, angles in rad and times in s, below ``note`` as a comment."""
+    """Write a calibration as TOML, in rad and s; ``note`` becomes a comment at the top."""
     step = robot.servo.step
     lines = [f"# {line}".rstrip() for line in note.splitlines()]
     lines += ["", "[rule]", f"period = {rule.period / SECOND:g} # s"]

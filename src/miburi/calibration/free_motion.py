@@ -47,7 +47,7 @@ class Trace:
     times
         (n,) µs since the move began, ascending; they need not be regular.
     positions
-        (n, 8) steps, the encoders at these times. Readings that a motor did not answer are left
+        (n, 8) steps, the encoders at these times. Readings without an answer from a motor are left
         out, since the card does not judge them either.
     """
 
@@ -106,7 +106,7 @@ def measure_need(
 ) -> Need:
     """Apply the rule of :class:`miburi.safety.contact.Watch` to free motion with guards of zero.
 
-    A motor that is granted half of its guards needs twice the guards for what was missing.
+    Where a motor is granted half of its guards, it needs guards twice as large as what was missing.
     """
     zero = np.zeros(len(JOINTS), dtype=np.int64)
     slack, behind, ahead, arrival = zero, zero, zero, zero

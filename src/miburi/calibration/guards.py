@@ -1,11 +1,11 @@
 """Derive the guards of identified servos: what their free moves need, now and in another state.
 
-It takes the rule that expects the servos (:mod:`miburi.calibration.identify`) and
+It takes the rule with a model of the servos (:mod:`miburi.calibration.identify`) and
 :class:`~miburi.calibration.free_motion.Trace` objects of free moves, and gives that rule with
-guards. A calibration sees one supply and gears at one temperature. The model of these very servos
-predicts how another supply or temperature would shift each move; so shifted, it must pass too.
-Where gears take half of a motor's torque, a quarter more friction makes a servo a quarter softer;
-with new gears, a tenth.
+guards. A calibration sees one supply and gears at one temperature. The model of the identified
+servos predicts how another supply or temperature would shift each move; the guards must let the
+shifted move pass, too. Where gears take half of a motor's torque, a quarter more friction makes a
+servo a quarter softer; with new gears, a tenth.
 
 Import it where it is first needed: it loads Numba.
 """
@@ -49,9 +49,10 @@ def free_rule(robot: Robot, found: Identified, traces: Sequence[Trace]) -> FreeR
     """Return the rule that expects these servos, with the guards that the traces need.
 
     The guards are no less than the description's; see :func:`granted`. Where at least three joints
-    show play, each motor is granted at least the median of what the motors need beyond the
-    description's, and may be behind or ahead by the play itself, too. All gears are equally old,
-    but a calibration sees no play where a load presses the teeth together, as at the shoulders.
+    show play, each motor's guards exceed the description's by at least the median excess that the
+    motors need; those for being behind and ahead also grow by the play itself. All gears are
+    equally old, but a calibration sees no play where a load presses the teeth together, as at the
+    shoulders.
     """
     least = in_whole_units(robot.guards, robot.servo.step)
     guards = replace(least, lag=np.full(len(JOINTS), found.delay))
@@ -65,8 +66,8 @@ def free_rule(robot: Robot, found: Identified, traces: Sequence[Trace]) -> FreeR
 def granted(rule: FreeRule, traces: Sequence[Trace]) -> FreeRule:
     """Return the rule with guards widened, never narrowed, for these moves in every state.
 
-    They are ``MARGIN`` times what the model misses, and ``STATE_MARGIN`` times what it would miss
-    in each of ``STATES``.
+    Guards are at least ``MARGIN`` times the model's error in these moves, and ``STATE_MARGIN``
+    times the error that it would have in each of ``STATES``.
     """
     free = [FreeTrace(**vars(trace), rule=rule) for trace in traces]
     guards = _widened(rule, rule.guards, free, MARGIN)
@@ -94,11 +95,11 @@ def _loosened(least: Guards[Steps], guards: Guards[Steps], steps: float) -> Guar
 
 
 def shaken(rule: FreeRule, traces: Sequence[Trace]) -> FreeRule:
-    """Return a rule that lets motors be shaken by others as they are in these free moves.
+    """Return a rule that tolerates how motors shake one another in these free moves.
 
-    These moves shake harder than gestures do. How far a motor may be behind or ahead grows with the
-    usual margins, its slack only to what was needed: with more, contacts at the waist are noticed
-    too late.
+    These moves shake harder than gestures do. The guards for being behind and ahead grow to what
+    was needed times the usual margins; the slack grows only to what was needed, because with more,
+    contacts at the waist are noticed too late.
     """
     free = [FreeTrace(**vars(trace), rule=rule) for trace in traces]
     slack = _widened(rule, rule.guards, free, 1.0).slack
@@ -110,7 +111,7 @@ def shaken(rule: FreeRule, traces: Sequence[Trace]) -> FreeRule:
 def _widened(
     rule: FreeRule, guards: Guards[Steps], traces: Iterable["FreeTrace"], margin: float
 ) -> Guards[Steps]:
-    """Return guards that grant ``margin`` times what the model misses of the traces."""
+    """Return guards that grant ``margin`` times the model's error in these traces."""
     needs = measure_need(traces, rule.guards.lag, rule.guards.least, rule.period, rule.ratio)
     wider = {
         name: np.maximum(vars(guards)[name], np.ceil(margin * need / FINE).astype(np.int64))
@@ -139,8 +140,8 @@ def _shifted(traces: Sequence["FreeTrace"], other: FreeRule) -> Iterator["FreeTr
     """Yield free moves as they would have been with the servos that another rule expects.
 
     A calibration's own moves are made without allowing for worn gears, and leave motors little to
-    spare. Moves after it have a ceiling that motors do not reach even in such a state, so the shift
-    assumes unlimited motors.
+    spare. Later moves have ceilings that motors do not reach even in another state, so the
+    predicted shift assumes unlimited motors.
     """
     for trace in traces:
         free = replace(trace, loading=replace(trace.loading, most=UNLOADED.most))

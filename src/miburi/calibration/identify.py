@@ -41,17 +41,17 @@ __all__ = [
     "worn",
 ]
 
-#: Stiffness at the horn that a servo may have, and that it should have, N·m/rad (ours: with less it
-#: cannot carry the body to a pose, with more it hunts where gears play). It is measured a tenth
-#: too low on average, a fifth at most: while all joints move, wires take some of the supply's
-#: voltage, and gears more of a torque than the model assumes. The true value should be 4 to 6.
+#: The allowed and the recommended range of a servo's stiffness at the horn, N·m/rad (ours: with
+#: less it cannot carry the body to a pose, with more it hunts where gears play). It is measured a
+#: tenth too low on average, a fifth at most: while all joints move, wires take some of the supply's
+#: voltage, and gears take more of a torque than the model assumes. The true value should be 4 to 6.
 STIFFNESS, _WELL = (2.0, 8.0), (4.0, 5.5)
 #: The search's steps, as factors, coarse to fine; and those of the delay, µs.
 _FACTORS = (1.6, 1.25, 1.12, 1.06, 1.03)
 _DELAYS = (2000, 1000, 500, 250, 250)
 #: Passes over the constants with each step, at most.
 _PASSES = 4
-#: The search goes on to finer steps when a pass has gained less than this share of the errors.
+#: The search goes on to finer steps when a pass has reduced the errors by less than this share.
 _LITTLE = 0.001
 #: Shares of the description's constant within which the search stays.
 _BOX = (0.2, 5.0)
@@ -66,21 +66,22 @@ _SOFTER = 1.45
 _FIRM_ONES = 3
 #: Wear beyond this is not believed; gears would take all of a motor's torque (ours).
 _MOST_WEAR = 2.5
-#: How often wear is tried, and the share of the dry friction that free moves show: it is more at
-#: rest than in motion (found on simulated servos of known wear).
+#: How many times the wear is estimated, and the share of the dry friction that shows in free moves:
+#: friction at rest is higher than in motion (found on simulated servos of known wear).
 _WEARS, _SEEN = 3, 0.92
-#: RMS error of the model, rad: the usual without play, and the least that counts as play. The same
-#: two in steps, for coarser encoders. Last, how many rad of play each rad of error beyond the usual
-#: stands for. Simulated servos without play had an error of 0.4 to 1.02 steps of 0.088°; joints
-#: that carry little had 1.0 to 1.6 steps with a play of 0.25°, and 1.6 to 3.7 steps with 0.5°.
+#: RMS error of the model, rad: the usual value without play, and the threshold above which gears
+#: count as loose. The same two in encoder steps, for coarser encoders. The last value converts
+#: error beyond the usual into play, rad per rad. Simulated servos without play had an error of 0.4
+#: to 1.02 steps of 0.088°; joints that carry little had 1.0 to 1.6 steps with a play of 0.25°, and
+#: 1.6 to 3.7 steps with 0.5°.
 _FIRM, _LOOSE, _IN_STEPS, _PLAYS = radians(0.057), radians(0.092), (0.65, 1.05), 3.3
 #: A joint's friction, up to this many times the others', may explain the model's error, instead of
 #: play (ours): with more, half a degree of play at a joint that rubs would go unreported.
 _RUBS = 2.0
 _MIRROR = {"left": "right", "right": "left"}
 _NAMES = ("stiffness", "damping", "friction", "gravity")
-#: Constants that the search changes together: each alone, then those whose common change
-#: hardly alters the motion, without friction and with it.
+#: Constants that the search changes in one step: each one alone, then groups that can change
+#: together with hardly any effect on the motion, without friction and with it.
 _TOGETHER = (*((name,) for name in _NAMES), ("stiffness", "damping", "gravity"), _NAMES)
 
 
@@ -106,7 +107,7 @@ def identify(robot: Robot, traces: Sequence[Trace], wear: float = 1.0) -> Identi
     A coordinate search over four constants of each servo, one by one and some together, and over
     one delay. It minimises the squared error of each servo, and for the delay the mean logarithm of
     these errors.
-    ``wear`` is that of the robot's own servos.
+    ``wear`` is the wear that the robot's description includes already.
 
     Raises
     ------
@@ -151,7 +152,7 @@ def identify(robot: Robot, traces: Sequence[Trace], wear: float = 1.0) -> Identi
 
 
 def _missed_by_all(errors: Array) -> float:
-    """Return by how much the model misses all servos: the mean logarithm of their errors.
+    """Return the model's error over all servos: the mean logarithm of their errors.
 
     With the sum of the errors one bad servo alone would decide the delay of all. 1 step² is added,
     so that a servo with hardly any error does not decide it either.
@@ -250,7 +251,7 @@ def check(robot: Robot, found: Identified) -> None:
 
 
 def stiffness(robot: Robot, found: Shares) -> Array:
-    """Return the stiffness of each servo behind its gears, which take a share, (8,) N·m/rad."""
+    """Return the stiffness of each servo at its horn, (8,) N·m/rad, less what the gears take."""
     servo = robot.servo.model
     at_horn: Array = found.stiffness * servo.stiffness * (1 - servo.friction.motor_load)
     return at_horn
@@ -268,18 +269,18 @@ def fitted(robot: Robot, found: Identified) -> Robot:
 def worn(
     robot: Robot, found: Identified, traces: Sequence[Trace]
 ) -> tuple[Robot, Identified, list[Trace]]:
-    """Return the description, what was found, and the traces, for servos that rub as these do.
+    """Return the robot, the identified servos and the traces, adapted to the wear that was found.
 
     Worn gears take more of the motors' torque, so a move needs more of it, and the same stiffness
-    at the horn takes a stiffer control at the motor. ``robot`` has the wear that ``found`` names.
+    at the horn needs a stiffer control at the motor. ``robot`` has the wear that ``found`` names.
     Where the servos rub no more than ``_EXPECTED`` times as much as described, nothing changes.
     """
     known = found.wear
     wear = known * _rubs(robot, found)
     if max(wear, known) <= _EXPECTED:
         return robot, found, list(traces)
-    # Gears that take more torque also seem to rub more: each time only the square root of the
-    # factor that remains is believed.
+    # Gears that take more torque also seem to rub more, so each pass applies only the square root
+    # of the remaining factor.
     for _ in range(_WEARS):
         wear = min(max(wear, 1.0), _MOST_WEAR)
         rubbing = robot.with_servo(robot.servo.model.varied(friction=wear / known))
@@ -294,8 +295,8 @@ def worn(
 def _rubs(robot: Robot, found: Identified) -> float:
     """Return the servos' friction as a share: the median where gears show no play.
 
-    Within its play a joint moves without its gears, and so they seem to rub less. Where fewer than
-    ``_FIRM_ONES`` show none, it is the median of all.
+    Within its play a joint moves without its gears, and so they seem to rub less. If fewer than
+    ``_FIRM_ONES`` joints are free of play, the median is taken over all.
     """
     firm = play(robot, found) == 0
     return float(np.median(found.friction[firm if firm.sum() >= _FIRM_ONES else slice(None)]))
@@ -379,7 +380,7 @@ def in_words(robot: Robot, found: Identified) -> list[str]:
 
 
 def _often(times: float) -> str:
-    # Free moves show friction roughly: at five joints of the emulated robot, twice the mirror
-    # image's was measured as 1.4 to 2.7 times. What is measured as 1.4 times is not reported.
+    # Free moves show friction only roughly: at five joints of the emulated robot, a friction twice
+    # the mirror image's was measured as 1.4 to 2.7 times. A ratio of 1.4 is not reported.
     words = {"about half": (0.42, 0.58), "about twice": (1.75, 2.75)}
     return next((word for word, (a, b) in words.items() if a <= times < b), f"{times:.1f} times")

@@ -14,7 +14,8 @@ class Shares:
     Attributes
     ----------
     stiffness, damping, friction
-        Of the position control, of back EMF with viscous friction, of the dry friction.
+        Shares of the position control's stiffness, of back EMF with viscous friction, and of dry
+        friction.
     gravity
         Of the load's weight; 1 where the joint carries none.
     wear

@@ -1,4 +1,4 @@
-"""Measure what nobody has measured yet: the servos of the first robot that somebody builds.
+"""Measure the servos of a real robot; nobody has done so yet.
 
 It takes a :class:`Bench`, a card with a person beside it, and makes a report in TOML that can be
 sent in. :data:`STEPS` are the seven measurements. Each can be left out, and each is written down
@@ -51,13 +51,14 @@ __all__ = ["LEVER", "STEPS", "WEIGHT", "Bench", "BenchStep"]
 WEIGHT, LEVER = 0.1, 0.1
 #: P gains at which the stiffness and the hunting are measured.
 _STIFF, _HUNTING = (800, 3200), (1600, 3200, 6400)
-#: How far the waist turns, rad, with which duty limits, of 885, and how fast, rad/s.
+#: The waist's turn in rad, the duty limits (out of 885), and the speeds in rad/s.
 _PUSH, _DUTIES, _FAST = 0.8, (FULL_PWM, 110), 4.0
 #: A long turn of the waist, rad, and its slow speed, rad/s: it shows the servo's clock.
 _LONG, _SLOW = 1.2, 0.1
 #: Registers: present PWM and current, 2 bytes each, input voltage.
 _PWM, _CURRENT, _VOLTAGE = 124, 126, 144
-#: From how far away on either side the weighed joint comes, rad, and how fast, rad/s.
+#: The distance in rad from which the loaded joint approaches on either side, and its speed in
+#: rad/s.
 _ASIDE, _SIDEWAYS = 0.15, 0.3
 
 
@@ -129,9 +130,9 @@ def _level_arm(robot: Robot) -> Array:
 def _measure_stiffness(bench: Bench) -> BenchFindings:
     """Let a weight pull at the elbow, and measure how far it sinks.
 
-    It is read after coming from above and from below: dry friction, which holds it up or down, then
-    drops out of the mean. The share of the motor's torque that the gears take drops out only in
-    part; what is left is allowed for.
+    The joint is read after it came from above and from below: dry friction, which holds it up or
+    down, then drops out of the mean. The share of the motor's torque that the gears take drops out
+    only in part; what is left is allowed for.
     """
     card, found = bench.card, list[float]()
     for gain in _STIFF:
@@ -165,7 +166,7 @@ def _measure_stiffness(bench: Bench) -> BenchFindings:
 
 
 def _measure_hunting(bench: Bench) -> BenchFindings:
-    """Measure by how many steps resting joints go to and fro, for each gain."""
+    """Measure for each gain by how many steps the joints oscillate at rest."""
     card = bench.card
     worst = []
     for gain in _HUNTING:
@@ -182,7 +183,7 @@ def _measure_hunting(bench: Bench) -> BenchFindings:
 
 
 def _measure_ceiling(bench: Bench) -> BenchFindings:
-    """Measure the waist's top speed with full duty, and an eighth: servos may ignore the limit."""
+    """Measure the waist's top speed at full duty and at an eighth: a servo may ignore the limit."""
     card = bench.card
     robot, speeds = with_gain(card, card.settings.general.p_gain), []
     for duty in _DUTIES:
@@ -281,7 +282,7 @@ def _identify(card: Card) -> Identified:
 
 
 def _perform(card: Card, count: int) -> tuple[int, list[str]]:
-    """Perform gestures in turn, each in another variation; return the moves made, and the stops."""
+    """Perform gestures in turn, each in a different variation; count the moves and the stops."""
     robot, moves, stops = card.robot, 0, list[str]()
     for number in range(count):
         feeling = FEELINGS[number % len(FEELINGS)]
@@ -300,7 +301,7 @@ def _perform(card: Card, count: int) -> tuple[int, list[str]]:
 
 
 def _stops_of(card: Card, move: Move) -> list[str]:
-    """Make a move; if it is stopped, wake the body again, and return at which joint."""
+    """Make a move; if it is stopped, wake the body again, and return the joint that stopped it."""
     card.move(move)
     while card.step(0.02).phase is Phase.MOVING:
         pass

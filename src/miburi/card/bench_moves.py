@@ -37,12 +37,13 @@ GENTLY, REST, LOOK = 0.8, 1.5, 0.5
 #: The joint at which weights pull; how far it stays from its limits, rad; poses per joint to try.
 ELBOW, CLEAR, GRID = JOINTS.index("right_elbow"), 0.35, 40
 
-#: A weight makes the elbow sag more than can be sent to a card: a third is sent, counted threefold.
+#: A weight makes the elbow sag by more than a card's message can hold: a third of that is sent, and
+#: the card multiplies it by three.
 DEEPER = 3
 
 
 def peek(card: Card, motor: int, address: int, count: int) -> int:
-    """Return the number in ``count`` (1 to 12) of a servo's registers, from ``address`` on.
+    """Return the number stored in a servo's ``count`` (1 to 12) registers from ``address`` on.
 
     Not during a motion.
 
@@ -81,9 +82,9 @@ def go(
 ) -> list[Report]:
     """Make one move; return the reports from its start on, however it ends.
 
-    ``duty``, of ``FULL_PWM``, replaces the move's own ceiling. ``hung`` is by how many quarters of
-    a step a weight pulls the elbow down; with it, the elbow's load is sent divided by ``DEEPER``,
-    because the card then multiplies loads by it (:func:`with_gain`).
+    ``duty``, of ``FULL_PWM``, replaces the move's own ceiling. ``hung`` is the elbow's sag under a
+    weight, in quarters of a step; with it, the elbow's load is sent divided by ``DEEPER``, because
+    the card then multiplies loads by it (:func:`with_gain`).
     """
     move = Move(angles, np.full(len(JOINTS), speed))
     here, origin = np.array(card.report.positions), card.goals

@@ -139,7 +139,7 @@ def _measure(card: Card, tell: Callable[[str], None]) -> Measurement:
         traces = _test(card, tell)
     except BodyError as error:
         if card.state.stop is None or card.state.stop.sign is None:
-            raise  # no joint was held, so play explains nothing
+            raise  # no joint was held, so play cannot be the cause
         raise BodyError(f"{error}{and_play(robot, found)}") from error
     settings = settings.with_rule(granted(settings.rule, traces))
     _check(settings)
@@ -154,7 +154,7 @@ def _trace(
     moves: list[tuple[str, Move]],
     tell: Callable[[str], None],
 ) -> list[Trace]:
-    """Make free moves under generous guards, tell of each joint, and stop; return the traces."""
+    """Make free moves under generous guards, report each joint, and stop; return the traces."""
     card.configure(settings.generous)
     wake(card)
     traces, told = list[Trace](), ""

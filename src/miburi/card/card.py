@@ -143,7 +143,7 @@ class Card:
 
     @property
     def window(self) -> Window | None:
-        """What the rule compared at the contact that keeps the body stopped, for its motor only."""
+        """What the rule compared for the motor whose contact keeps the body stopped."""
         share = np.full(len(JOINTS), FINE) if self.underway is None else self.underway.share
         return None if self._own_stop else window_of(self.report, self._settings, share)
 

@@ -84,7 +84,7 @@ class Exchange:
         patience
             How long to wait for an answer each time, s.
         settings
-            What a refusal is explained by.
+            The settings from which the message of a refusal is made.
 
         Raises
         ------

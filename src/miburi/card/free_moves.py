@@ -18,9 +18,9 @@ from miburi.safety.stop import Phase, StopReason
 __all__ = ["free_moves", "gestures", "record", "swings"]
 
 #: How far a joint moves to either side of the middle, as a share of half its range. At top speed it
-#: moves further where it must: from side to side it travels at least ``_RUN`` times what reaching
-#: that speed takes, to hold it for a while. To either side, it moves no further than the share
-#: ``_FARTHEST`` (ours).
+#: may have to move further: from side to side it travels at least ``_RUN`` times the way that it
+#: needs to reach that speed, so that it holds the speed for a while. To either side, it moves no
+#: further than the share ``_FARTHEST`` (ours).
 _REACH, _RUN, _FARTHEST = 0.35, 1.1, 0.97
 #: Speeds of single joints, rad/s; the last is above that of every servo (ours).
 _SPEEDS = (0.8, 2.5, np.inf)
@@ -96,7 +96,7 @@ def swings(robot: Robot) -> Iterator[Move]:
 
 
 def gestures(robot: Robot) -> Iterator[tuple[str, list[Move]]]:
-    """Yield all gestures that ship, as large and fast as a mood of 0.9 makes them, by feeling."""
+    """Yield the feelings, and their gestures as large and fast as a mood of 0.9 makes them."""
     for feeling in FEELINGS:
         performance = key_poses(robot, load(feeling), _MOOD)
         angles = [np.array(robot.neutral)]

@@ -1,4 +1,4 @@
-"""The latest reports of a card, and what they say on the body's clock.
+"""The latest reports of a card, and their times on the body's clock.
 
 The card's clock starts again when the card does; the body's clock goes on. Reports and the line's
 time go in; the body's state comes out.
@@ -53,7 +53,9 @@ class ReportHistory:
         return self._reports[-1]
 
     def expect_another_clock(self, now: float) -> None:
-        """Note that the card may have restarted, with its clock; ``now`` counts as heard."""
+        """Allow for a restart of the card and its clock; ``now`` counts as the latest report's
+        time.
+        """
         self._fresh, self.heard = True, now
 
     def add(self, report: Report, now: float) -> None:
@@ -66,7 +68,7 @@ class ReportHistory:
         self._reports.append(report)
 
     def start_clock(self, now: float) -> None:
-        """Start the body's clock at 0 now, set by the latest report: the first may come late."""
+        """Start the body's clock now, at 0, by the latest report: the first may come late."""
         self.began = now
         self._offset = self.heard - now - self.latest.time / SECOND
 

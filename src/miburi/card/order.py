@@ -1,8 +1,8 @@
 """The loads that a card is sent with a move, and the move underway.
 
 It takes the robot's description and the move, and gives, for each motor, the position error that
-the load causes at both ends of its way, and how much duty the motor may use. The card refuses a
-duty that cannot hold the load. ``controller.h`` of the firmware is the other side.
+the load causes at the start and the end of the move, and how much duty the motor may use. The card
+refuses a duty that cannot hold the load. ``controller.h`` of the firmware is the other side.
 """
 
 import struct
@@ -22,7 +22,7 @@ from miburi.safety.profile import FINE, Motion, Profile, Steps, plan_towards, to
 
 __all__ = ["Order", "Underway"]
 
-#: The unit in which errors are sent to the card, in 1/256 steps; and the most of them.
+#: The unit in which errors are sent to the card, in 1/256 steps, and the largest number of units.
 _QUARTER, _MOST = FINE // 4, 127
 _LOAD = struct.Struct("<bbHH")
 
@@ -37,7 +37,7 @@ class Order(NamedTuple):
     begin, end
         The errors that the loads cause, in quarters of a step of the joint's angle.
     pwm, cruise
-        The most duty, of ``FULL_PWM``, and the most once the motors have sped up.
+        The ceiling of the duty, out of ``FULL_PWM``, and the ceiling once the motors have sped up.
     """
 
     goals: Steps
@@ -123,7 +123,7 @@ class Order(NamedTuple):
         velocity: Steps | None = None,
         before: Steps | int = 1,
     ) -> tuple[Profile, Steps]:
-        """Return the motion that the servos make of this order, and each motor's direction."""
+        """Return the motion that the servos carry out for this, and each motor's direction."""
         return _profile(settings, origin, self.goals, self.speeds, velocity, before)
 
     def loading(
@@ -166,7 +166,7 @@ class Underway(NamedTuple):
         How much of the rule's usual limits applies to each motor, (8,) 1/256; see
         :func:`miburi.safety.free.granted_share`.
     motion
-        What the servos make of it.
+        The motion that the servos carry out for it.
     """
 
     order: Order

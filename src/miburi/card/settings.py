@@ -44,7 +44,8 @@ _GENERAL = struct.Struct("<i8H2B")
 _JOINT = struct.Struct("<BbHhhh" + "".join(guard.unit.code for guard in GUARDS.values()) + "3HBH")
 #: Full duty of an XL330, in units of its registers 36 and 100; as in ``settings.h``.
 FULL_PWM = 885
-#: A servo hotter than this, °C, or a lower supply voltage, 0.1 V, stops the body (ours).
+#: A servo stops the body if it is hotter than this, °C, or if its supply falls below this, in units
+#: of 0.1 V (ours).
 HOTTEST, LOWEST = 65, 42
 #: Steps that a joint's range keeps from the seam between two turns; as in ``settings.h``.
 SEAM = 100
@@ -284,7 +285,7 @@ class CardSettings:
         return replace(self, joints=tuple(joints))
 
     def with_calibration(self, other: "CardSettings") -> "CardSettings":
-        """Return these settings with the other's mounting, rule, servos and gains.
+        """Return these settings with the mounting, rule, servos and gains of ``other``.
 
         The rule that an interrupted calibration has left on a card is not kept.
         """

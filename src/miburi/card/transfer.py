@@ -1,4 +1,4 @@
-"""Settings between host and card: a card's greeting tells which it has, then they are read or sent.
+"""Exchange settings with a card: its greeting identifies those it has; then read or send them.
 
 Each function takes the card's ``ask``, which sends a request and returns the answer's bytes.
 """
@@ -62,7 +62,7 @@ def read_settings(ask: Ask) -> CardSettings:
 def stop_and_settle(
     ask: Ask, has: Greeting, robot: Robot, wanted: CardSettings | None
 ) -> tuple[CardSettings, bool]:
-    """Stop a card and let it have the settings that it should; return them.
+    """Stop a card and send it the settings that it should have; return them.
 
     Parameters
     ----------
@@ -88,8 +88,8 @@ def stop_and_settle(
         settings = of_robot.with_calibration(read_settings(ask))
     if has.crc != settings.crc or not has.complete:
         _send(ask, settings)
-    # A card that could not read its stored settings may already have those of the description,
-    # which an earlier greeting sent.
+    # A card that could not read its stored settings may already have those of the description from
+    # an earlier greeting.
     plain = not has.complete or has.crc == of_robot.crc
     return settings, has.unreadable and plain and wanted is None
 
@@ -111,12 +111,12 @@ def replace_settings(ask: Ask, settings: CardSettings, before: CardSettings) -> 
 
 
 def save_settings(ask: Ask, wait: Callable[[float], object]) -> None:
-    """Store a card's settings in its EEPROM; ``wait`` lets s pass (it takes about 4 s).
+    """Store a card's settings in its EEPROM; ``wait`` waits for a time in s (about 4 s are needed).
 
     Raises
     ------
     BodyError
-        It did not store them.
+        The card did not store them.
     """
     ask(FrameKind.SAVE, b"")
     for _ in range(50):

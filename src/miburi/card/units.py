@@ -1,4 +1,4 @@
-"""A servo's units: steps of its encoder, and what it takes speeds and accelerations in."""
+"""A servo's units: steps of its encoder, and its units of speed and acceleration."""
 
 from miburi.errors import BodyError
 from miburi.robot import Robot

@@ -13,9 +13,9 @@ def mcp(
 ) -> None:
     """Give an assistant the partner's tools (MCP) on standard input and output.
 
-    On another computer than the partner's it needs MIBURI_TOKEN, and over https MIBURI_AUTHORITY, a
-    file with the certificate of the partner's home authority. Every call checks whether a partner
-    is running, so the partner may be started later.
+    If the partner runs on another computer, the command needs MIBURI_TOKEN, and over https
+    MIBURI_AUTHORITY, a file with the certificate of the partner's home authority. Every call checks
+    whether a partner is running, so the partner may be started later.
     """
     from miburi.client.asker import Asker
     from miburi.doors.agents import make_agents

@@ -35,7 +35,7 @@ Folder = Annotated[
 
 @devices_app.callback()
 def devices(context: typer.Context, folder: Folder = None, as_json: AsJson = False) -> None:
-    """Show the phones and computers that were paired, the latest seen first."""
+    """Show the paired phones and computers, the most recently seen first."""
     if context.invoked_subcommand is not None:
         context.obj = folder
         return

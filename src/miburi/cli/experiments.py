@@ -1,4 +1,4 @@
-"""``miburi experiment``, ``paper`` and ``feelings day``: what the paper reports, run and drawn."""
+"""``miburi experiment``, ``paper`` and ``feelings day``: run and draw the paper's experiments."""
 
 import json
 import re

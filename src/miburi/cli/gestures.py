@@ -164,7 +164,7 @@ def record(
             raise InputError(
                 f"the partner's robot is {its}, not {body.name}; give its file: --robot."
             )
-        goes_on = not partner.state.paused  # if already paused, leave that to others
+        goes_on = not partner.state.paused  # if the partner was paused already, do not resume it
         if goes_on:
             partner.pause()  # otherwise it would look around, and meet the hand
         try:

@@ -1,4 +1,4 @@
-"""``miburi hardware …``: parts to print, the bill, the gauge, the checks and the pictures."""
+"""``miburi hardware …``: parts to print, bill of materials, gauge, checks and pictures."""
 
 import json
 from collections.abc import Iterable
@@ -39,7 +39,7 @@ RobotToBuild = Annotated[
 Fit = Annotated[float, typer.Option(help="Gap on each side of a pocket, mm; the gauge finds it.")]
 Output = Annotated[Path, typer.Option(help="Folder to write to.", callback=a_folder)]
 
-#: The moods at which gestures are checked, and out of how many poses one is checked.
+#: The moods at which gestures are checked, and the interval, in poses, between two checks.
 _MOODS, _EACH = (0.3, 0.6, 0.9, 1.0), 3
 
 

@@ -160,14 +160,14 @@ def gesture_of(robot: "Robot", source: str) -> "MovementFunction":
 
 
 def repertoire_of(robot: "Robot", folder: Path | None) -> "Repertoire":
-    """Return the shipped gestures; a folder's replace those for the same feelings."""
+    """Return the shipped gestures; those in a folder replace the ones for the same feelings."""
     repertoire = load_gestures(robot, folder)
     warn_of_misfits(robot, repertoire.functions)
     return repertoire
 
 
 def load_gestures(robot: "Robot", folder: Path | None) -> "Repertoire":
-    """Do the same as :func:`repertoire_of`, but give no warning, which needs the solver."""
+    """Do the same as :func:`repertoire_of`, without the warning, which would need the solver."""
     from miburi.gestures import read_repertoire, shipped_repertoire
 
     return shipped_repertoire() if folder is None else read_repertoire(folder, robot)

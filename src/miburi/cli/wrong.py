@@ -1,4 +1,4 @@
-"""Say more about a wrong command line than its parser does: what it got, and what to type."""
+"""Explain a wrong command line better than its parser: what was typed, and what to type instead."""
 
 from typing import Any
 

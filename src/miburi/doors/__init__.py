@@ -1,1 +1,1 @@
-"""Other protocols by which a partner is met: agents, homes, laboratories, a voice."""
+"""Other ways to reach a partner: by agents, homes and laboratories, and its voice."""

@@ -60,7 +60,7 @@ __all__ = ["BURST", "RATE", "add_agents", "make_agents"]
 
 #: Wishes per second, and how many at once, from all agents together (ours).
 RATE, BURST = 2.0, 8.0
-#: s between two looks at a gesture, and s after which the agent stops waiting (ours).
+#: Time between two looks at a gesture, s, and time after which the agent stops waiting, s (ours).
 _GLANCE, _PATIENCE = 0.1, 25.0
 #: The most events in one answer.
 _TOLD = 40
@@ -137,7 +137,7 @@ class _StrictTool(Tool):
 
 
 def make_agents(partner: Asker, clock: Callable[[], float] = time.monotonic) -> MCPServer:
-    """Return the tools and resources for agents, on no transport yet; ``clock`` gives s."""
+    """Return the tools and resources for agents, not yet on a transport; ``clock`` is in s."""
     tools = _Tools(partner, Allowance(RATE, BURST, clock))
     server = MCPServer(
         "miburi",
@@ -196,7 +196,7 @@ def _in_words(
 def _wish(
     work: Callable[Parameters, Awaitable[str]],
 ) -> Callable[Parameters, Awaitable[str]]:
-    """Also turn what the body cannot do now into an answer: it is not the agent's error."""
+    """Also return an answer if the body cannot do something now: that is not the agent's error."""
 
     @wraps(work)
     async def answer(*args: Parameters.args, **kwargs: Parameters.kwargs) -> str:
@@ -264,7 +264,7 @@ class _Tools:
 
     @_in_words
     async def state(self) -> Now:
-        """Tell what it feels and shows, and whether and why it is paused or stopped."""
+        """Return what the partner feels and shows, and whether and why it is paused or stopped."""
         state = await self._partner.state()
         return Now(
             feels=as_shown(state.felt),

@@ -25,9 +25,9 @@ __all__ = ["PASSWORD", "Broker", "check_name", "find_broker", "stay_at"]
 #: The variable that holds the password; with _FILE appended, the one that names its file.
 PASSWORD = "MIBURI_BROKER_PASSWORD"  # noqa: S105 a name, not a password
 _PORTS = {"mqtt": 1883, "mqtts": 8883}
-#: s; after one and a half times this, the broker takes a silent partner for lost.
+#: Keep-alive, s: after one and a half times this, the broker considers a silent partner lost.
 _KEEP_ALIVE = 10
-#: s of the first and of the longest wait for an unreachable broker (ours).
+#: The first and the longest wait for an unreachable broker, s (ours).
 _FIRST_PAUSE, _LONGEST_PAUSE = 1.0, 30.0
 
 
@@ -44,7 +44,7 @@ class Broker:
     group: str | None = None
 
     def path(self, name: str) -> str:
-        """Return a partner's name, after its group's if there is one."""
+        """Return a partner's name, preceded by its group's name if there is one."""
         return name if self.group is None else f"{self.group}/{name}"
 
     def client(

@@ -189,14 +189,14 @@ async def stop_and_look(broker: Broker, name: str = ALL) -> tuple[list[str], lis
     InputError
         There is no such partner.
     UnreachableError
-        The broker cannot be reached, or knows of no partner or more than ``LARGEST``.
+        The broker cannot be reached, or it knows no partner, or more than ``LARGEST``.
     """
     fleet = Fleet(broker)
     async with listening_to(fleet):
         with suppress(TimeoutError):  # a broker may forbid the echo: use what has come
             async with asyncio.timeout(_GREETING):
                 await fleet.met.wait()
-                if name == ALL:  # this needs no known partner
+                if name == ALL:  # stopping all works even before any partner is known
                     await fleet.stop(name)
                 await fleet.greeted.wait()
         if name != ALL or not fleet.met.is_set():

@@ -1,9 +1,10 @@
 """The door for homes: the partner tells a broker how it is, and takes small wishes (MQTT).
 
-Home Assistant finds it by itself, through MQTT discovery. Each stop and each distress is reported
-at least once, even if it happened while the broker or the partner was away. Reports are few,
-because a home keeps each of them. The last will says that the partner is gone. Wishes are those of
-HTTP (feel, say, stop); none releases the body. Refusals are published on a topic of their own.
+Home Assistant finds it by itself, through MQTT discovery. Each stop and each event of distress is
+reported at least once, even if it happened while the broker or the partner was away. Reports are
+few, because a home keeps each of them. The last will says that the partner is gone. Wishes are
+those of HTTP (feel, say, stop); none releases the body. Refusals are published on a topic of their
+own.
 
 This module needs the extra ``mqtt``; it is loaded only when needed.
 """
@@ -56,8 +57,8 @@ _PERIOD = 0.25
 _ONLINE, _OFFLINE = "online", "offline"
 #: Refusals published per second, and at once: no more than a person can read (ours).
 _TOLD_RATE, _TOLD_BURST = 1.0, 10.0
-#: Reports per second of what changes often, and of what a home must know soon; with their bursts
-#: that makes ten a minute at most, not counting Stops (ours).
+#: Rates of reports, 1/s: for values that change often, and for those that a home must know soon.
+#: With bursts that makes ten a minute at most, not counting Stops (ours).
 _REPORT_RATE, _URGENT_RATE, _REPORT_BURST = 3 / 60, 3 / 60, 2.0
 #: The name under which the history remembers what the home knows.
 _WHO = "home"
@@ -103,9 +104,10 @@ async def live_at_home(
     broker
         The broker.
     about
-        What the home knows it by; no other may have its name.
+        The identity under which the home knows the partner; its name must be unique.
     clock, today
-        Give s, for the rates of wishes and reports, and the day whose stops are counted.
+        ``clock`` gives the time in s, for the rates of wishes and reports; ``today`` gives the day
+        whose stops are counted.
     """
     home, name = _Home(partner, history, about, clock, today), about.name
 
@@ -184,7 +186,7 @@ class _Home:
         group, _, _ = about.name.rpartition("/")
         #: The topics that stop all partners, or all those of its group.
         self._stops_of_all = {Topics(ALL).stop, Topics(f"{group}/{ALL}" if group else ALL).stop}
-        #: Tells it from another partner of the same name.
+        #: Distinguishes the partner from another of the same name.
         self.instance = secrets.token_hex(8)
         self._contradicted = False  # whether somebody has said that it is not online
         self._told: Cursor | None = None  # the last event that the broker knows
@@ -228,7 +230,7 @@ class _Home:
             await asyncio.sleep(_PERIOD)
 
     async def _look(self, client: Client) -> None:
-        """Tell what is new."""
+        """Report what is new."""
         state = await self._partner.state()
         if self._told is None:
             self._told = await asyncio.to_thread(self._history.recall, _WHO)

@@ -1,4 +1,4 @@
-"""What a home is told about the partner, so that it finds its buttons and events."""
+"""The message by which a home finds the partner's buttons and events."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -66,11 +66,11 @@ def discovery(about: About, joints: list[str]) -> dict[str, Any]:
     Parameters
     ----------
     about
-        What the home knows the partner by.
+        The identity under which the home knows the partner.
     joints
         The joints whose motors report a temperature.
 
-    Its keys are those of Home Assistant's MQTT device discovery (2024.11 and later).
+    The message's keys are those of Home Assistant's MQTT device discovery (2024.11 and later).
     """
     topics, key = Topics(about.name), f"miburi_{about.key}"
 

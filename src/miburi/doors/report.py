@@ -21,7 +21,7 @@ __all__ = [
 
 #: The feeling of a partner that feels nothing strongly.
 NEUTRAL = "neutral"
-#: The name under which all partners listen to Stop.
+#: The name under which all partners listen for Stop.
 ALL = "all"
 
 
@@ -67,7 +67,7 @@ class StopNews(BaseModel):
 
 
 class DistressNews(BaseModel):
-    """A distress that the partner has heard; not an alarm: it may be wrong, or not come at all."""
+    """Distress that the partner has heard. This is no alarm: it may be wrong or missing."""
 
     event_type: Distress
     id: str = Field(description="BOOT:NUMBER; no other event has it, even after a restart.")

@@ -2,7 +2,8 @@
 
 It publishes its joints at each step, its frames, description, expression, and why it stopped. It
 takes wishes (feel, say, a face's expression, stop); none releases the body. Only the latest of
-several wishes on a topic counts; they do not queue up. A reader that takes nothing blocks nobody.
+several wishes on a topic counts; they do not queue up. A reader that stops reading does not block
+anything.
 
 This module needs the extra ``ros``; it is loaded only when needed.
 """
@@ -128,7 +129,7 @@ async def live_in_ros(
     network
         The network.
     clock
-        Gives s, for the rate of wishes.
+        Gives the time in s, for the rate of wishes.
     """
     while True:
         try:
@@ -144,7 +145,7 @@ async def live_in_ros(
 
 
 class _Inlet(Generic[_Message]):
-    """A topic for wishes; while one is being passed on, only the latest other one waits."""
+    """A topic for wishes. While one wish is passed on, only the latest of the others waits."""
 
     def __init__(
         self,
@@ -231,7 +232,7 @@ class _Door:
         _write(self._refused, StringMsg(json.dumps(words)))
 
     async def live(self) -> None:
-        """Tell and obey until cancelled."""
+        """Publish, and pass wishes on, until cancelled."""
         robot, now = self._partner.robot, self._stamps.now()
         readers = [inlet.reader for inlet in self._inlets]
         node = node_of(self.participant, self._network.name, readers, self._writers)
@@ -278,7 +279,7 @@ class _Door:
                 _write(self._expression, message)
 
     def _tell_diagnosis(self, state: State | None) -> None:
-        """Tell at once what concerns a stop, and all else once a second."""
+        """Publish stops and releases at once, and everything else once a second."""
         present = None if state is None else (state.stop, state.held, state.paused)
         if present != self._diagnosed or time.monotonic() >= self._diagnosis_due:
             self._diagnosed, self._diagnosis_due = present, time.monotonic() + _DIAGNOSIS
@@ -296,9 +297,9 @@ class _Door:
 
     async def _show(self, wish: ExpressionMsg) -> None:
         gesture = read_expression(wish)
-        if self._partner.snapshot.state.held:  # the wish would wait, and nobody here be told so
+        if self._partner.snapshot.state.held:  # the wish would wait, and the sender would not know
             raise BodyError("nothing was done: the body is stopped until a person releases it.")
-        if gesture is None:  # neutral: whatever it performs ends
+        if gesture is None:  # neutral ends the current performance
             ahead = LookAct(do="look", at="user", seconds=1.0)
             await self._asker.tell("/performance", PerformanceIn(acts=[ahead], when="now"))
         else:
@@ -311,6 +312,6 @@ def _endpoint(qos: Qos, kind: type[IdlStruct]) -> Qos:
 
 
 def _write(writer: DataWriter[_Message], message: _Message) -> None:
-    """Send a message, unless a reader that takes nothing has left no room for it."""
+    """Send a message, unless a reader has stopped reading and there is no room left."""
     with suppress(DDSException):
         writer.write(message)

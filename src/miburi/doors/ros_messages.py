@@ -45,7 +45,7 @@ __all__ = [
 NEUTRAL_WORD = "neutral"
 _SECOND = 1_000_000_000
 _OK, _WARNING, _ERROR, _STALE = range(4)
-#: °C below the limit at which a motor's temperature is worth a warning (ours).
+#: A motor gets a warning from this many °C below its temperature limit (ours).
 _NEARLY_HOT = 10.0
 
 
@@ -190,8 +190,9 @@ def express(stamp: int, shown: Expressed | None) -> ExpressionMsg | None:
 def read_expression(wish: ExpressionMsg) -> ExpressIn | None:
     """Return the gesture that an expression means; None for neutral.
 
-    An expression has a word, or valence and arousal, or both. Without a word, the feeling nearest
-    in their direction is meant. Their length is the intensity. The sender's confidence is ignored.
+    An expression has a word, or valence and arousal, or both. If there is no word, valence and
+    arousal select the feeling with the nearest direction. Their length is the intensity. The
+    sender's confidence is ignored.
 
     Raises
     ------

@@ -67,7 +67,7 @@ class ParticipantEntitiesInfoMsg(
 def node_of(
     participant: Entity, namespace: str | None, readers: Iterable[Entity], writers: Iterable[Entity]
 ) -> ParticipantEntitiesInfoMsg:
-    """Return what lets ROS list a participant as a node with its topics."""
+    """Return the message by which ROS lists a participant as a node with its topics."""
     node = NodeEntitiesInfoMsg(
         f"/{namespace or ''}", NODE, [*map(_gid, readers)], [*map(_gid, writers)]
     )

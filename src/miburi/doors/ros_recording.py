@@ -88,7 +88,7 @@ def convert_recording(recording: Path, robot: Robot, out: Path) -> int:
     Parameters
     ----------
     recording
-        One of our recordings; if it is cut off, it is read up to there.
+        One of our recordings; if it is cut off, it is read up to that point.
     robot
         The robot that moved.
     out

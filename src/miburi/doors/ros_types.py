@@ -2,7 +2,7 @@
 
 Names, fields and order are those of common_interfaces, geometry2 and hri_msgs; constants are left
 out. Each class here is the only source of both forms: rmw's type name and CDR, and the text of a
-``.msg`` file with those that it depends on.
+``.msg`` file together with the files that it depends on.
 
 This module needs the extra ``ros``; it is loaded only when needed.
 """
@@ -249,7 +249,7 @@ def _lines(kind: type[IdlStruct]) -> str:
 
 
 def _held(hint: object) -> tuple[object, bool]:
-    """Return what a field holds, and whether it holds many."""
+    """Return the type of a field, and whether it is a list of that type."""
     given = get_args(hint)
     return (get_args(given[0])[0], True) if given and get_args(given[0]) else (hint, False)
 

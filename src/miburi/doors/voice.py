@@ -1,7 +1,7 @@
 """The partner's own voice for its pages: the sound of its latest sentence, by a synthesizer.
 
-A page with its voice on plays the sound, and the page's own switch mutes it. While it plays, the
-page's ears are closed, and its mouth moves with the sound.
+A page with its voice on plays the sound, and the page's own switch mutes it. While the sound plays,
+the page's ears are closed and the mouth on the page moves with it.
 """
 
 import asyncio
@@ -46,16 +46,16 @@ def voice_router(partner: LivePartner, synthesizer: Synthesizer) -> APIRouter:
         },
     )
     async def voice(number: int) -> Response:
-        """Return the sound of the latest sentence that it said aloud, by its number."""
+        """Return the sound of the latest spoken sentence, whose number this is."""
         nonlocal latest
         spoken(number)
         async with turn:
-            said = spoken(number)  # another may have come while others had their turn
+            said = spoken(number)  # another sentence may have come while other tasks ran
             if latest is None or latest[0] != number:
                 sound = await synthesizer.sound(said.text, CATALOGUE.voice(said.feeling))
                 latest = number, sound
                 if sound is not None:
-                    with suppress(MiburiError):  # a sound is heard whether or not hands follow it
+                    with suppress(MiburiError):  # the sound plays even if the gestures for it fail
                         await granted(partner, KeepTime(number, sound.rhythm))
         if latest[1] is None:
             raise HTTPException(404, "this sentence has no sound.")
