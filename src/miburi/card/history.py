@@ -53,9 +53,7 @@ class ReportHistory:
         return self._reports[-1]
 
     def expect_another_clock(self, now: float) -> None:
-        """Allow for a restart of the card and its clock; ``now`` counts as the latest report's
-        time.
-        """
+        """Allow for a restart of the card and its clock; the latest report's time is ``now``."""
         self._fresh, self.heard = True, now
 
     def add(self, report: Report, now: float) -> None:

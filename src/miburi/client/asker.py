@@ -1,7 +1,8 @@
-"""Ask the interface without waiting in a thread: for doors that serve many at once.
+"""Asynchronous requests to the interface, for doors that serve many clients at once.
 
-An :class:`Asker` sends the requests of ``/api/v1``, either within the server, past its gate, or to
-a server elsewhere. So a door that asks this way can do what HTTP can, and nothing else.
+An :class:`Asker` sends the requests of ``/api/v1``, either inside the server, where its gate does
+not apply, or to a server elsewhere. So a door that asks this way can do what HTTP can, and nothing
+else.
 """
 
 import asyncio
@@ -24,12 +25,13 @@ from miburi.talk.said import SayOut
 
 __all__ = ["Asker"]
 
-#: The status for too many requests at once; how often to try then, and s between tries (ours).
+#: The status for too many requests at once; the number of tries then, and the time between them, s
+#: (ours).
 _TOO_MANY, _TRIES, _BREATH = 429, 20, 0.1
 _EVENTS = TypeAdapter(list[LiveEvent])
 _GESTURES = TypeAdapter(list[GestureOut])
 
-#: s of silence after which a streamed answer counts as lost.
+#: Silence after which a streamed answer counts as lost, s.
 _STREAM_TIME = 30.0
 
 
@@ -49,7 +51,7 @@ class Asker:
 
     @classmethod
     def within(cls, app: FastAPI, by: By) -> Self:
-        """Return an asker of an application in this process; ``by`` is who presses Stop."""
+        """Return an asker for an application in this process; ``by`` says who presses its Stops."""
         transport = httpx.ASGITransport(app, raise_app_exceptions=False)
         http = httpx.AsyncClient(
             transport=transport, base_url="http://127.0.0.1/api/v1", headers={BY: by}
@@ -64,7 +66,7 @@ class Asker:
         authority: Path | str | None = None,
         by: By = "agent",
     ) -> Self:
-        """Return an asker of a server; see :func:`miburi.client.remote.connect`."""
+        """Return an asker for a server; see :func:`miburi.client.remote.connect`."""
         verify = trust(url, authority)
         url = url.rstrip("/")
         headers = {BY: str(by)} | ({"Authorization": f"Bearer {token}"} if token else {})

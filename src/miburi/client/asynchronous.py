@@ -62,9 +62,9 @@ def connect_async(
 class AsyncPartner:
     """A live partner at the other end of a connection; made by :func:`miburi.connect_async`.
 
-    Use it as an asynchronous context manager, or call :meth:`close`. Its methods raise what those
-    of :class:`miburi.RemotePartner` raise; those that ask for something return the wish's id, which
-    events carry as ``wish``.
+    Use it as an asynchronous context manager, or call :meth:`close`. Its methods raise the same
+    errors as those of :class:`miburi.RemotePartner`. A method that asks for something returns the
+    wish's id, which events carry as ``wish``.
     """
 
     def __init__(self, asker: Asker) -> None:
@@ -132,7 +132,7 @@ class AsyncPartner:
         return await self._asker.wish("/stimulus", wish)
 
     async def say(self, text: str, tone: Tone = "plain") -> SayOut:
-        """Say something to the partner; return what it heard and why, what it felt and answered."""
+        """Say something to the partner; return the feeling it heard, the reason, and its answer."""
         return await self._asker.say(SayIn(text=text, tone=tone))
 
     async def speak(self, text: str) -> str:

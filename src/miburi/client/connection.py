@@ -1,6 +1,6 @@
 """One program's connection to a live partner over HTTP: requests, and streams that reconnect.
 
-Whatever a partner refuses becomes one of Miburi's errors, with the partner's words.
+A refusal raises one of Miburi's errors, with the partner's words.
 """
 
 import time
@@ -39,7 +39,8 @@ class ConnectionLostError(MiburiError):
 class Connection:
     """A connection to the partner at ``url``; see :func:`miburi.connect` for the parameters.
 
-    Every method raises what those of :class:`miburi.RemotePartner` raise. Any thread may use it.
+    Its methods raise the same errors as those of :class:`miburi.RemotePartner`. Any thread may use
+    it.
     """
 
     def __init__(self, url: str, token: str | None, authority: Path | str | None) -> None:
@@ -49,7 +50,7 @@ class Connection:
         if token:
             self._headers["Authorization"] = f"Bearer {token}"
         self._http = self._open()
-        self._stop = self._open()  # Stop waits for no other thread's answer
+        self._stop = self._open()  # so that Stop does not wait for another thread's answer
 
     def close(self) -> None:
         """Close the connection."""
@@ -71,7 +72,10 @@ class Connection:
     def ask(
         self, method: str, path: str, content: object = None, by: httpx.Client | None = None
     ) -> httpx.Response:
-        """Send a request and return the answer, unless it is a refusal; ``by`` sends it."""
+        """Send a request and return the answer, unless it is a refusal.
+
+        ``by`` is the client to use.
+        """
         try:
             response = (by or self._http).request(method, path, json=content)
         except httpx.HTTPError as error:
@@ -135,7 +139,7 @@ class Connection:
             self._wait_to_connect(heard, patience, failure)
 
     def _wait_to_connect(self, heard: float | None, patience: float, failure: Exception) -> None:
-        """Wait a moment; give up if nothing was ever heard, or not for ``patience`` s."""
+        """Wait a moment; give up if nothing was ever heard, or nothing for ``patience`` s."""
         if heard is None or time.monotonic() - heard > patience:
             words = f"{self._url} does not answer ({failure}); is `miburi run` running there?"
             raise ConnectionLostError(distrust(self._url, failure) or words) from failure

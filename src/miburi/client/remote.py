@@ -34,7 +34,7 @@ from miburi.talk.said import SayOut
 
 __all__ = ["WAITING", "RemotePartner", "connect"]
 
-#: Wishes that may wait to be sent by :meth:`RemotePartner.soon`.
+#: How many wishes may wait to be sent by :meth:`RemotePartner.soon`.
 WAITING = 32
 _LOG = logging.getLogger(__name__)
 
@@ -112,8 +112,8 @@ class RemotePartner:
     def watch(self, rate: float = 30.0, patience: float = 60.0) -> Generator[State, None, None]:
         """Yield states, ``rate`` a second (0.1 to 50), until you leave the loop.
 
-        At 50 a second every step of the robot is among them. A connection that is lost, as when the
-        partner restarts, is retried for up to ``patience`` s.
+        At 50 a second, no state of the robot's loop is left out. A connection that is lost, as when
+        the partner restarts, is retried for up to ``patience`` s.
         """
         return self._line.states(rate, patience)
 
@@ -123,8 +123,8 @@ class RemotePartner:
         """Yield the events after the one with this id, or from now on, until you leave the loop.
 
         A connection that is lost is retried for up to ``patience`` s; events missed meanwhile are
-        then yielded, even those from before the partner's last start. A ``gap`` says if some are
-        missing. With ``after="0"`` it begins with all events that are kept.
+        then yielded, even those from before the partner's last start. If events are missing, a
+        ``gap`` says so. With ``after="0"`` it begins with all events that are kept.
 
         Raises
         ------
@@ -135,7 +135,7 @@ class RemotePartner:
         return self._line.events(after or self.state.cursor, patience)
 
     def until_ended(self, wish: str, patience: float = 60.0) -> LiveEvent:
-        """Wait until a wish has ended, well or not, and return the event that says so.
+        """Wait until a wish has ended, successfully or not, and return the event that says so.
 
         Raises
         ------
@@ -151,8 +151,8 @@ class RemotePartner:
     def soon(self, wish: Callable[..., object], *args: Any, **kwargs: Any) -> bool:
         """Let a thread carry out a wish, such as ``soon(partner.stimulate, stimulus)``.
 
-        This returns at once, so a game loses no frame. It returns False and does nothing if
-        :data:`WAITING` wishes wait already. Failures are logged.
+        This returns at once, so that a game, for instance, misses no frame. It returns False and
+        does nothing if :data:`WAITING` wishes are queued already. Failures are logged.
         """
         if self._sender is None:
             self._sender = threading.Thread(target=self._send_all, name="wishes", daemon=True)
@@ -182,7 +182,7 @@ class RemotePartner:
         )
 
     def say(self, text: str, tone: Tone = "plain") -> SayOut:
-        """Say something to the partner; return what it heard and why, what it felt and answered."""
+        """Say something to the partner; return the feeling it heard, the reason, and its answer."""
         said = {"text": text, "tone": tone}
         return SayOut.model_validate_json(self._line.ask("POST", "/say", said).content)
 
@@ -226,7 +226,8 @@ class RemotePartner:
     def perform(self, *acts: AnyAct, now: bool = False) -> str:
         """Perform gestures, looks, key poses and sentences together, each at its offset.
 
-        It follows the wishes that wait or, with ``now``, replaces them and what is under way.
+        The performance begins after the wishes that wait. With ``now``, it replaces them and the
+        current one.
         """
         wish = PerformanceIn(acts=list(acts), when="now" if now else "next")
         return self._line.wish("/performance", wish.model_dump(mode="json"))
@@ -246,7 +247,7 @@ class RemotePartner:
         self._line.post("/release")
 
     def wait(self) -> State:
-        """Wait until the body is not stopped, however long that takes, and return that state."""
+        """Wait until the body is free, however long that takes; return the partner's state."""
         states = self.watch(rate=10)
         try:
             return next(state for state in states if not state.stop)

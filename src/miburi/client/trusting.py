@@ -53,7 +53,7 @@ def has_collided(error: BaseException) -> bool:
     """Whether a WebSocket has failed in TLS after its handshake.
 
     The threads of ``websockets`` read and write one socket, for which Python's ssl is not safe
-    (python/cpython#76714). The handshake was over, so a trusted partner is there.
+    (python/cpython#76714). Since the handshake succeeded, the partner is reachable and trusted.
     """
     if not isinstance(error, ConnectionClosed | InvalidMessage):
         return False

@@ -97,9 +97,9 @@ _TAGS = {
     "people": "Whom it knows, and when it may begin to speak by itself.",
 }
 _PLAIN = Care()
-#: Touches, motions and sounds noticed from one address: per second, and in a burst (ours).
+#: Limits for touches, motions and sounds from one address: per second, and in a burst (ours).
 NOTICED_RATE, NOTICED_BURST = 5.0, 10.0
-#: What any request but Stop may get back.
+#: Refusals that any request but Stop may get.
 _OFTEN: Refusals = {429: {"model": Refusal, "description": "Too many requests."}}
 _BY = "Who presses: `program`, if a program may release it again; else it counts as a person."
 #: Key poses rehearsed from one address: per second, and in a burst (ours).
@@ -126,11 +126,13 @@ def make_api(
     endpoint
         What composes the partner's answers; None: it answers by itself.
     care
-        How it cares for somebody in distress; by default it names no telephone number.
+        How the partner answers somebody in distress; by default it names no telephone number to
+        call.
     seed
         Seeds the choice among its own answers.
     folder
-        Where it keeps the people it knows, and its manners; None: it keeps them until it ends.
+        Where the partner stores what it knows about people, and its manners; with None, it forgets
+        them at its end.
     clock
         Tells the time where the partner stands.
     """
@@ -179,7 +181,7 @@ def _add_requests(
             generate_unique_id_function=_route_name,
         )
         add(part, runner)
-        # To include a router, FastAPI would build each of its routes again.
+        # ``include_router`` would build each of the router's routes again.
         app.router.routes += part.routes
 
 
@@ -198,14 +200,14 @@ def _describe(app: FastAPI) -> None:
 
 
 def _stopping(router: APIRouter, runner: LivePartner) -> None:
-    """Add the requests that no limit delays."""
+    """Add the requests that are exempt from limits."""
 
     @router.post("/stop", status_code=NOTHING, responses=REFUSED)
     async def stop(
         by: Annotated[str, Header(alias=BY, description=_BY)] = "person",
         name: Annotated[str, Header(alias=PRESS, include_in_schema=False)] = "",
     ) -> None:
-        """Stop all motors until they are released; a person's Stop, until a person releases it."""
+        """Stop all motors; after a person's Stop, only a person can release them."""
         await done(runner.stop(press(by, name)))
 
 
@@ -257,7 +259,7 @@ def _looking(router: APIRouter, runner: LivePartner) -> None:
 
 
 def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
-    """Add what the partner can be asked to feel, notice and do."""
+    """Add the requests to feel, notice and do something."""
 
     @router.post("/stimulus", responses=REFUSED)
     async def stimulus(wish: StimulusIn, by: _Asker = "person") -> WishOut:
@@ -292,7 +294,10 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
 
     @router.post("/face", status_code=NOTHING, responses=REFUSED)
     async def face(wish: FaceIn, request: Request) -> None:
-        """Turn slowly to a face while nothing is felt; repeat within 5 s, or it counts as gone."""
+        """Turn slowly to a face while nothing is felt.
+
+        Repeat this within 5 s, or the face counts as gone.
+        """
         not_too_often(request)
         if wish.x is not None:
             speech.beginning.notice()
@@ -300,7 +305,7 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
 
     @router.post("/attend", status_code=NOTHING, responses=REFUSED)
     async def attend(wish: AttendIn, request: Request) -> None:
-        """Face somebody who talks with it, and look aside now and then, as people do."""
+        """Face the person who is talking, and look aside now and then, as people do."""
         not_too_often(request)
         await granted(runner, Attend(wish.turn))
 
@@ -331,11 +336,11 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
 
 
 def _showing(router: APIRouter, runner: LivePartner) -> None:
-    """Add what it can be asked to show and say; each wish has an id, which its events carry."""
+    """Add the requests to show and say something; each wish has an id, which its events carry."""
 
     @router.post("/speak", responses=REFUSED)
     async def speak(wish: SpeakIn, by: _Asker = "person") -> WishOut:
-        """Let the partner say something aloud, where a page has its voice on; the latest wins."""
+        """Say something aloud, if a page's voice is on; a new sentence replaces the last."""
         return WishOut(id=await granted(runner, Speak(wish.text, who(by))))
 
     @router.post("/express", responses=REFUSED)
@@ -375,11 +380,11 @@ def _showing(router: APIRouter, runner: LivePartner) -> None:
 
 
 def _private(router: APIRouter, runner: LivePartner) -> None:
-    """Add the choice of what becomes of people's words."""
+    """Add the setting that decides whether people's words are kept."""
 
     @router.post("/words", status_code=NOTHING, responses=REFUSED)
     async def words(wish: WordsIn) -> None:
-        """Let events repeat what is said to the partner from now on, or forget what was said."""
+        """Include what people say in events from now on; or stop, and delete it."""
         await granted(runner, AllowWords(wish.allowed))
 
 

@@ -24,8 +24,8 @@ __all__ = ["ENDING", "MOST", "AfterCursor", "add_events", "events_after", "follo
 ENDING = "ending"
 #: The most events in one answer.
 MOST = 1_000
-#: s between two looks for news; s of silence after which a stream shows that it is alive; ms after
-#: which a reader reconnects (ours).
+#: Interval between two checks for new events, s; silence after which a stream sends a sign of life,
+#: s; time after which a reader reconnects, ms (all ours).
 _GLANCE, _SILENCE, _RETRY = 0.01, 10.0, 1_000
 _PIECE = 100
 
@@ -49,10 +49,10 @@ def add_events(router: APIRouter, partner: LivePartner) -> None:
         responses={400: {"model": Refusal, "description": "The cursor names no event."}},
     )
     async def log(after: AfterCursor = None) -> list[LiveEvent]:
-        """Return the events after the one named, the oldest first; without one, the latest.
+        """Return the events after a given event, oldest first; if none is given, the latest events.
 
-        At most 1,000 at once; ask again with the last one's id. Where events before the first are
-        no longer kept, the first is a `gap`.
+        At most 1,000 are returned; ask again with the id of the last one. If earlier events are no
+        longer kept, the list begins with a `gap`.
         """
         if after is None:
             return _hide_words(partner, partner.history.after(0))
@@ -117,7 +117,10 @@ async def follow(
     silence: float = _SILENCE,
     over: Callable[[], bool] = lambda: False,
 ) -> AsyncIterator[LiveEvent | None]:
-    """Yield events after a cursor (default: now) until ``over``; None after ``silence`` s."""
+    """Yield events after a cursor (default: now) until ``over``.
+
+    Yield None after ``silence`` s without any.
+    """
     cursor = after or _now(partner)
     loop = asyncio.get_running_loop()
     spoke, seen = loop.time(), -1
@@ -153,7 +156,7 @@ def _now(partner: LivePartner) -> Cursor:
 def _hide_words(partner: LivePartner, events: list[LiveEvent]) -> list[LiveEvent]:
     if not partner.snapshot.state.words:
         return [without_words(event) for event in events]
-    # What was said before the user last changed the switch stays hidden.
+    # Words from before the last change of the user's setting stay hidden.
     since = max((e.number for e in partner.history.after(0) if e.kind == "words"), default=0)
     return [event if event.number > since else without_words(event) for event in events]
 

@@ -58,7 +58,7 @@ class PersonOut(BaseModel):
 
 
 class PeopleOut(BaseModel):
-    """Everything that is known of people."""
+    """Everything that is known about people."""
 
     allowed: bool = Field(description="Whether it is kept on the partner's own disk.")
     present: str | None = Field(description="Who is there, as far as somebody has said.")
@@ -74,7 +74,7 @@ class AllowPeopleIn(Message):
 
 
 class PresentIn(Message):
-    """Who is there now."""
+    """The person who is with the partner now."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"name": "Anna"}]})
 

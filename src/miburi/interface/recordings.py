@@ -21,7 +21,7 @@ def add_recordings(router: APIRouter, runner: LivePartner) -> None:
     """Add the requests about recordings."""
     kept = runner.recordings
 
-    # A disk may be slow: these run in threads, and hold up nothing but their own answers.
+    # A disk may be slow: these functions run in threads, so they delay only their own answers.
 
     @router.get("/recordings")
     def recordings() -> list[RecordingOut]:

@@ -15,7 +15,7 @@ __all__ = ["NOTHING", "REFUSED", "Refusals", "refuse_in_words"]
 
 #: The status of an answer without content.
 NOTHING = 204
-#: How OpenAPI describes refusals: by status, the model and what it means.
+#: How OpenAPI describes refusals: for each status a model and a description.
 Refusals = dict[int | str, dict[str, Any]]
 REFUSED: Refusals = {
     400: {"model": Refusal, "description": "A value is not allowed."},

@@ -1,9 +1,9 @@
-"""The WebSocket ``/api/v1/live``: states at a chosen rate out, events if wished, commands in.
+"""The WebSocket ``/api/v1/live``: it sends states at a chosen rate and events, and takes commands.
 
-Each viewer has its own tasks and reads at its own rate: at 50 a second every step, below that the
-latest state. A slow viewer misses states, a dead one is dropped, and neither the partner
-nor other viewers wait. Events are never missed: see :mod:`miburi.interface.events`. Stop does
-not wait for commands that the same viewer sent before it, and cancels those still waiting.
+Each viewer has its own tasks and its own rate: at 50 a second it gets every step, and at lower
+rates the latest state. A slow viewer misses states, a dead one is dropped, and neither the partner
+nor other viewers wait. Events are never missed: see :mod:`miburi.interface.events`. Stop does not
+wait for commands that the same viewer sent before it, and cancels those still waiting.
 """
 
 import asyncio
@@ -66,7 +66,7 @@ class StimulusMessage(StimulusIn):
 class StopMessage(Message):
     """Stop all motors; ``by`` is as in the header of ``POST /stop``.
 
-    ``press`` is for pages: the name that a page gives to a press which it also sends by HTTP.
+    A page sends a press over HTTP, too; ``press`` is its name for that press.
     """
 
     do: Literal["stop"]
@@ -153,7 +153,7 @@ class _Viewer:
             await asyncio.sleep(due - time.monotonic())  # until this viewer's next state is due
 
     async def _send_events(self, after: str) -> None:
-        """Send events after a cursor, or with ``new`` from now on."""
+        """Send the events after a cursor; if it is ``new``, those from now on."""
         try:
             cursor = None if after == "new" else Cursor.of(after)
         except InputError as error:
@@ -177,7 +177,9 @@ class _Viewer:
             text = message.get("text")
             if (stop := _stop_in(text)) is not None:
                 self._runner.stop(press(stop.by, stop.press))
-                while not self._commands.empty():  # a release among them would undo it
+                while (
+                    not self._commands.empty()
+                ):  # a release among the waiting commands would undo this Stop
                     self._commands.get_nowait()
             try:
                 self._commands.put_nowait((text, self._runner.read_until))

@@ -243,8 +243,8 @@ AnyAct = Annotated[GestureAct | LookAct | PosesAct | SpeechAct, Field(discrimina
 class PerformanceIn(Message):
     """Gestures, looks, key poses and sentences together.
 
-    Acts of the body follow one another, each once it is due and the one before it has
-    ended; sentences run alongside them.
+    Acts of the body follow one another: each begins when it is due and the one before has ended.
+    Sentences run alongside them.
     """
 
     model_config = ConfigDict(

@@ -1,10 +1,9 @@
 """The languages that the partner hears and speaks: a folder of files for each.
 
-    language.toml   how its text is told from others and written plainly
-    talk.toml       what people say to a partner, and what it answers
-    care.toml       what it says to somebody in distress, and what it never says
-    rhythm.toml     how fast it is spoken, and what stands out (if none, as in English)
-    distress.toml   the words of distress (if there is none, no distress is heard)
+    language.toml how its text is recognised and reduced to plain words talk.toml       what people
+    say to a partner, and what it answers care.toml       what it says to somebody in distress, and
+    what it never says rhythm.toml how fast it is spoken, and what is stressed (English if there is
+    none) distress.toml   the words of distress (if there is none, no distress is heard)
 
 A new language is a new folder. Its name is the code of the language, such as ``fr``.
 """
@@ -59,7 +58,7 @@ _NAMED = re.compile(r"(?<=[^.!?] )(?!I\b)[A-Z]\w+")
 
 
 class _Whom(Table):
-    """Patterns: words such as "she", and whom they may mean (groups ``own`` and ``it``)."""
+    """Patterns for words such as "she" and for the people meant (groups ``own`` and ``it``)."""
 
     says: str
     means: str
@@ -144,12 +143,12 @@ def common_words(language: Language) -> frozenset[str]:
 
 
 def same_words(language: Language) -> dict[str, str]:
-    """Return words that ask the same thing, each with its group's first."""
+    """Return question words, each with the first word of its group of synonyms."""
     return _rules(language).first
 
 
 def subjects_of(question: str, language: Language) -> list[str]:
-    """Return whom or what a question is about, in plain words; empty where that is not known.
+    """Return the subject of a question, in plain words; empty where that is not known.
 
     >>> subjects_of("What is my dog called?", "en")
     ['dog']
@@ -169,15 +168,13 @@ def asks_for_everything(question: str, language: Language) -> bool:
 
 
 def with_whom(told: str, earlier: Iterable[str], language: Language) -> str:
-    """Return what was told. If it begins with "she", first name the person from earlier sentences.
+    """Return what was told.
 
-    ``earlier`` has the sentences before it, the newest first. If one names two people whom the word
-    may mean, no guess is made.
-
-    >>> with_whom("Her name was Maureen.", ["My dear wife was a nurse."], "en")
-    'my wife: Her name was Maureen.'
-    >>> with_whom("Her name was Maureen.", ["My sister and my wife were nurses."], "en")
-    'Her name was Maureen.'
+    A sentence about "she" gets the name of a person from earlier sentences.  ``earlier`` has the
+    sentences before it, the newest first. If an earlier sentence names two people whom "she" may
+    mean, no guess is made.  >>> with_whom("Her name was Maureen.", ["My dear wife was a nurse."],
+    "en") 'my wife: Her name was Maureen.' >>> with_whom("Her name was Maureen.", ["My sister and my
+    wife were nurses."], "en") 'Her name was Maureen.'
     """
     words = plain(told, language)
     meant = next((one for one in _rules(language).whom if re.match(one.says, words)), None)
@@ -194,7 +191,7 @@ def with_whom(told: str, earlier: Iterable[str], language: Language) -> str:
 
 
 def is_elsewhere(sentence: str, language: Language) -> bool:
-    """Return whether a sentence tells what somebody else feels, or what is over.
+    """Return whether a sentence is about somebody else's feeling, or about a feeling in the past.
 
     >>> is_elsewhere("My son is angry.", "en"), is_elsewhere("My son makes me angry.", "en")
     (True, False)
@@ -228,7 +225,7 @@ def plain(text: str, language: Language) -> str:
         apart = unicodedata.normalize("NFD", text)
         text = "".join(one for one in apart if unicodedata.category(one) != "Mn")
     if rules.apostrophes == "join":
-        # Without its sign "I'll" is "ill".
+        # Without its apostrophe, "I'll" is "ill".
         text = re.sub(rf"(?<=\w)[{_APOSTROPHES}]ll\b", " will", text)
         text = re.sub(rf"(?<=\w) ?[{_APOSTROPHES}] ?(?=\w)|[{_APOSTROPHES}]", "", text)
         text = re.sub(r"\b(\w+) (m|s|t|re|ve)\b", r"\1\2", _WORD_SIGNS.sub(" ", text).strip())
@@ -241,7 +238,7 @@ def plain(text: str, language: Language) -> str:
 def compile_phrases(
     phrases: list[str], language: Language, words: Mapping[str, str] | None = None
 ) -> re.Pattern[str]:
-    """Join many patterns into one, their {names} filled in; it fits whole words."""
+    """Join many patterns into one, with their {names} filled in; it matches whole words."""
 
     def fill(phrase: str) -> str:
         while words and _NAME.search(phrase):
@@ -253,7 +250,7 @@ def compile_phrases(
 
 
 def find_phrase(pattern: re.Pattern[str], said: str, language: Language) -> str | None:
-    """Return the first phrase in plain words that no denial precedes, if any."""
+    """Return the first phrase in plain words without a denial before it; None if there is none."""
     denial = _rules(language).denial
     for match in pattern.finditer(said):
         if not denial.search(said[: match.start()].rstrip()):

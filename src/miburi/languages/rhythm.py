@@ -38,7 +38,7 @@ class Rhythm:
 
 
 class _Table(Table):
-    """How a language is spoken: seconds for letter, syllable, pause; patterns; unstressed words."""
+    """How a language is spoken: durations in s, patterns of stress, and weak words."""
 
     letter: _Seconds
     syllable: _Seconds
@@ -148,7 +148,7 @@ def _phrases(text: str, table: _Table) -> tuple[list[list[_Syllable]], float]:
 
 
 def _stressed(word: str, middles: list[float], table: _Table) -> int:
-    """Return the index of a word's stressed syllable: last or first by language, or as listed."""
+    """Return the index of a word's stressed syllable: as listed, else first or last."""
     if table.last:
         return len(middles) - 1
     later = (k for stem, k in table.later if word.startswith(stem))

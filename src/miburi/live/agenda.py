@@ -1,7 +1,7 @@
 """Carry out what others ask of a partner, and note what becomes of it.
 
-Whatever somebody asks for is a *wish*: noted when it comes, with an id, and ended by exactly one
-more event, such as ``gesture_ended``, ``speech_broken_off`` or ``wish_dropped``.
+A request is a *wish*: an event with an id notes its arrival, and exactly one further event its end,
+such as ``gesture_ended``, ``speech_broken_off`` or ``wish_dropped``.
 """
 
 from collections.abc import Callable, Sequence
@@ -31,7 +31,7 @@ __all__ = ["Agenda"]
 
 
 class Agenda:
-    """The wishes of one live partner that have not ended; only its loop calls this.
+    """The open wishes of one live partner; only the partner's loop uses this class.
 
     Parameters
     ----------
@@ -45,9 +45,12 @@ class Agenda:
         self._note, self._speaker = note, speaker
         self._stage = Stage()
         self._open: dict[str, str] = {}  # wishes that have not ended, and what they are for
-        self._interrupts = False  # whether the body's next act does not wait for a gesture's end
+        self._interrupts = False  # whether the body's next act interrupts a gesture
         self._shown: dict[str, object] = {}  # the fields of the present gesture
-        self._stopped, self._returns = 0.0, False  # s; whether the body goes back to neutral
+        self._stopped, self._returns = (
+            0.0,
+            False,
+        )  # the time, s; whether the body goes back to neutral
 
     def perform(
         self,
@@ -57,7 +60,7 @@ class Agenda:
         name: str,
         by: By,
     ) -> str:
-        """Let the body show something once; it replaces what waits. Return the wish's id."""
+        """Let the body show something once, instead of wishes that wait. Return the wish's id."""
         self._clear("replaced")
         wish = self._ask(name, by, expression)
         partner.perform(expression, poses, wish=wish)
@@ -117,7 +120,7 @@ class Agenda:
         self._clear("paused")
 
     def release(self, by: By | None) -> None:
-        """Note that the body goes back to neutral: somebody released it, or it does so alone."""
+        """Note that the body goes back to neutral, after a release or by itself."""
         self._note("release_begun", by=by)
         self._returns = True
 
@@ -156,7 +159,8 @@ class Agenda:
         event
             What has happened.
         stop, limit
-            What the body says of its stop, and the running rule's limit, if the event is a stop.
+            The body's report of its stop, and the limit of the contact rule, if the event is a
+            stop.
         """
         match event:
             case GestureStarted(_, shown, name, wish):
@@ -183,7 +187,7 @@ class Agenda:
                 pass
 
     def leave(self, partner: Partner) -> None:
-        """End what goes on, because another body takes over."""
+        """End what is going on, because another body takes over."""
         for event in partner.leave():
             self.take(event, None, 0.0)
         self._clear("body")
@@ -235,7 +239,7 @@ class Agenda:
             self._note("performance_begun", wish=begun.wish)
 
     def _clear(self, why: Lapse, partner: Partner | None = None) -> None:
-        """End all performances, and drop what a partner's body has not begun."""
+        """End all performances, and drop wishes that the body has not begun."""
         if partner is not None:
             partner.drop(why)
         current = self._stage.current

@@ -47,8 +47,8 @@ def answer(
 ) -> None:
     """Answer the server from now on, in separate threads, until it has gone.
 
-    If the server stops serving once it has listened, nobody sees the body; if the reception stops
-    receiving, nobody can press Stop. After 3 s of either the body is stopped.
+    If the server hangs after its start, nobody sees the body; if the reception hangs, nobody can
+    press Stop. After 3 s of either, the body is stopped.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ class _Answering:
         self._runner.stop(Press("partner"))
 
     def stop_all(self, stopping: Connection) -> None:
-        """Stop the body whenever the other side says so; None is only a sign of life."""
+        """Stop the body whenever the other side says so; None is only its sign of life."""
         watchdog = None
 
         def tell(_done: Future[None] | None = None) -> None:
@@ -133,7 +133,7 @@ class _Answering:
                     self._watch("reception", watchdog)
 
     def _watch(self, who: str, watchdog: Watchdog) -> None:
-        """Watch ``who``, which has arrived; once all have, the partner is ready."""
+        """Watch the started process ``who``; once all have started, the partner is ready."""
         threading.Thread(target=watchdog.watch, args=(self._over,), daemon=True).start()
         with self._arriving:
             self._awaited.discard(who)
@@ -213,7 +213,7 @@ class _Answering:
 
 
 def _told(error: BaseException) -> MiburiError:
-    """Return an error as one of a class that the other side knows."""
+    """Return an error, converted to a class that the other side knows."""
     if isinstance(error, MiburiError):
         return error
     return MiburiError(f"{type(error).__name__}: {error}")

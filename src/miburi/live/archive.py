@@ -29,7 +29,7 @@ LARGEST, LIMIT = 500_000_000, 5_000_000_000
 #: Steps that may wait for the disk: ten seconds of them.
 WAITING = 500
 _STEPS_PER_FLUSH = 50
-#: s to wait for the disk at the end of a recording, and then for its thread.
+#: How long to wait for the disk at the end of a recording, and then for the writing thread, s.
 _PATIENCE = 2.0
 _NAME = re.compile(r"miburi-(\d{4,})\.mcap")
 #: The file that keeps the latest number, so that a deleted recording's name is not used again.
@@ -42,7 +42,7 @@ class News(NamedTuple):
     Attributes
     ----------
     kind
-        The recording began, was ended, ended by itself, or was deleted.
+        Whether the recording began, was ended, ended by itself, or was deleted.
     name
         Name of its file.
     reason, detail
@@ -79,9 +79,9 @@ class Archive:
 
     def __init__(self, folder: Path, *, largest: int = LARGEST, limit: int = LIMIT) -> None:
         self.limit = limit
-        #: Says what a recording is of.
+        #: Describes the robot and the session of a recording.
         self.describe: Callable[[], RecordingAbout] = RecordingAbout
-        #: How the latest recording ended, if by itself; as reported by :meth:`news`.
+        #: How the latest recording ended, if it ended by itself; as reported by :meth:`news`.
         self.ended: News | None = None
         self._folder = folder
         self._largest = largest

@@ -8,7 +8,7 @@ __all__ = ["FADES", "TURN", "Attending", "Turn"]
 
 #: Turns that can be reported: a person is about to speak, or waits for an answer.
 Turn = Literal["listening", "thinking"]
-#: s after which a turn ends unless it is reported again (ours).
+#: A turn ends after this time, s, unless it is reported again (ours).
 FADES: dict[Turn, float] = {"listening": 10.0, "thinking": 30.0}
 #: How long it listens for an answer after its own words, s (ours).
 TURN = 6.0
@@ -25,13 +25,13 @@ class Attending:
     def begin(self, turn: Turn) -> None:
         """Begin a turn: a person is about to speak, or has spoken.
 
-        Listening does not interrupt thinking, since a report may come late.
+        Listening does not interrupt thinking: the page's report of listening may arrive late.
         """
         if turn == "thinking" or self._turn != "thinking" or self._left <= 0:
             self._turn, self._left = turn, FADES[turn]
 
     def step(self, dt: float, sentence: int | None) -> Attention | None:
-        """Let ``dt`` s pass; return what the partner does now, if anything.
+        """Advance by ``dt`` s; return what the partner does now, if anything.
 
         Parameters
         ----------

@@ -3,8 +3,8 @@
 Any thread may ask; the loop alone calls :meth:`Commands.run`. Callers are answered at the end of
 the step (:meth:`Commands.settle`), so the next state that they read shows the effect.
 
-Stop has a lane of its own: it is taken however many commands wait, it runs before them, it is
-answered at once, and nobody can take it back.
+Stop has a lane of its own: it is accepted however many commands wait, runs before them, is answered
+at once, and cannot be cancelled.
 """
 
 import queue
@@ -25,7 +25,7 @@ __all__ = ["STOP_SINCE", "WAITING", "BusyError", "Command", "Commands", "Result"
 
 #: Commands that may wait for the next step.
 WAITING = 256
-#: Names of presses that are remembered, so that a second copy is recognised (ours).
+#: How many names of presses are remembered, to recognise a second copy of the same press (ours).
 NAMED = 64
 #: Why a release older than the latest Stop is refused.
 STOP_SINCE = "Stop has been pressed since; release the body again to go on."
@@ -44,7 +44,7 @@ class Commands:
     Parameters
     ----------
     stop
-        Stops the body, for whoever pressed.
+        Stops the body; it is given who pressed Stop.
     """
 
     def __init__(self, stop: Callable[[By], None]) -> None:
@@ -59,7 +59,7 @@ class Commands:
         self._done: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
 
     def ask(self, command: Callable[[], Result]) -> Future[Result]:
-        """Let the loop run a command; its result or its error comes with the future.
+        """Let the loop run a command; the future returned gets its result or its error.
 
         Raises
         ------
@@ -76,7 +76,7 @@ class Commands:
         return future
 
     def ask_unless_stopped(self, command: Callable[[], Result]) -> Future[Result]:
-        """Let the loop run a command, void if a Stop comes in before it."""
+        """Let the loop run a command, unless a Stop comes in before it runs."""
         stops = self._stops
 
         def run() -> Result:
@@ -87,7 +87,7 @@ class Commands:
         return self.ask(run)
 
     def stop(self, press: Press) -> Future[None]:
-        """Stop the body before anything else is done; all who ask until then share one future.
+        """Stop the body before any other command runs; presses until then share one future.
 
         A second copy of a press that was obeyed changes nothing.
         """
@@ -107,7 +107,7 @@ class Commands:
             return self._next_stop
 
     def run(self) -> None:
-        """Stop if somebody has asked for it, then run what waits.
+        """Stop the body if somebody asked for that, then run the commands that wait.
 
         A command that finds the body unsettled is tried again at the next call.
         """
@@ -127,14 +127,17 @@ class Commands:
                 self._early.append((command, future))
 
     def settle(self) -> None:
-        """Answer what has run; any thread may call this, such as one that watches the loop."""
+        """Answer the commands that have run.
+
+        Any thread may call this, such as one that watches the loop.
+        """
         with suppress(queue.Empty):
             while True:
                 self._done.get_nowait()()
 
 
 def _run(command: Command, future: Future[Any]) -> Callable[[], None]:
-    """Run a command, and return what answers it; its error is the asker's, not the loop's."""
+    """Run a command; return a function that answers the asker, also with an error."""
     try:
         answer = partial(future.set_result, command())
     except UnsettledError:

@@ -1,15 +1,16 @@
 """The crossing between the partner's process and the others: its pipes and its messages.
 
 The partner's loop has a process of its own, so that no page and no request can starve it. The
-server's process holds a :class:`~miburi.live.far.FarPartner`, which asks; beside the runner,
-:func:`~miburi.live.answering.answer` answers it. Two pipes lie between them, one for Stop alone::
+server's process holds a :class:`~miburi.live.far.FarPartner`, which sends requests; in the runner's
+process, :func:`~miburi.live.answering.answer` replies to them. Two pipes lie between them, one for
+Stop alone::
 
     FarPartner ── Ask, Cancel, Look ─▶ answer ──▶ Runner
                ◀── Answer, Latest ──────
                ═══ Stop ═════════════▶
 
-The server asks for news at every step and gets none unasked, so that none piles up while it is
-busy. Neither side waits for the other: each sends from a thread of its own.
+The server asks for news at every step, and news is sent only on request, so that none piles up
+while it is busy. Neither side waits for the other: each sends from a thread of its own.
 """
 
 import pickle
@@ -41,7 +42,7 @@ __all__ = [
     "lanes",
 ]
 
-#: s to wait for what may be slow: making a body, a disk.
+#: How long to wait for slow operations, such as making a body or writing to a disk, s.
 LONG = 60.0
 
 
@@ -58,7 +59,7 @@ class Lanes(NamedTuple):
 
 
 class Hello(NamedTuple):
-    """What does not change; the partner's first message."""
+    """The partner's first message: everything that does not change later."""
 
     robot: Robot
     repertoire: Repertoire
@@ -92,7 +93,7 @@ class Cancel(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """What became of a question; states with this serial and later ones show it."""
+    """The result of a request; states from this serial on show its effect."""
 
     number: int
     result: Any
@@ -105,7 +106,7 @@ class Ready(NamedTuple):
 
 
 class Look(NamedTuple):
-    """Ask for news; what comes after these numbers is new.
+    """Ask for news: everything after the numbers given here is new.
 
     ``beats`` grows as long as the server serves; if it stops growing, the server hangs.
     """
@@ -117,7 +118,7 @@ class Look(NamedTuple):
 
 
 class Latest(NamedTuple):
-    """The latest state as JSON and what is new beside it; ``motors`` is None if it is not new.
+    """The latest state as JSON, and other news; ``motors`` is None if it has not changed.
 
     ``steps`` are the states before it that have not been seen, by their serials.
     """

@@ -35,7 +35,7 @@ from miburi.serving.press import PRESSED, Press
 
 __all__ = ["SILENCE", "FarPartner"]
 
-#: s without an answer after which the partner cannot be reached (ours).
+#: The partner counts as unreachable after this time without an answer, s (ours).
 SILENCE = 1.0
 
 
@@ -114,7 +114,7 @@ class FarPartner:
 
     @property
     def read_until(self) -> float:
-        """The server's latest beat but one: everything sent before that time has been read."""
+        """The time of the server's last beat but one: everything sent before it has been read."""
         return self._ticks[0]
 
     def samples_after(self, serial: int) -> list[tuple[int, Sample]]:
@@ -134,7 +134,7 @@ class FarPartner:
         Raises
         ------
         UnreachableError
-            The partner does not answer; if it does so later, it will stop then.
+            The partner does not answer. If it recovers later, it will stop then.
         """
         with self._lock:
             self._pressed = self._clock()
@@ -214,7 +214,7 @@ class FarPartner:
         self._steps.extend(Snapshot(json=json, serial=serial) for serial, json in news.steps)
         if news.serial > known:
             self._steps.append(latest)
-        self._snapshot = latest  # set last: whoever reads it finds its entries
+        self._snapshot = latest  # set last, so that readers of this find the entries, too
         self._serial = news.serial
         if news.motors is not None:
             self._motors = news.motors
@@ -240,7 +240,7 @@ class FarPartner:
                     asked, due = now, now + STEP
                 until = due if asked is None else asked + SILENCE
                 there = wait(ends, None if self._silent else max(until - now, 0.0))
-                # What came while this process itself slept is here by now.
+                # Messages that came while this process itself slept have arrived by now.
                 there = there or wait(ends, 0.0)
                 self._silent = not there and asked is not None
                 for ready in there:

@@ -1,8 +1,8 @@
 """Turn the place of a face in the camera's pictures into where the robot should turn.
 
-A page says where in its pictures a face is; the pictures never leave it. On a real robot the camera
-rides on the head, so the face's bearing is measured from where the waist is turned. A simulated
-robot has no camera on its head: there the bearing is measured from straight ahead.
+A page says where in its pictures a face is; the pictures never leave it. On a real robot the
+phone's camera turns with the waist, so a face's bearing is relative to the waist's angle. A
+simulated robot has no camera on its head: there the bearing is measured from straight ahead.
 """
 
 from math import atan, radians, tan
@@ -12,7 +12,7 @@ from miburi.robot import JOINTS
 
 __all__ = ["FORGOTTEN", "Gaze"]
 
-#: A face counts as gone this long, s, after its last report (ours); pages report every 2 s.
+#: Time in s after its last report at which a face counts as gone (ours); pages report every 2 s.
 FORGOTTEN = 5.0
 #: Half the horizontal field of view of a common phone camera, rad (ours).
 _HALF = radians(32)
@@ -29,7 +29,7 @@ class Gaze:
 
     def __init__(self, *, rides: bool) -> None:
         self._rides = rides
-        self._seen: tuple[float, float] | None = None  # rad to the left, and when
+        self._seen: tuple[float, float] | None = None  # the bearing, rad to the left, and its time
 
     def see(self, x: float | None, body: BodyState) -> None:
         """Take in where a face is.

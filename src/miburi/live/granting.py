@@ -51,8 +51,8 @@ class Inside:
     change_body
         Switches to another body; takes its kind, its port and the body itself.
     partner, gaze, hand, port
-        The partner with its present body, where a face is, the simulated human hand, and the card's
-        port.
+        The partner with its present body, the bearing of a face, the simulated human hand, and the
+        card's port.
     ports
         Ports that may be opened besides those that the system lists.
     paused
@@ -275,7 +275,7 @@ def _change_body(wish: wishes.ChangeBody, inside: Inside) -> Command:
     def run() -> None:
         before = inside.partner
         inside.agenda.leave(before)
-        before.body.close()  # it stops; the next one may be at the same port
+        before.body.close()  # the old body stops; the new one may use the same port
         inside.change_body(name, port, body)
         inside.partner.succeed(before)
         inside.note("body", name=name)

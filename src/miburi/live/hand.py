@@ -16,8 +16,8 @@ FASTEST = 1.2
 #: faster hand that is caught between an arm and the trunk would be deep inside the arm before the
 #: arm could give way.
 FEELING, WARY = 0.3, 0.5
-#: A hand that meets more than this force, N, backs off at its greatest speed (ours). It is more
-#: than the servos press with, and far less than would bruise.
+#: A hand that meets more than this force, N, backs off at its greatest speed (ours). The servos
+#: press with less force than this, and a bruise takes far more.
 GIVES_WAY = 40.0
 #: Steps of its path that it remembers, so as to back off along them (ours).
 REMEMBERED = 200
@@ -65,8 +65,8 @@ class GuidedHand:
         force = body.touch.force
         self._wary = WARY if force > 0 else self._wary - dt
         if force > GIVES_WAY:
-            # The path that it came by was free. The way straight away from its goal may not be: if
-            # the goal lies further out, that way leads into the robot.
+            # The path that it came by was free. A path directly away from the goal may not be free:
+            # if the goal lies further out, that path leads into the robot.
             place = self._back(here, FASTEST * dt)
         else:
             if not (self._came and np.array_equal(here, self._came[-1])):

@@ -1,8 +1,8 @@
 """The file that keeps a partner's feelings while it is switched off.
 
-The feelings are written every minute and at the end, always as a whole file. When they
-are read again, they have aged by the time that has passed. A file that cannot be read is renamed,
-for a person to look at, and the partner starts afresh.
+The feelings are written every minute and at the end, always as a whole file. When they are read
+again, they decay for as long as the partner was off. A file that cannot be read is renamed, for a
+person to look at, and the partner starts afresh.
 """
 
 import json
@@ -19,7 +19,7 @@ from miburi.ground.files import write_whole
 
 __all__ = ["keep", "remember", "remembered"]
 
-#: s between two writes, and s to wait for the loop's answer (ours).
+#: Time between two writes, and how long to wait for the loop's answer, s (ours).
 _PERIOD, _PATIENCE = 60.0, 5.0
 
 

@@ -1,4 +1,4 @@
-"""Observe a partner for its viewers: turn events and the body into states and reasons for stops."""
+"""Observe a partner for its viewers: make states, and reasons for stops, from events and body."""
 
 from collections import deque
 from typing import Any
@@ -21,7 +21,8 @@ __all__ = ["Observer"]
 _FADING = 0.9
 #: The angle that the eyes reach by themselves, without the head, rad (ours).
 _ASIDE = 0.35
-#: Steps over which the hands' speed is taken, because a card's reports do not come at our steps.
+#: Steps over which the hands' speed is averaged, because a card's reports do not keep time with
+#: ours.
 _SPEED_STEPS = 5
 
 
@@ -140,7 +141,7 @@ class Observer:
         )
 
     def _explain(self, event: Stopped) -> StopOut:
-        """Describe a stop: travel from the rule's window, force from the physics."""
+        """Describe a stop; travel is from the rule's window, force from the physics."""
         stop, body = event.stop, self._partner.body
         moved = due = measured = expected = None
         if stop.reason is StopReason.CONTACT and stop.motor is not None:

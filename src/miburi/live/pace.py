@@ -14,12 +14,12 @@ STEP = 0.02
 #: When the loop is further behind than this, in s, it does not hurry to catch up: the robot's time
 #: falls behind instead.
 _PATIENCE = 0.2
-#: Steps in a row that may fail before the loop is given up: a second.
+#: How many steps in a row may fail before the loop gives up: as many as fill one second.
 _FAILURES = 50
 
 
 class Paced(Protocol):
-    """What is paced."""
+    """The object whose steps are paced."""
 
     def tick(self) -> None:
         """Let one step pass."""
@@ -44,7 +44,7 @@ class Pace:
     Parameters
     ----------
     paced
-        Whose steps.
+        The object whose steps are run.
     lateness
         Lateness at which the watchdog stops the body.
     """
@@ -103,7 +103,7 @@ class Pace:
                 due = time.monotonic()
 
     def _fail(self, error: Exception) -> None:
-        """Stop the body, and begin anew with the next step; give up when all of them fail."""
+        """Stop the body, and go on with the next step; give up after too many failures."""
         self._paced.halt()
         self._paced.excuse(error, "loop_failed")
         self._failures += 1

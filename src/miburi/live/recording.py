@@ -10,9 +10,8 @@ robot's clock (``time``, s); MCAP's own times are those of the computer's clock.
 - ``/contacts``: stops
 - ``/touch``: the force on a hand, N, while there is one; only a simulation knows it
 - ``/events``: the events that a live partner reports on all its interfaces, with its own sentences
-- ``/stimuli``: what the partner felt when somebody did something, and why, in words or names of
-  signs; never sound or pictures. To replay them in another emotional model, give it
-  each at its time.
+- ``/stimuli``: each stimulus, with its reason (words, or names of signs; never sound or pictures).
+To replay a recording in another emotional model, apply each stimulus at its time.
 
 No sentence that is said to the partner is recorded. The metadata names the robot.
 """
@@ -132,7 +131,7 @@ class RecordedMessage(NamedTuple):
     time
         s on the body's clock.
     topic, content
-        Where it belongs, and what it tells.
+        Its topic, and its content.
     wall
         ns since 1970; None if only the body's clock was read: MCAP's times are then the body's.
     """
@@ -334,7 +333,7 @@ def is_whole(file: IO[bytes]) -> bool:
 
 
 def read(path: Path | str, topics: list[str] | None = None) -> Iterator[RecordedMessage]:
-    """Yield the messages of a recording in order of time; a broken one up to the break.
+    """Yield the messages of a recording in order of time; if it is broken, those before the break.
 
     The topics that repeat others in Foxglove's schemas are left out.
 

@@ -41,8 +41,8 @@ from miburi.version import __version__
 
 __all__ = ["SAMPLED", "STEP", "STEPPED", "Runner"]
 
-#: The ``period`` of a live :class:`Partner`'s gestures, and the time in which a refusal is noted
-#: only once (ours); s.
+#: The ``period`` of a live :class:`Partner`'s gestures, s, and the time within which a repeated
+#: refusal is noted only once, s (ours).
 _PERIOD, _REPEATS = 0.5, 60.0
 #: How many samples and states are kept.
 SAMPLED, STEPPED = 1200, 250
@@ -69,8 +69,8 @@ class Runner:
     repertoire, solve
         The gestures, and the inverse kinematics; by default those that ship with Miburi.
     lateness, hold
-        How late a step may be before the watchdog stops the body; who may end a Stop: by default
-        only a person may end a person's.
+        How late a step may be before the watchdog stops the body; ``hold`` says who may end a Stop:
+        by default, only a person may end a person's Stop.
     events, boot
         Where events outlive the partner, by default nowhere; and the id of this start, 8 hex
         digits, by default a new one.
@@ -168,7 +168,7 @@ class Runner:
 
     @property
     def read_until(self) -> float:
-        """The present time: a runner is called directly, so nothing sent waits to be read."""
+        """The present time: a runner is called directly, so no message is on its way."""
         return time.monotonic()
 
     @property
@@ -177,11 +177,11 @@ class Runner:
         return self._inside.log.history
 
     def steps_after(self, serial: int) -> list[Snapshot]:
-        """Return the states after a serial, of at most the last five seconds, the oldest first."""
+        """Return the states after a serial, oldest first; only the last five seconds are kept."""
         return [step for step in self._steps.copy() if step.serial > serial]
 
     def samples_after(self, serial: int) -> list[tuple[int, Sample]]:
-        """Return the samples of the last two minutes after a step, with their steps' serials."""
+        """Return the samples since a step, with their steps' serials; two minutes are kept."""
         return [taken for taken in self._samples.copy() if taken[0] > serial]
 
     def ask(self, wish: Wish[Granted]) -> Future[Granted]:
@@ -200,7 +200,10 @@ class Runner:
         return self._commands.ask(run)
 
     def stop(self, press: Press = PRESSED) -> Future[None]:
-        """Stop the body until a :class:`Release`; never refused, and before any other command."""
+        """Stop the body until a :class:`Release`.
+
+        This is never refused, and comes before other commands.
+        """
         return self._commands.stop(press)
 
     def feelings(self) -> Future[dict[str, Any]]:
@@ -228,8 +231,8 @@ class Runner:
         try:
             events = partner.step(STEP)
         except BodyError as error:
-            # A card may have stopped, or been lost, between its report and our command: it is
-            # stopped then, and the next state says why. A repeated refusal is noted once.
+            # A card may have stopped, or been lost, between its report and our command: it has
+            # stopped in that case, and the next state says why. A repeated refusal is noted once.
             if not inside.log.holds("refused", str(error), seconds=_REPEATS):
                 inside.note("refused", name=str(error))
         inside.serial += 1
@@ -274,7 +277,7 @@ class Runner:
         self._pace.end(patience)
         self.recordings.end()
         self._inside.log.close()
-        if self.failure is None:  # else the body was stopped; closing it might hang us, too
+        if self.failure is None:  # otherwise the loop hung; closing the body might hang, too
             self._at_home = self._inside.partner.at_rest
             self._inside.partner.body.close()
 
@@ -306,7 +309,7 @@ class Runner:
         self._look()
 
     def _look(self) -> None:
-        """Renew what viewers see."""
+        """Update the state that viewers see."""
         inside = self._inside
         if inside.serial % _STEPS_PER_MOTORS == 0:
             self._motors = self._observer.motors()

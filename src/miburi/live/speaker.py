@@ -14,7 +14,8 @@ from miburi.live.state import DistressOut, Spoken, Tune
 
 __all__ = ["CALM", "Speaker"]
 
-#: s for which the partner is calm after a distress: it shows no feeling and has no wish of its own.
+#: Time for which the partner stays calm after distress, s: it shows no feeling and has no wish of
+#: its own.
 CALM = 600.0
 
 #: Sentences and tunes shorter than this, s, go without arm movements.
@@ -22,7 +23,7 @@ _SHORT = 2.0
 
 
 class Speaker:
-    """Keeps the latest sentence; pages with their voice on speak it."""
+    """Keeps the latest sentence; pages speak it if their voice is switched on."""
 
     def __init__(self) -> None:
         #: The latest sentence.
@@ -37,7 +38,7 @@ class Speaker:
 
     @property
     def speaking(self) -> bool:
-        """Whether the latest sentence is being said, by its expected length, since pages say it."""
+        """Whether a page is probably still saying the latest sentence, by its estimated length."""
         return self._left is not None
 
     def attend(self, event: LiveEvent) -> None:
@@ -47,7 +48,7 @@ class Speaker:
         self.distress, self._calm = DistressOut.model_validate(heard | numbers), CALM
 
     def step(self, dt: float) -> bool:
-        """Let ``dt`` s pass; return whether the latest sentence ends with that."""
+        """Advance by ``dt`` s; return whether the latest sentence ends in that time."""
         ended = self._left is not None and self._left <= dt
         self._left = None if ended or self._left is None else self._left - dt
         self._calm -= dt
@@ -70,9 +71,10 @@ class Speaker:
         return True
 
     def beats(self) -> tuple[float, ...]:
-        """Return when arms may beat to the latest sentence, s from now, ascending.
+        """Return the times for beats to the latest sentence, s from now, ascending.
 
-        These are its prominent syllables, or a tune's notes; none if it is short, or in calm.
+        Beats fall on prominent syllables or on a tune's notes. There are none if the sentence is
+        short, or while the partner is calm after distress.
         """
         return self._rhythm.prominent if self._long and self.distress is None else ()
 

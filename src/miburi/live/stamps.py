@@ -13,9 +13,9 @@ LATE = 1_000_000_000
 class Stamps:
     """Gives each state a time by the computer's clock.
 
-    Two stamps differ as the body's times do, so that speeds worked out from them are right. Where
-    the body's time halts, or another body begins, the stamps follow the computer's clock; they
-    are never ahead of it, and go back only with it.
+    Two stamps are as far apart as the body's times, so that speeds computed from them are right.
+    Where the body's time halts, or another body begins, the stamps follow the computer's clock;
+    they are never ahead of it, and go back only with it.
 
     Parameters
     ----------

@@ -40,7 +40,7 @@ Share = Annotated[float, Field(ge=0, le=1)]
 Eight = Annotated[list[float], Field(min_length=8, max_length=8)]
 
 
-#: One for each of the partner's feelings, in their order.
+#: One value for each of the partner's feelings, in their order.
 Levels = list[float]
 
 
@@ -101,7 +101,7 @@ class Spoken(BaseModel):
 
 
 class DistressOut(BaseModel):
-    """A distress that was heard; Miburi is no alarm and calls nobody."""
+    """Distress that was heard. Miburi is not an alarm and calls nobody."""
 
     number: int = Field(description="Of its entry in the log.")
     time: float = Field(description="s on the body's clock.")
@@ -263,7 +263,7 @@ class Snapshot:
 
     def __init__(self, state: State | None = None, json: str = "", serial: int = -1) -> None:
         self._given, self._json = state, json
-        #: The state's own.
+        #: The same field of the state.
         self.serial = serial if state is None else state.serial
 
     @cached_property
@@ -277,7 +277,7 @@ class Snapshot:
         return self._json or self.state.model_dump_json()
 
     def at_least(self, serial: int, body: BodyState, held: bool, latest: int) -> "Snapshot":
-        """Return this plus what must show even if the observer fails, such as a stop."""
+        """Return this state with what must show even if the observer fails, such as a stop."""
         update = {
             "serial": serial,
             "time": round(body.time, 3),
@@ -288,7 +288,7 @@ class Snapshot:
         return Snapshot(self.state.model_copy(update=update))
 
     def halted(self) -> "Snapshot":
-        """Return this as it is after a stop because the loop was late."""
+        """Return this state as it is after the watchdog has stopped the body for a late loop."""
         if self.state.phase == "stopped":
             return self
         none = dict.fromkeys(("motor", "sign", "ratio", "moved", "due", "measured", "expected"))

@@ -1,1 +1,1 @@
-"""What happened to a live partner: one model, one log, one file, and every door tells from it."""
+"""What happened to a live partner: one model, one log and one file, which every door reads."""

@@ -1,7 +1,8 @@
 """The log of a live partner: what happened, by number, across restarts.
 
 The latest events are in memory, older ones in an :class:`~miburi.live.events.store.EventStore`. The
-partner's loop only notes: a thread writes, so that no disk holds up the loop.
+partner's loop only adds events in memory; a thread writes them, so that a slow disk does not hold
+up the loop.
 """
 
 import math
@@ -27,7 +28,7 @@ _UNKNOWN = (
     "this partner does not know that event: it keeps its events in another folder, or has begun to "
     "keep them anew"
 )
-#: A note in the store: whether what is said to the partner may be told.
+#: A note in the store: whether events may contain people's words.
 _WORDS = "words"
 #: s to wait for the disk.
 _PATIENCE = 2.0
@@ -38,7 +39,7 @@ def _now() -> datetime:
 
 
 class History:
-    """What has happened, for those who ask; one thread adds, any may read.
+    """The events so far. One thread adds events, and any thread may read them.
 
     Parameters
     ----------
@@ -74,7 +75,7 @@ class History:
         return [event for event in self._events.copy() if event.number > number]
 
     def reaches(self, cursor: Cursor) -> bool:
-        """Whether what came after a cursor is in memory, so that nobody waits for the disk."""
+        """Whether all events after a cursor are in memory, so that no reader waits for the disk."""
         ours = cursor.boot in (None, self.boot) and cursor.number <= self.number
         return ours and cursor.number >= self._oldest - 1
 
@@ -105,12 +106,12 @@ class History:
         return told
 
     def recall(self, who: str) -> Cursor | None:
-        """Return the cursor up to which somebody has been told, if :meth:`remember` kept one."""
+        """Return the cursor up to which a reader has all events, if :meth:`remember` kept one."""
         kept = self._store.note(f"told {who}") if self._store else None
         return None if kept is None else Cursor.of(kept)
 
     def remember(self, who: str, cursor: Cursor) -> None:
-        """Keep the cursor up to which somebody has been told; this waits for the disk."""
+        """Keep the cursor up to which a reader has all events; this waits for the disk."""
         if self._store is not None:
             try:
                 self._store.set_note(f"told {who}", str(cursor))
@@ -118,7 +119,7 @@ class History:
                 log_once("events are not kept", error)
 
     def _resolve(self, cursor: Cursor, pruned: int) -> tuple[int, str | None]:
-        """Return the number after which to go on, and why something before it is missing."""
+        """Return the number after which a reader continues, and why earlier events are missing."""
         boot, number = cursor
         end = None
         if boot == self.boot or (boot is None and number <= self.number):
@@ -144,7 +145,7 @@ class Log:
     Parameters
     ----------
     store
-        Where events outlast the program; None: nowhere.
+        The store in which events outlast the program; None if there is none.
     boot
         The id of this start, 8 hex digits; by default a new one.
     now
@@ -176,7 +177,7 @@ class Log:
         return self._words
 
     def allow_words(self, allowed: bool) -> None:
-        """Let what is said be told from now on, or forget what was said; waits for the disk."""
+        """Allow people's words in events from now on, or delete them; waits for the disk."""
         self._words = allowed
         if self._store is not None:
             self._store.set_note(_WORDS, "1" if allowed else "0")
@@ -218,13 +219,13 @@ class Log:
 
 
 def _write(store: EventStore, told: "SimpleQueue[LiveEvent | threading.Event | None]") -> None:
-    """Write all that waits at once, until a None; a flag in between is set once it is reached."""
+    """Write whole batches from the queue until a None comes; set each flag that is reached."""
     ended = False
     while not ended:
         waiting = [told.get(), *(told.get_nowait() for _ in range(told.qsize()))]
         try:
             store.write(one for one in waiting if isinstance(one, LiveEvent))
-        except sqlite3.Error as error:  # no room: what follows may find some
+        except sqlite3.Error as error:  # no room; there may be some for later events
             log_once("events are not kept", error)
         for flag in waiting:
             if isinstance(flag, threading.Event):

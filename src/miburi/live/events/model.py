@@ -1,4 +1,4 @@
-"""One event of a live partner, and the cursor that says how far somebody has heard."""
+"""One event of a live partner, and the cursor: the last event that a reader knows."""
 
 import re
 from datetime import UTC, datetime

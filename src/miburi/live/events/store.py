@@ -1,8 +1,8 @@
-"""The file in which a partner's events outlast it: SQLite, the last month, and stops for a year.
+"""The SQLite file of a partner's events: all of the last month, and stops of the last year.
 
-The partner's process writes, the server's reads. What has been committed outlasts a program that is
-killed; a power cut may take the last moments. Besides events the file holds where each start of the
-partner began, and small notes, such as how far a home has been told.
+The partner's process writes, the server's reads. Committed events survive if the program is killed;
+a power cut may lose the last moments. Besides events, the file holds the first number of each start
+of the partner, and small notes, such as the last event that a home has received.
 """
 
 import sqlite3
@@ -75,7 +75,9 @@ class EventStore:
                 self._file = self._open()
         except (sqlite3.Error, OSError) as error:
             raise OutputError(f"{path}: events cannot be kept there: {error}.") from error
-        weakref.finalize(self, self._file.close)  # a log that is let go leaves no file open
+        weakref.finalize(
+            self, self._file.close
+        )  # when a log is garbage-collected, its file is closed
 
     def _open(self) -> sqlite3.Connection:
         file = sqlite3.connect(self._path, timeout=5.0, check_same_thread=False)
@@ -114,9 +116,9 @@ class EventStore:
         return first
 
     def end_of(self, boot: str) -> int | None:
-        """Return the last number that a start may have given; None if it is unknown here.
+        """Return the last event number that a start may have used; None if it is unknown.
 
-        For the latest start that is a number above those of all events.
+        For the latest start, the number is above those of all events.
         """
         with self._lock:
             first = self._file.execute("SELECT first FROM boots WHERE boot = ?", (boot,)).fetchone()
@@ -180,7 +182,7 @@ class EventStore:
             self._set(name, value)
 
     def forget_words(self) -> None:
-        """Take out of all events what was said to the partner; no byte of it stays in the file."""
+        """Delete people's words from all events; no byte of them stays in the file."""
         with self._lock:
             with self._file:
                 self._file.execute(_FORGET)
@@ -212,7 +214,7 @@ class EventStore:
 
 
 def kept_events(folder: Path, *, quiet: bool = False) -> EventStore | None:
-    """Return a partner's event store; None, with a message unless ``quiet``, if it cannot open."""
+    """Return a partner's event store, or None if it cannot be opened (logged unless ``quiet``)."""
     try:
         return EventStore(folder / "events.sqlite")
     except OutputError as error:
