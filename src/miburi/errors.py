@@ -47,6 +47,6 @@ def needs_extra(extra: str, error: ModuleNotFoundError) -> MiburiError:
 
 
 def need(library: str, extra: str) -> None:
-    """Raise what :func:`needs_extra` returns unless a library is installed, without loading it."""
+    """Raise the error of :func:`needs_extra` if a library is missing; it is not loaded."""
     if find_spec(library) is None:
         raise needs_extra(extra, ModuleNotFoundError(name=library))

@@ -25,12 +25,12 @@ from miburi.safety.profile import to_steps
 __all__ = ["EmulatedBody", "EmulatedRobot"]
 
 
-#: s between two turns of the servos' control, and between two steps of the physics.
+#: Period of the servos' control, s, and of the physics, s.
 _TURN = 0.001
 
 
 class _Joint(Shaft):
-    """A servo's shaft that is a joint of the physics."""
+    """A servo's shaft, simulated as a joint of the physics model."""
 
     def __init__(self, plant: Plant, motor: int, settings: JointSettings, step: float) -> None:
         super().__init__()
@@ -102,7 +102,7 @@ class EmulatedRobot(EmulatedCard):
             Servo.new(of_joint.servo, shaft=joint, model=true.robot.servo.model)
             for of_joint, joint in zip(settings.joints, joints, strict=True)
         ]
-        # The servos are set up as a card would do it, so that they hold the body: otherwise it
+        # The servos are set up as a card sets them up, so that they hold the body: otherwise it
         # would sink before our card starts.
         goals = to_steps(robot, self.plant.data.ctrl).tolist()
         for servo, joint, goal in zip(servos, settings.joints, goals, strict=True):
@@ -127,7 +127,7 @@ class EmulatedBody(Card):
     rule
         The card's contact rule; by default the robot's own.
     specimen
-        The robot as it is; by default as it is described.
+        The actual robot, which may differ from its description; by default it does not.
 
     Raises
     ------

@@ -1,8 +1,8 @@
 """The wire between a card and its emulated servos: who hears a packet, and who answers when.
 
-Behaviour that firmware must cope with is modelled at its worst: after a missing servo, the others
-never answer a sync read. Two servos that speak at once garble each other: where either pulls the
-wire low, it is low. Times are µs on the card's clock.
+Where the manual leaves behaviour open, the worst case is modelled: if a servo is missing, those
+that come after it never answer a sync read. Two servos that speak at once garble each other: the
+wire is low when either pulls it low. Times are µs on the card's clock.
 """
 
 import struct
@@ -33,14 +33,16 @@ from miburi.emulation.servos import INSTRUCTION_ERROR, Servo
 
 __all__ = ["BAUDS", "Bus"]
 
-#: Bits a second by the register's value, and the share by which two ends may differ.
+#: Bits a second for each value of the register, and the share by which the speeds of two ends may
+#: differ.
 BAUDS = (9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000)
 _BAUD_TOLERANCE = 0.03
 #: A packet interrupted for longer than this, in µs, is dropped.
 _PAUSE = 2_000
 #: µs between the answers of successive ids to a broadcast ping, as the official SDK expects.
 _PING_TURN = 3_000
-#: The lowest status return level at which an instruction is answered; 2 for all others.
+#: The lowest status return level at which an instruction is answered; 2 for instructions not
+#: listed.
 _LEVELS = {PING: 0, READ: 1}
 #: The highest id that may be a secondary one.
 _LAST_ID = 252
@@ -133,7 +135,7 @@ class Bus:
         return servo == one.get("secondary_id") <= _LAST_ID
 
     def _collide(self, answers: list[Answer]) -> list[Answer]:
-        """Return what is heard on the wire where several speak."""
+        """Return the bytes on the wire when several servos speak at once."""
         merged: list[Answer] = []
         for start, said in sorted(answers, key=lambda answer: answer[0]):
             if merged and start < merged[-1][0] + len(merged[-1][1]) * self._byte:
@@ -156,7 +158,7 @@ class Bus:
     def _read_in_turn(
         self, asked: list[tuple[int, int, int]], time: float, *, fast: bool
     ) -> list[Answer]:
-        """Let each servo answer after the one before it; after one that is missing, nobody does."""
+        """Let the servos answer in turn; those that come after a missing one do not answer."""
         counts = [width for _, _, width in asked]
         if fast and sum(counts) > _LONGEST:
             return []
@@ -190,7 +192,7 @@ class Bus:
         self, one: Servo, servo: int, instruction: int, parameters: bytes, time: float
     ) -> list[Answer]:
         data, to_all = b"", servo == BROADCAST
-        # A change of id or speed is still answered with the old ones.
+        # A change of id or speed is still answered under the old id, at the old speed.
         own = one.get("id") if one.alias is None else one.alias
         start = time + 2 * one.get("return_delay") + one.delay
         level = one.get("status_return_level")

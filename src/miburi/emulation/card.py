@@ -60,7 +60,7 @@ def _firmware() -> Path:
 
 
 def _micros(seconds: float) -> float:
-    """Convert to µs, never less than ``seconds``: otherwise a wait until then might not end."""
+    """Convert a time to µs, rounded up: rounded down, a wait for that time might not end."""
     micros = seconds * 1e6
     return micros if micros / 1e6 >= seconds else nextafter(micros, inf)
 
@@ -92,7 +92,7 @@ class Mega:
         return float(self._lib.mega_cycle(self._mega)) / _CYCLES
 
     def run(self, until: float) -> bool:
-        """Run until a time in µs, or until a burst on the bus ends; return whether one did."""
+        """Run until a time, µs, or the end of a burst on the bus; return whether a burst ended."""
         result = self._lib.mega_run(self._mega, ctypes.c_uint64(ceil(until * _CYCLES)))
         if result == _CRASHED:
             raise BodyError("The emulated processor crashed; please report this.")
@@ -113,7 +113,7 @@ class Mega:
         return int(self._lib.mega_waiting(self._mega, port))
 
     def baud(self, port: int) -> int:
-        """Return the bits a second at which a serial port speaks."""
+        """Return the speed of a serial port, bits a second."""
         return int(self._lib.mega_baud(self._mega, port))
 
     def dropped(self, port: int) -> int:
@@ -204,7 +204,7 @@ class EmulatedCard:
             self._output += self.mega.take(_HOST)
 
     def read(self, until: float) -> bytes:
-        """Return bytes from the card as soon as it sends some, or none once it is ``until`` s."""
+        """Return bytes from the card as soon as it sends some, or none at the time ``until``, s."""
         end = _micros(until)
         while not self._output and self.mega.time < end:
             self.run(min(end, self.mega.time + _SLICE))

@@ -1,12 +1,12 @@
-"""A servo's position control: from its gains, its trajectory and its encoder to a duty.
+"""A servo's position control: it computes the duty from gains, trajectory and encoder.
 
 It follows ROBOTIS's e-manual, "Position PID Gain", in PWM units (885 is the full voltage)::
 
     PWM = P/p_divisor · e + I/65536 · Σ e − D/d_divisor · v + FF1/4 · u + FF2/4 · (change of u)
 
-e is the error in steps, v the speed and u the trajectory's, both in steps for each turn of the
-control. Goal PWM and PWM Limit bound it, and the duty follows at the PWM's slope. The manual does
-not say what units its feed-forward has, nor how its anti-windup works: both are ours.
+e is the error in steps, v the speed and u the trajectory's speed, both in steps per control period.
+Goal PWM and PWM Limit bound it, and the duty follows at the PWM's slope. The manual does not say
+what units its feed-forward has, nor how its anti-windup works: both are ours.
 """
 
 from dataclasses import dataclass
@@ -35,14 +35,14 @@ class PidGains(NamedTuple):
 
 @dataclass
 class Control:
-    """The control of one servo, with what it remembers from turn to turn.
+    """The control of one servo, with its state between two periods.
 
     Attributes
     ----------
     model
         The servo's constants.
     duty
-        What the motor gets now, −1 to 1.
+        The motor's present duty, −1 to 1.
     """
 
     model: Servo
@@ -51,7 +51,7 @@ class Control:
     _before: float = 0.0
 
     def __post_init__(self) -> None:
-        # Read once: a turn of the control comes every ms, for each of eight servos.
+        # Read once, because the control of each of eight servos runs every ms.
         model = self.model
         self._rate, self._p_divisor = model.loop.rate, model.divisor.p_divisor
         self._d_divisor = model.gains.d_divisor
@@ -66,8 +66,8 @@ class Control:
     ) -> float:
         """Return the PWM of the position control, from −``most`` to ``most``.
 
-        ``error`` is in steps; ``speed`` and ``wanted``, the trajectory's, are in steps/s. Without
-        feed-forward gains ``wanted`` does not matter.
+        ``error`` is in steps; ``speed`` and ``wanted``, the trajectory's speed, are in steps/s.
+        Without feed-forward gains ``wanted`` does not matter.
         """
         rate = self._rate
         ahead = gains.first * wanted + gains.second * (wanted - self._before)
@@ -84,7 +84,7 @@ class Control:
         return min(max(pwm + self._sum, -most), most)
 
     def set_pwm(self, pwm: float, slope: int) -> float:
-        """Return the next turn's duty, which goes to ``pwm`` no faster than the slope allows.
+        """Return the next period's duty: it approaches ``pwm`` no faster than the slope allows.
 
         ``slope`` is register 62.
         """

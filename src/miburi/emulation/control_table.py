@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 __all__ = ["EEPROM_END", "REGISTERS", "SIZE", "Register"]
 
-#: Where the EEPROM ends, which can be written only with torque off; and the table's size.
+#: The end of the EEPROM, which can be written only while torque is off; and the table's size.
 EEPROM_END, SIZE = 64, 228
 
 

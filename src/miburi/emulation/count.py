@@ -1,4 +1,4 @@
-"""How a servo counts positions: its host's steps and its shaft's, as its table says."""
+"""How a servo counts: conversion between a host's position and the shaft's, by its table."""
 
 from miburi.emulation.table import ControlTable
 
@@ -8,7 +8,7 @@ __all__ = ["POSITION", "TURN", "Count"]
 POSITION = 3
 #: Steps in a turn.
 TURN = 4096
-#: The largest homing offset that counts in position control.
+#: The largest homing offset that takes effect in position control.
 _HOMING = 1024
 #: A bit of Drive Mode.
 _REVERSE = 0x01
@@ -33,11 +33,11 @@ class Count:
         return -1 if self._table.get("drive_mode") & _REVERSE else 1
 
     def to_shaft(self, position: float) -> float:
-        """Return where the shaft is at a host's position."""
+        """Return the shaft's position for a position as the host counts it."""
         return (position - self._offset) * self.sign
 
     def to_host(self, place: float) -> int:
-        """Return the host's position for a place of the shaft."""
+        """Return the position as the host counts it for a position of the shaft."""
         return round(place * self.sign) + self._offset
 
     def start_anew(self, place: float) -> None:

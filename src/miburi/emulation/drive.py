@@ -1,4 +1,4 @@
-"""How a servo drives its motor: what its table asks for becomes a duty."""
+"""How a servo drives its motor: it computes a duty from its control table."""
 
 from struct import Struct
 from typing import NamedTuple
@@ -11,7 +11,8 @@ from miburi.emulation.trajectory import Segment
 
 __all__ = ["MotorDrive"]
 
-#: Operating modes that drive the motor here; in those of current and speed it gets no duty.
+#: Operating modes that drive the motor here; in the modes for current and speed the motor gets no
+#: duty.
 _EXTENDED, _CURRENT_AND_POSITION, _PWM = 4, 5, 16
 _POSITIONS = (POSITION, _EXTENDED, _CURRENT_AND_POSITION)
 _GAINS_BYTES, _GAINS_AT = Struct("<3H2x2H"), REGISTERS[GAINS[0]].address
@@ -49,7 +50,7 @@ class MotorDrive:
         self._control.rest()
 
     def turn(self, segment: Segment, time: float, error: float, speed: float) -> float:
-        """Return the duty at a turn of the control, µs; ``error`` is in steps, speed in steps/s."""
+        """Return the duty at a time, µs; ``error`` is in steps, speed in steps/s."""
         if self._seen != self._table.changes:
             self._seen, self._orders = self._table.changes, self._look_up()
         orders = self._orders

@@ -32,7 +32,7 @@ class Gearmotor(Shaft):
 
     @property
     def place(self) -> float:
-        """Where the shaft is, in steps; setting it puts it there at once, as a hand would."""
+        """The shaft's position, steps; a new value moves the shaft at once, as a hand would."""
         return self._zero + self.axis.angle / self.axis.servo.step
 
     @place.setter

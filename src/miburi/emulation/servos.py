@@ -1,10 +1,11 @@
-"""DYNAMIXEL XL330 servos in Python: what a card's servo bus sees when no real one is there.
+"""DYNAMIXEL XL330 servos in Python: the devices on a card's servo bus when there are no real ones.
 
 They follow speed profiles as the XL330's manual describes them, and can be blocked, loaded, dead,
 deaf, hot, slow to answer, and unplugged. :class:`miburi.emulation.bus.Bus` is their wire.
 
-Times are µs on the card's clock; positions are the shaft's, in the servo's steps, as floats until
-read. What a host reads and writes allows for turns, direction and homing offset, as on the servo.
+Times are µs on the card's clock; positions are those of the shaft, in the servo's steps; they are
+floats until a host reads them. Positions that a host reads and writes allow for turns, direction
+and homing offset, as on the servo.
 """
 
 from collections.abc import Callable
@@ -32,20 +33,20 @@ _IN_TIME, _TORQUE_BY_GOAL = 0x04, 0x08
 _TORQUE_AT_START, _VOLTAGE, _HEAT = 0x01, 0x01, 0x04
 #: Bits of Moving Status, and the steps within which a servo is in position (ours).
 _IN_POSITION, _ONGOING, _FOLLOWING_ERROR, _NEAR = 0x01, 0x02, 0x08, 10
-#: Options of Factory Reset, with what each keeps; and what Clear asks for, with its key.
+#: Options of Factory Reset, with the registers that each keeps; and the option and key of Clear.
 _RESETS = {0xFF: (), 0x01: ("id",), 0x02: ("id", "baud")}
 _CLEAR = bytes((0x01, 0x44, 0x58, 0x4C, 0x22))
 
 
 class Shaft:
-    """What a servo turns when there is no physics: it follows its trajectory with a lag.
+    """A servo's shaft without physics: it follows its trajectory with a lag.
 
     Attributes
     ----------
     lag
         µs.
     load
-        Steps by which it stands off its trajectory while torque is on.
+        Offset from the trajectory while torque is on, steps.
     low, high
         Steps that it cannot pass: set either to block the joint.
     noise
@@ -82,9 +83,9 @@ class Servo:
     Attributes
     ----------
     shaft, table
-        What it turns, and its control table.
+        The shaft that it turns, and its control table.
     start_delay, clock
-        µs from an order to its trajectory's start, and how fast its clock is.
+        Delay from an order to the start of its trajectory, µs, and the rate of the servo's clock.
     dead
         Unplugged, or without power: hears and says nothing.
     deaf
@@ -92,7 +93,7 @@ class Servo:
     delay
         Extra µs before each answer.
     lie
-        Turns the position to be read into what is read, both in steps.
+        Maps the true position to the reading, both in steps.
     alias
         The id with which it answers, if that is not its own.
     segment, before
@@ -126,7 +127,7 @@ class Servo:
     ) -> "Servo":
         """Return a servo with an id and the bus speed of the card, and otherwise factory settings.
 
-        ``model`` is by default the identified XL330.
+        ``model`` is by default the shipped XL330, whose constants were identified.
         """
         made = cls(shaft or Shaft(position), ControlTable(model or load_servo("xl330-m288-t")))
         made.set("id", servo)
@@ -210,7 +211,7 @@ class Servo:
         elif self.segment is None:
             if self.get("operating_mode") == POSITION:
                 self._count_anew(time)
-            # When torque goes on, it pulls at once towards the goal in the table.
+            # When torque is switched on, the motor pulls at once towards the goal in the table.
             goal = self._count.to_shaft(self.get("goal_position"))
             self.segment = Segment(time, place, goal, 0.0, 0.0)
             self.before = Segment(time - 1e6, place, place, 0.0, 0.0)
@@ -237,13 +238,13 @@ class Servo:
     # --- what it does when asked to ---------------------------------------------------------------
 
     def heard(self, time: float) -> None:
-        """Note that some packet was on the bus."""
+        """Record that a packet was on the bus."""
         self._check_watchdog(time)
         self._protect()
         self._heard = time
 
     def _protect(self) -> None:
-        """Shut down where Shutdown asks for it: too hot, or too high or low a voltage."""
+        """Shut down at too much heat or a wrong voltage, if the register Shutdown says so."""
         hot = self.get("temperature") > self.get("temperature_limit")
         least, most = self.get("min_voltage_limit"), self.get("max_voltage_limit")
         fed = least <= self.get("voltage") <= most
@@ -301,7 +302,9 @@ class Servo:
             error = ACCESS_ERROR
         if error or self.deaf:
             return self._error(error)
-        self.shaft.position(self, time)  # the shaft is moved up to now, before the write acts
+        self.shaft.position(
+            self, time
+        )  # the shaft's motion up to now is computed before the write takes effect
         written = self.table.behind(address, len(data))
         torque, mode = REGISTERS["torque_enable"].address, self.get("operating_mode")
         if torque in written:

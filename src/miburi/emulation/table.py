@@ -29,7 +29,7 @@ _SIGNED = (
     "position_trajectory",
 )  # fmt: skip
 _FORMATS = {1: "b", 2: "h", 4: "i"}
-#: What reads each register, and where it is.
+#: The function that unpacks each register, and the register's address.
 _READERS = {
     name: (Struct("<" + (form if at.low < 0 or name in _SIGNED else form.upper())).unpack_from,
            at.address)
@@ -96,7 +96,7 @@ class ControlTable:
         self._limit_goals()
 
     def change_mode(self) -> None:
-        """Reset gains, profile, goal PWM and goal current, as the manual says of a new mode."""
+        """Reset gains, profile, goal PWM and goal current, as a change of mode does."""
         for name in (*GAINS, "profile_speed", "profile_acceleration"):
             self.set(name, self._default(name))
         self._limit_goals()

@@ -1,8 +1,8 @@
 """Emotion, feeling and mood as a linear cascade between stimuli: the model in use.
 
-The emotion follows the latest events, the feeling those over a longer time, and the mood those
-over the longest. A stimulus changes the emotion at once. The feeling takes up its share while the
-emotion fades, and the mood while the feeling fades::
+The emotion follows the latest events, the feeling follows events over a longer time, and the mood
+follows them over the longest. A stimulus changes the emotion at once. The feeling takes up its
+share while the emotion fades; the mood takes up its share while the feeling fades::
 
     emotion  x' = −x/τe
     feeling  p' = −p/τe + a h/τe (1 − x − p)    x' = −x/τf + p/τe
@@ -84,7 +84,7 @@ class EmotionalModel(FeelingModel):
         self._levels = np.where(self._held, self._levels, levels)
 
     def _supply(self) -> Array:
-        """Return the shares per s that held levels bring to feeling and mood, (2, n)."""
+        """Return the rates, 1/s, at which held levels raise feeling and mood, (2, n)."""
         refill = np.where(self._held, self._levels / self.temperament.fading, 0.0)
         supply: Array = self.temperament.shares[1:] * refill[0]
         supply[1] = np.where(self._held[1], self._mood_of_feeling * refill[1], supply[1])
@@ -140,5 +140,5 @@ def _take_up(
         kept * p + phi * ((-supply - arriving - fast) * p - supply * x),
         kept * x + phi * (arriving * p + (-leaving - fast) * x),
     )
-    # Clipped only against rounding.
+    # Clipping removes rounding errors only.
     return np.clip(p.real + rest_pending, 0, 1), np.clip(x.real + rest_level, 0, 1)

@@ -2,8 +2,8 @@
 
 ``feelings.toml``, which ships with Miburi, holds the paper's eight. To use another file, name it
 in the environment variable ``MIBURI_FEELINGS``, or call ``miburi --feelings FILE``, which sets the
-variable. The file is read when this module is first imported, and holds for the whole process and
-the processes that it starts.
+variable. The file is read when this module is first imported; it applies to the whole process and
+to the processes that it starts.
 """
 
 import os
@@ -46,7 +46,7 @@ Note = Annotated[tuple[_Pitch, _Length], Field(strict=False)]
 
 
 class Eyes(Table):
-    """The numbers that draw the eyes; ``feelings.toml`` says what each does."""
+    """The numbers from which the eyes are drawn; ``feelings.toml`` explains each."""
 
     open: Annotated[float | None, Field(ge=0, le=1.5)] = None
     size: Size = None
@@ -114,7 +114,7 @@ class Colours(Table):
 
 
 class Voice(Table):
-    """How a feeling sounds; the defaults are the voice of no feeling.
+    """How a feeling sounds; the defaults are for a voice without feeling.
 
     ``rate`` and ``pitch`` multiply those of a voice, as in the Web Speech API; ``chirp`` holds
     notes, each a frequency in Hz and a length in s.
@@ -140,7 +140,7 @@ class Feeling(Table):
 
 
 class Catalogue(Table):
-    """The face at rest, and all feelings; arrays with a number for each follow their order."""
+    """The face at rest, and all feelings; an array with one number per feeling is in this order."""
 
     rest: Face
     feeling: Annotated[tuple[Feeling, ...], Field(strict=False)]
@@ -237,5 +237,6 @@ FeelingName = Annotated[
     AfterValidator(_check_name),
     WithJsonSchema({"enum": list(FEELINGS), "type": "string"}),
 ]
-#: The same in a partner's messages, unchecked: its feelings may differ from the reader's.
+#: The name of a feeling in a partner's messages; it is not checked, because that partner may have
+#: other feelings than this process.
 TheirFeeling = Annotated[str, WithJsonSchema({"enum": list(FEELINGS), "type": "string"})]

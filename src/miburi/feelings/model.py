@@ -6,8 +6,8 @@ emotion with its mood. Each of the three levels holds a number from 0 to 1 for e
 :class:`miburi.feelings.cascade.EmotionalModel`.
 
 The mood that is shown is m + (1 − m) x − d, with x the slowest level, m the temperament's resting
-mood, shifted for the person who is there, and d what contacts and inhibition took. d fades with
-the mood's time constant, so every mood goes back to rest.
+mood, shifted for the person who is with the partner, and d the mood lost to contacts and
+inhibition. d fades with the mood's time constant, so every mood goes back to rest.
 """
 
 from abc import ABC, abstractmethod
@@ -107,7 +107,7 @@ class FeelingModel(ABC):
         n = len(FEELINGS)
         self._held = np.zeros((3, n), dtype=bool)
         self._lowered = np.zeros(n)  # mood lost to contact and inhibition, not healed yet
-        self._leaning = np.zeros(n)  # what the person who is there adds to the resting mood
+        self._leaning = np.zeros(n)  # the person's shift of the resting mood
         self._stale = np.zeros((len(SOURCES), n))
 
     @property
@@ -117,12 +117,12 @@ class FeelingModel(ABC):
 
     @temperament.setter
     def temperament(self, temperament: Temperament) -> None:
-        state = self._state()  # at this moment, by the old constants
+        state = self._state()  # the levels at this moment, computed with the old constants
         self._temperament = temperament
         self._restore(state)
 
     def lean(self, leaning: Array | None) -> None:
-        """Shift the temperament's resting moods by (n,) while a person is there; None: no shift.
+        """Shift the temperament's resting moods by an array (n,) for a person; None ends that.
 
         The shown mood does not jump; from now on it moves towards its new rest.
         """
@@ -167,8 +167,8 @@ class FeelingModel(ABC):
     def contact(self) -> None:
         """Lower every mood by 20 %, because the robot met something while it moved (Section 4).
 
-        The losses of several contacts multiply. They heal with the time constant of the mood, and
-        what later stimuli bring is not lowered.
+        The losses of several contacts multiply. They heal with the time constant of the mood; the
+        effect of later stimuli is not reduced.
         """
         self._lowered += (1 - CONTACT_FACTOR) * self.mood
 
@@ -211,8 +211,8 @@ class FeelingModel(ABC):
         ----------
         emotion, feeling, mood
             Values in [0, 1] by feeling. Feelings that are not named become 0, and a level that is
-            not given stays as it is. A rise of one level acts on the slower ones as a stimulus
-            that caused it would.
+            not given stays as it is. If a level rises, the slower levels follow as they would after
+            a stimulus that caused this rise.
         hold
             Keep the named values until their level is set again. The slower levels follow a held
             one. Only a contact lowers a held mood, and that loss heals.
@@ -224,8 +224,8 @@ class FeelingModel(ABC):
         """
         levels = (emotion, feeling, mood)
         values = [None if level is None else _row(level) for level in levels]
-        # From the slowest, because setting a level drops what it has yet to take up: what the rise
-        # of a faster level adds to that must come afterwards.
+        # The slowest level is set first. Setting a level drops the change that it has yet to take
+        # up, so the change due to a rise of a faster level must be added afterwards.
         for row in (2, 1, 0):
             level, value = levels[row], values[row]
             if level is not None and value is not None:
@@ -275,7 +275,7 @@ class FeelingModel(ABC):
                 f"The state must have version {STATE_VERSION} and model {cls.kind!r}, got "
                 f"{header[0]!r} and {header[1]!r}; without a state the model starts afresh."
             )
-        names = state.get("feelings", list(PAPER))  # older states name none
+        names = state.get("feelings", list(PAPER))  # older states name no model
         if names != list(FEELINGS):
             raise InputError(
                 f"The state must be of the feelings {', '.join(FEELINGS)}, got {names!r:.200}; "
@@ -285,7 +285,7 @@ class FeelingModel(ABC):
         model._time = _seconds(state.get("time"), "the state's time")
         saved = dict(state)
         if isinstance(stale := state.get("stale"), list) and len(stale) == len(SOURCES) - 1:
-            saved["stale"] = [*stale, [0.0] * len(FEELINGS)]  # older states know no talk
+            saved["stale"] = [*stale, [0.0] * len(FEELINGS)]  # older states lack the source talk
         model._restore(
             {
                 name: _read_array(saved.get(name), array, model._limits[name], name)
@@ -296,7 +296,7 @@ class FeelingModel(ABC):
         return model
 
     def _rest(self) -> Array:
-        """Return the moods from which the slowest level counts; a held one counts from 0."""
+        """Return the moods to which the slowest level is added; 0 for a held mood."""
         rest = np.clip(self.temperament.rest + self._leaning, 0.0, _MOST_REST)
         return np.where(self._held[2], 0.0, rest)
 
@@ -311,7 +311,7 @@ class FeelingModel(ABC):
         self._lowered *= np.exp(-dt / self.temperament.fading[2])
 
     def _inhibit_mood(self, remaining: Array) -> None:
-        """Keep a share of the shown mood, (n,); the model does the same to its slowest level."""
+        """Multiply the shown mood by a share, (n,); the model does so with its slowest level."""
         sunk = remaining * self._lowered + (1 - remaining) * self._rest()
         self._lowered = np.where(self._held[2], self._lowered, sunk)
 
@@ -321,7 +321,7 @@ class FeelingModel(ABC):
 
     @abstractmethod
     def _excite(self, feeling: int, strength: float) -> None:
-        """Let a stimulus act, with its strength after source and habituation."""
+        """Apply a stimulus; its strength allows for its source and for habituation."""
 
     @abstractmethod
     def _pass(self, dt: float) -> None:

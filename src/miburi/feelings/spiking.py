@@ -12,8 +12,8 @@ Gerstner, Ritz and van Hemmen, Biological Cybernetics 69, 1993)::
 with τ the time constant of its level.
 
 - A stimulus raises the activations of the emotion layer by the temperament's matrix.
-- A neuron fires when u reaches θ: r rises by R, and the spike reaches the next layer. There it
-  raises the same feeling and lowers those that it inhibits.
+- A neuron fires when u reaches θ: r rises by R, and the spike reaches the next layer. There the
+spike raises the same feeling and lowers the feelings that this one inhibits.
 - If a spike arrives while other neurons of the next layer are excited, its connections to them
   become stronger (Hebb's rule). They weaken again within about a day.
 - Every input moves an activation towards 0 or 1 by a share of the remaining distance. So the
@@ -94,7 +94,7 @@ class SpikingModel(FeelingModel):
         while (first := self._next.min()) <= self._since:
             layer, neuron = divmod(int(self._next.argmin()), len(FEELINGS))
             self._advance(first)
-            # A spike may lower the mood: heal until then, and from then on.
+            # A spike may lower the mood, so let losses heal up to the spike, and from then on.
             self._heal(left - self._since)
             left = self._since
             self._fire(layer, neuron)

@@ -41,7 +41,7 @@ Array = NDArray[np.float64]
 
 Source = Literal["speech", "face", "touch", "application", "talk"]
 
-#: How much a partner moves while it shows nothing; partner/rest.toml has the numbers.
+#: How much a partner moves while it shows no feeling; partner/rest.toml has the numbers.
 RestLevel = Literal["still", "quiet", "lively"]
 REST_LEVELS: tuple[RestLevel, ...] = get_args(RestLevel)
 #: The possible sources of a stimulus.
@@ -49,7 +49,7 @@ SOURCES: tuple[Source, ...] = get_args(Source)
 #: The three levels, from the fastest to the slowest.
 LEVELS: tuple[str, ...] = ("emotion", "feeling", "mood")
 
-#: The weight of what a conversation brings, in temperaments that do not name it (ours).
+#: The weight of stimuli from a conversation, in temperaments that do not give one (ours).
 _TALK = 0.5
 
 Share = Annotated[float, Field(ge=0, le=1)]
@@ -95,7 +95,7 @@ class Habituation(Table):
 
 
 class Turning(Table):
-    """How far the waist turns to a face, rad, and how fast at most, rad/s (both ours).
+    """How far the waist turns to a face, rad, and its top speed, rad/s (both ours).
 
     The waist turns while the partner shows no feeling; at 0 it never does.
     """
@@ -107,8 +107,8 @@ class Turning(Table):
 class Attaching(Table):
     """How slowly an attachment to a person changes, and how much resting moods follow it (ours).
 
-    An attachment lasts ``slower`` times as long as a mood; it adds the share ``leaning`` of itself
-    to the resting moods.
+    An attachment's time constant is a mood's times ``slower``; the attachment times ``leaning`` is
+    added to the resting moods.
     """
 
     slower: Annotated[float, Field(ge=1, le=10_000)] = 500.0
@@ -129,7 +129,8 @@ class Temperament(Table):
     lasting: dict[FeelingName, Annotated[float, Field(ge=0.1, le=10)]]
     resting: dict[FeelingName, Annotated[float, Field(ge=0, le=0.9)]]
     effects: dict[FeelingName, dict[FeelingName, Annotated[float, Field(ge=-1, le=1)]]]
-    #: What somebody's feeling does to the partner; without a row, it feels the same (contagion).
+    #: The effect of somebody's feelings on the partner; a feeling without a row is contagious: the
+    #: partner feels the same.
     empathy: dict[FeelingName, dict[FeelingName, Share]] = Field(default_factory=dict)
     gaze: Turning = Field(default_factory=Turning)
     attachment: Attaching = Field(default_factory=Attaching)

@@ -3,8 +3,8 @@
 A pose is eight numbers, in the order of ``COORDINATES``: for each hand, the distance from its own
 shoulder, its spread and its swing; for the head, its turn and its rise. They are polar coordinates
 of the three extremities, so half-way between two poses the hands are half-way along an arc, not on
-a chord through the body. Distances are in arm's reaches, so a gesture keeps its look on a robot of
-another size.
+a chord through the body. Distances are multiples of the arm's reach, so a gesture looks the same on
+a robot of another size.
 
 :func:`targets` turns them into the paper's nine coordinates, and only the inverse kinematics turns
 those into angles. A place out of reach is allowed: the best reachable pose is the answer.
@@ -17,8 +17,9 @@ from miburi.robot.geometry import arm_reach, head_joint, shoulders
 
 __all__ = ["COORDINATES", "neutral", "polar", "relative", "targets"]
 
-#: Distance in arm's reaches, angles in rad. Spread is measured from the shoulders' axis (straight
-#: out), and swing about it, from hanging towards forward and up; turn is to the left, rise is up.
+#: Distance as a multiple of the arm's reach, angles in rad. Spread is the angle to the shoulders'
+#: axis (0 is straight out). Swing is the angle about that axis: 0 for a hanging arm, positive
+#: forwards and up. Turn is to the left, rise is up.
 COORDINATES = (
     *("right_distance", "right_spread", "right_swing"),
     *("left_distance", "left_spread", "left_swing"),
@@ -32,9 +33,10 @@ def polar(right: Array, left: Array, head: Array) -> Array:
     Parameters
     ----------
     right, left
-        (3,) the hand from its own shoulder, [forward, out, up] of the chest, in arm's reaches.
+        (3,) position of the hand relative to its own shoulder, [forward, out, up] of the chest, in
+        multiples of the arm's reach.
     head
-        (3,) the head from its joint, [forward, left, up] of the base, of any length.
+        (3,) direction of the head from its joint, [forward, left, up] of the base, of any length.
     """
     turn = np.arctan2(head[1], head[0])
     rise = np.arctan2(head[2], np.hypot(head[0], head[1]))
@@ -78,7 +80,8 @@ def _hand(place: Array) -> tuple[float, float, float]:
     ahead, out, up = place
     away = np.hypot(ahead, up)
     swing = np.arctan2(ahead, -up)
-    # From straight back through hanging, forward and up; it wraps at straight back, out of reach.
+    # The swing goes from straight back through hanging, forward and up. It wraps at straight back,
+    # which is out of reach.
     swing = (swing + np.pi / 2) % (2 * np.pi) - np.pi / 2
     return np.hypot(away, out), np.arctan2(away, out), swing
 

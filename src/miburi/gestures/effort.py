@@ -22,14 +22,14 @@ class Effort(Table):
     space
         Share of the written reach: at 0 the body stays at neutral, at 1 it goes all the way.
     weight
-        Light 0, strong 1: a strong movement is short and then halts. It takes the share
-        1 − weight / 2 of its time.
+        Light 0, strong 1: a strong movement is short and then halts. Its duration is multiplied by
+        1 − weight / 2.
     time
         Sustained 0, sudden 1: the tempo is 0.5 + time, so 0.5 leaves it as written.
     flow
-        Bound 0, free 1: below 0.5 a wide movement halts half-way, for longer the more
-        bound it is. From 0.5 on there is no halt, and above it a partner that has ``life`` goes
-        through a key pose without stopping, whatever its temperament.
+        Bound 0, free 1: below 0.5 a wide movement halts half-way, and the more bound it is, the
+        longer. From 0.5 on there is no halt, and above it a partner that has ``life`` goes through
+        a key pose without stopping, whatever its temperament.
     """
 
     space: Share
@@ -49,7 +49,7 @@ class Effort(Table):
 
     @property
     def free(self) -> bool:
-        """Whether a body does not stop at key poses at which nothing asks it to stay."""
+        """Whether a body passes key poses without stopping, unless it is asked to stay there."""
         return self.flow > 0.5
 
     @property

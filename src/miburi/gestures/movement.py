@@ -94,9 +94,9 @@ class Posture(Table):
 
 
 class Repeat(Table):
-    """Play the key poses ``first`` to ``last``, counted from 1, ``times`` times in all.
+    """Repeat the key poses ``first`` to ``last``, counted from 1, in ``times`` rounds.
 
-    Going ``back`` from the last to the first takes that share of the gesture's duration. Each
+    ``back`` is the time from the last pose to the first, as a share of the gesture's duration. Each
     repeat makes the gesture longer.
     """
 
@@ -238,5 +238,5 @@ def misfits(robot: Robot, function: MovementFunction) -> Iterator[str]:
                 )
 
 
-#: Largest distance of an extremity from its place, m, and angle outside a limit, rad.
+#: Largest error of an extremity's position, m, and largest angle outside a limit, rad.
 _TOLERANCE = 1e-4

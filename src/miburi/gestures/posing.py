@@ -37,10 +37,11 @@ __all__ = [
 #: A movement that changes a coordinate by more than this (rad; distances in arm's reaches) is wide;
 #: with bound flow it halts half-way.
 WIDE = 0.5
-#: Variation: by what share a coordinate may fall short of the written one, and a duration differ.
+#: Variation: the share by which a coordinate may fall short of the written one, and by which a
+#: duration may differ.
 REACH_VARIES, TIME_VARIES = 0.15, 0.12
-#: A beat of an arm, as people make while they speak: its offset when the hand is farthest, the
-#: times there and back, s, and the time from the start until servos, which lag, get there, s (all
+#: A beat of an arm, as people make it while they speak: the hand's offset at the turning point, the
+#: times there and back, s, and the time until servos, which lag, reach the turning point, s (all
 #: ours).
 _BEAT = np.array([-0.03, 0.0, 0.3])
 _BEAT_TIMES = (0.4, 0.4)
@@ -73,7 +74,7 @@ class KeyPose:
     hold
         s, the pause before the next key pose.
     passes
-        Whether a body that can do so moves on to the next one without stopping or holding.
+        Whether the body moves on to the next key pose without stopping or holding, if it can.
     """
 
     right: Array
@@ -167,7 +168,7 @@ def blend(
     for (function, _), share in zip(parts, shares, strict=True):
         offsets += share * function.effort.space * _offsets_at(robot, function, phases)
         time += share * function.effort.time
-    # The mean of the leading gesture's own time and the time of all, weighted by their moods.
+    # The mean of the leading gesture's time and the time of all gestures weighted by their moods.
     time = (lead.effort.time + min(time, 1.0)) / 2
     tempo = lead.effort.model_copy(update={"time": time}).tempo
     rng = None if variation is None else np.random.default_rng(variation)

@@ -1,4 +1,4 @@
-"""Teach a gesture by hand: turn what a hand showed a resting body into a gesture.
+"""Teach a gesture by hand: make a gesture from the motion of a resting body that a hand leads.
 
 A few key poses describe the path of hands and head. Between two of them a body moves in its own
 way, from rest to rest, so the shape and the timing are kept, but not the trembling.
@@ -17,13 +17,14 @@ from miburi.robot import Array, Robot, forward
 
 __all__ = ["as_toml", "check_name", "taught"]
 
-#: m that hands and head may be off a straight path between two key poses (ours).
+#: How far hands and head may be from a straight path between two key poses, m (ours).
 _NEAR = 0.02
 #: rad that a joint must move to show anything (ours).
 _LEAST = 0.1
 #: Weight of the head's path: it moves only a few mm, but people see where it looks (ours).
 _HEAD = 4.0
-#: s that the way back takes, and the longest pause at the end (ours): a hand lets go slowly.
+#: Duration of the way back, s, and the longest pause kept at the end, s (ours); hands let go
+#: slowly.
 _BACK, _REST = 0.8, 0.4
 #: The most key poses (ours).
 _MOST = 12
@@ -47,12 +48,12 @@ def check_name(name: str, feeling: str) -> None:
 
 
 def taught(robot: Robot, name: str, feeling: str, times: Array, angles: Array) -> MovementFunction:
-    """Return the gesture that a hand showed.
+    """Return the gesture that a leading hand showed.
 
     Parameters
     ----------
     robot
-        The robot that was led.
+        The robot that the hand led.
     name, feeling
         Of the new gesture.
     times
@@ -84,7 +85,9 @@ def taught(robot: Robot, name: str, feeling: str, times: Array, angles: Array) -
     poses = []
     for arrives, leaves in keys:
         phase, until = ((float(times[first + k]) - begin) / length for k in (arrives, leaves))
-        stay = angles[first + (arrives + leaves) // 2]  # it settles after it has come near
+        stay = angles[
+            first + (arrives + leaves) // 2
+        ]  # a hand slows down near its goal, so the pose is taken where it settles
         right, left, head = coordinates.relative(robot, stay)
         poses.append(
             Posture(
@@ -119,7 +122,7 @@ def as_toml(function: MovementFunction) -> str:
 
 
 def _apart(places: Array, other: Array) -> Array:
-    """Return how far the farthest of the three extremities is from another place, (n,) m."""
+    """Return the largest distance of the three extremities from other positions, (n,) m."""
     return np.asarray(np.linalg.norm(places - other, axis=-1).max(axis=-1))
 
 

@@ -21,7 +21,7 @@ def real_numbers(values: Any, name: str, wanted: str) -> NDArray[np.float64]:
     ------
     InputError
         They are too large, masked, or not real numbers (text and dates are not). The message
-        says what ``name`` is ``wanted`` to be.
+        contains ``name`` and ``wanted``, a description of the allowed values.
     """
     try:
         array = np.asarray(values)
@@ -36,7 +36,7 @@ def real_numbers(values: Any, name: str, wanted: str) -> NDArray[np.float64]:
 
 
 def clock_limit(deadline: float | None) -> float:
-    """Return the ``perf_counter`` value ``deadline`` seconds (above 0) from now."""
+    """Return the time of a deadline, in s above 0 from now, on ``perf_counter``'s clock."""
     if deadline is None:
         return np.inf
     if not isinstance(deadline, int | float | np.number) or not deadline > 0:

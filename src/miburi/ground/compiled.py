@@ -54,9 +54,9 @@ def state_of_sources(root: Path) -> str:
 def cache_folder(root: Path) -> Path | None:
     """Return a folder for the code compiled from the sources below ``root``; None if there is none.
 
-    Each state of the sources has a folder of its own. If one holds code but cannot be written,
-    as in an image that somebody else has built, it is copied to the first that can be written, or
-    else to a temporary one, for the life of this process.
+    Each state of the sources has a folder of its own. If a folder holds code but is read-only, as
+    in an image that somebody else has built, it is copied to the first writable folder, or else to
+    a temporary folder for the life of this process.
     """
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     bases = [Path(chosen)] if chosen else [root / "__pycache__"]
@@ -142,7 +142,9 @@ class _Announcer(event.Listener):
 
 
 def announcement() -> str:
-    """Return the announcement: that Miburi compiles, how long that takes, and how often."""
+    """Return the announcement that Miburi compiles: how long it takes, and when it happens
+    again.
+    """
     often = "once; later starts are quick"
     if CACHE is None:
         often = (

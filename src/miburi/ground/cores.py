@@ -25,8 +25,8 @@ def available_cores() -> int:
 def come_first(*, apart: bool = False) -> None:
     """Give this process, and those that it starts, priority over other programs if allowed.
 
-    Linux allows it to root, and to users whose limit permits it (``LimitNICE``). Otherwise nothing
-    changes, and a busy computer answers later.
+    On Linux, root is allowed to do so, and users whose limit permits it (``LimitNICE``). Otherwise
+    nothing changes, and a busy computer answers later.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def coming_first() -> Iterator[None]:
     """Give this process priority, and, while the block runs, its whole terminal session, too.
 
     A process that hears Ctrl-C cannot leave its session, so the whole session gets priority with
-    it, and is set back afterwards.
+    it, and loses it afterwards.
     """
     come_first()
     nice = None

@@ -1,6 +1,6 @@
 """Read TOML files into strict pydantic models.
 
-From a subclass of :class:`Table` and a path comes a checked, immutable object, or a
+A subclass of :class:`Table` reads a file into a checked, immutable object, or raises a
 :class:`~miburi.errors.DescriptionError` that names every wrong key.
 """
 
@@ -81,7 +81,7 @@ def load_table(model: type[AnyTable], path: Path | str) -> AnyTable:
     path = Path(path)
     try:
         return _load(model, path)
-    except RecursionError as error:  # from the parser, or from showing a wrong value
+    except RecursionError as error:  # raised by the parser, or while a wrong value is formatted
         raise DescriptionError(f"{path}: its values are nested too deeply.") from error
 
 

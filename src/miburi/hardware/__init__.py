@@ -1,5 +1,5 @@
-"""A body that can be built: printed parts, the bill, the gauge, the checks and the pictures.
+"""A body that can be built: printed parts, bill of materials, gauge, checks and pictures.
 
-A robot's description goes in; closed solids in mm, and what was found out about them, come out.
-Needs the extra ``hardware``. Nobody has printed or built a part yet.
+It takes a robot's description, and makes closed solids in mm and the results of their checks. Needs
+the extra ``hardware``. Nobody has printed or built a part yet.
 """

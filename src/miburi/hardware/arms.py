@@ -23,7 +23,9 @@ _FORWARD = np.array([1.0, 0.0, 0.0])
 
 
 def yoke(robot: Robot, side: str, fit: float) -> Manifold:
-    """Return what the shoulder's horn turns: a plate, and the elbow's servo held upright."""
+    """Return the part on the shoulder's horn: a plate with an upright holder for the elbow's
+    servo.
+    """
     s, w = dimensions().servo, dimensions().wall
     frame = mount_of(robot, "left_elbow").frame
     face = shoulder_face() - 1000 * robot.lengths.L12  # y of the shoulder's horn
@@ -39,9 +41,10 @@ def yoke(robot: Robot, side: str, fit: float) -> Manifold:
         bridge.rotate((float(np.degrees(turn)), 0, 0))
         for turn in np.linspace(low - 0.12, high + 0.12, 24)
     ]
-    # A driver reaches the horn's screws through the empty holder.
+    # A screwdriver reaches the horn's screws through the empty holder.
     ways = [rod((x, 0.0, z), (x, 20.0, z), 2.2) for x, z in servo.circle()]
-    # The upper way opens into a plug's window: the wall between would be too thin.
+    # The upper access hole opens into a plug's window, because a wall between them would be too
+    # thin.
     ways.append(hull(ways[1], ways[1].translate((-4.0, 0, 0))))
     body = cut(
         join([plate, collar, tab]),
@@ -65,7 +68,7 @@ def upper_arm(robot: Robot, side: str, fit: float) -> Manifold:
 
 
 def forearm(robot: Robot) -> Manifold:
-    """Return what the fingertip's joint turns: a fork that runs out into a round hand."""
+    """Return the part on the fingertip's joint: a fork that ends in a round hand."""
     w, wide = dimensions().wall, half_width()
     length, radius = 1000 * robot.lengths.L34, 1000 * robot.shape.hand_radius
     arm = hull(

@@ -1,6 +1,7 @@
 """Weight, balance and servo torques of the built robot.
 
-The robot's solids with their masses and a motion, (n, 8) rad, go in; kg, mm and N·m come out.
+From the robot's solids with their masses and a motion, (n, 8) rad, it computes masses in kg,
+distances in mm and torques in N·m.
 """
 
 from collections.abc import Sequence
@@ -139,12 +140,12 @@ def zero_moment_radius(
         (masses * (upright * here[..., axis] - pull[..., axis] * here[..., 2])).sum(axis=1) / down
         for axis in (0, 1)
     ]
-    # Where nothing presses the foot down the robot leaves the table.
+    # Where nothing presses the foot down, the robot lifts off the table.
     return float(np.where(down > 0, np.hypot(*point), np.inf).max())
 
 
 def push_that_tips(robot: Robot, table: Sequence[Weight], height: float) -> float:
-    """Return the level push, N, at ``height`` mm above the table, that tips the robot at rest."""
+    """Return the horizontal push, N, that tips the robot at rest, ``height`` mm above the table."""
     mass = sum(weight.mass for weight in table)
     foot = 1000 * robot.shape.pedestal_radius - 1.5  # its edge is cut off
     return float(mass * GRAVITY * foot / height)
@@ -153,7 +154,7 @@ def push_that_tips(robot: Robot, table: Sequence[Weight], height: float) -> floa
 def torques(robot: Robot, poses: Array) -> tuple[Array, Array]:
     """Return the largest torque that each joint holds, at rest and at the robot's acceleration.
 
-    ``poses`` (n, 8) rad; both are (8,) N·m.
+    ``poses`` are (n, 8) rad; both torques are (8,) N·m.
     """
     load = loads(robot, poses)
     standing = np.abs(load.gravity).max(axis=0)

@@ -53,7 +53,8 @@ class BillRow:
     number
         The supplier's number.
     price, source
-        For one, with its currency; where and when it was seen. Empty if nobody looked it up.
+        Price of one piece, with its currency; where and when that price was seen. Empty if nobody
+        looked it up.
     grams, time
         Of a printed part; ``time`` as the slicer says it.
     remark

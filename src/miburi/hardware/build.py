@@ -1,7 +1,7 @@
 """Make every printed part of a robot, and put the whole body together in a pose.
 
-A robot's description gives printed parts in their links' frames, and where each link is in a pose.
-Lengths are in mm.
+From a robot's description it makes printed parts in their links' frames, and the position of each
+link in a pose. Lengths are in mm.
 """
 
 from collections.abc import Iterable
@@ -32,7 +32,7 @@ __all__ = [
     "printed_parts",
 ]
 
-#: The gap on each side of a pocket, mm: a slide fit, by printing guides (others').
+#: The gap on each side of a pocket, mm: a slide fit, according to printing guides (others' number).
 FIT = 0.25
 #: How deep text is cut in, mm.
 _ENGRAVED = 0.6
@@ -108,7 +108,7 @@ class Solid:
 
 
 def _turn(axis: str, degrees: float) -> Array:
-    """Return a turn about an axis, (3, 3)."""
+    """Return the rotation matrix, (3, 3), for a turn about an axis."""
     angle, i = degrees * pi / 180, "xyz".index(axis)
     j, k = (i + 1) % 3, (i + 2) % 3
     turn = np.eye(3)

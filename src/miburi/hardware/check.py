@@ -1,8 +1,8 @@
 """Check that a robot can be built from its parts, before anybody prints one.
 
-In go a robot's description and the poses of its gestures; out come findings, each with a
-measured figure. Screw and gap checks compare sizes that are the same for every robot, cables lie
-as the pictures show them, and none of this replaces a print.
+It takes a robot's description and the poses of its gestures, and returns findings, each with a
+measured figure. The checks have limits: those of screws and gaps compare sizes that are the same
+for every robot, cables are assumed to lie as in the pictures, and no check replaces a print.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -34,12 +34,12 @@ from miburi.robot.shape import links
 
 __all__ = ["Finding", "check"]
 
-#: N: the contact trials' 95th percentile of the push over 0.1 s.
+#: A push, N: the 95th percentile of the force over 0.1 s in the contact trials.
 _PUSH = 2.4
 #: Shares of the servo's stall torque that a joint may hold, standing and moving.
 _STANDING, _MOVING = 1 / 3, 1 / 2
-#: Length of the servo maker's cable and what its plugs take of it, mm; then the ratio of a way's
-#: true length to its drawn one.
+#: Length of the servo maker's cable, and the part of it inside the plugs, mm; and the ratio of a
+#: cable's true length to its length as drawn.
 _CABLE, _BENDS, _WAY = 180.0, 15.0, 1.15
 #: Share by which a mass may differ from the description's.
 _MASS = 0.10
@@ -47,9 +47,9 @@ _MASS = 0.10
 _POINTS = 1500
 #: Largest zero-moment radius that counts as stable, as a share of the foot's radius (ours).
 _EDGE = 0.9
-#: Poses drawn from the joints' ranges, in which torque is looked at.
+#: How many random poses the torques are checked in.
 _POSES = 5000
-#: mm that a 2 mm screw must at least go into plastic or a case.
+#: The least depth of a 2 mm screw in plastic or in a case, mm.
 _GRIP = 2.0
 
 
@@ -247,7 +247,7 @@ def _loads(
 
 def _screws() -> Finding:
     s, w = dimensions().servo, dimensions().wall
-    under = 1.3  # what stays under a sunk head
+    under = 1.3  # the plastic that remains under a sunk screw head
     grips = {
         "horn (M2x6)": 6.0 - w.plate,
         "case, front (M2x8)": 8.0 - under - s.grip_front,

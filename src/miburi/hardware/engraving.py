@@ -2,7 +2,7 @@
 
 The symbols are those in the robot's file (W, RS, ... H); the numbers are the ids that ``miburi card
 calibrate --ids`` assigns. Where a fork or plate covers the servo's horn, a slot shows the horn's
-single notch when the servo counts 2048.
+single notch when the servo reports 2048.
 """
 
 import numpy as np
@@ -30,7 +30,9 @@ def _on(
     text: str, place: tuple[float, float, float], out: tuple[float, float, float],
     along: tuple[float, float, float], depth: float, high: float = _HIGH,
 ) -> Manifold:  # fmt: skip
-    """Return letters sunk into a face: ``out`` points out of it, ``along`` along the text."""
+    """Return letters sunk into a face; ``out`` is the face's normal, ``along`` the text's
+    direction.
+    """
     z, x = np.array(out, dtype=float), np.array(along, dtype=float)
     frame = np.column_stack([x, np.cross(z, x), z, np.array(place) - depth * z])
     return moved(letters(text, high, depth + 2.0), frame)
@@ -106,7 +108,7 @@ def _floor(robot: Robot) -> float:
 def _cradle_back(
     robot: Robot,
 ) -> tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]:
-    """Return a place on the back of the cradle's plate, between the fork's cheeks and above."""
+    """Return a place on the back of the cradle's plate, between and above the fork's cheeks."""
     c = head.clamp(robot)
     place = c.frame[:, :3] @ np.array([c.plate, 18.0, 20.0])
     out, along = c.frame[:, :3] @ np.array([-1.0, 0, 0]), np.array([0.0, -1.0, 0.0])
@@ -121,15 +123,16 @@ def _triple(values: Array) -> tuple[float, float, float]:
 def _notch_slot(
     robot: Robot, joint: str, origin: tuple[float, float, float], outside: float
 ) -> Manifold:
-    """Return the slot through which the horn's notch is seen when the servo counts 2048.
+    """Return the slot through which the horn's notch is seen when the servo reports 2048.
 
     The notch then points to the servo's short end. At joint angle 0, links have their parents'
-    axes; ``origin`` is the joint on the link that it turns, ``outside`` where the slot ends.
+    axes; ``origin`` is the joint's position on the link that the joint turns, ``outside`` the end
+    of the slot.
     """
     mount = mount_of(robot, joint)
     axle, notch = mount.frame[:, 1], -mount.frame[:, 2]
     axis = next(np.array(link.axis) for link in links(robot) if link.joint == joint)
-    # Seen from the link, its parent's directions have turned back by the joint's angle.
+    # In the link's frame, the parent's directions are turned by minus the joint's angle.
     turn, aside = -mount.centred, np.cross(axis, notch)
     way = np.cos(turn) * notch + np.sin(turn) * aside
     ends = []

@@ -16,10 +16,11 @@ __all__ = ["FITS", "HOLES", "PITCH", "TURNED", "gauge"]
 
 #: mm on each side of a pocket.
 FITS = (0.15, 0.25, 0.35)
-#: Diameters of the holes, mm: those in which a 2 mm screw cuts its thread, and those it passes.
+#: Diameters of the holes, mm: those in which a 2 mm screw cuts its thread, and those that it passes
+#: through.
 HOLES = (1.5, 1.6, 1.7, 1.8, 2.2, 2.4, 2.6)
-#: Distance from one pocket to the next, mm, and how a servo's frame is laid down: horn upwards, as
-#: that of an arm on the printer's bed.
+#: Distance from one pocket to the next, mm, and the orientation of a servo's frame: horn upwards,
+#: as in an arm on the printer's bed.
 PITCH = 28.8
 TURNED = np.array([[1.0, 0, 0, 0], [0, 0, -1.0, 0], [0, 1.0, 0, 0]])
 

@@ -115,7 +115,9 @@ def cradle(robot: Robot) -> Manifold:
     """Return the part that nods: fork, plate behind the phone's lower third, shelf, fixed jaw."""
     c, holes = clamp(robot), dimensions().screws
     face = c.plate + _PLATE
-    narrow = c.half - _TRAVEL  # the plate's free edge: the jaw passes it with the narrowest phone
+    narrow = (
+        c.half - _TRAVEL
+    )  # the plate's free edge: with the narrowest phone, the jaw moves beyond it
     lip = c.front + _FOAM
     grip = c.low + 50.0
     top = max(grip, 14.0)

@@ -56,8 +56,8 @@ def over_the_range(
 ) -> Iterator[tuple[str, float]]:
     """Yield joint and angle, rad, where a link meets the one that carries it.
 
-    Each joint is turned from ``beyond`` rad below its range to as much above it, with all others
-    at neutral.
+    Each joint is turned through its range and ``beyond`` rad more at both ends, with all others at
+    neutral.
     """
     whole = _whole(table)
     for link in links(robot):

@@ -1,7 +1,7 @@
 """Draw each step of the assembly as a line-and-tone picture, from the same solids as the parts.
 
-MuJoCo renders the tones; lines are drawn where its depth bends sharply or another thing begins.
-In goes a robot's description; out come pictures, (height, width, 3) uint8.
+MuJoCo renders the tones and a depth image; lines are drawn where the depth changes sharply or
+another object begins. It takes a robot's description and makes pictures, (height, width, 3) uint8.
 """
 
 import xml.etree.ElementTree as ET
@@ -33,7 +33,7 @@ __all__ = ["STEPS", "BuildStep", "draw_step", "write_png"]
 Picture = NDArray[np.uint8]
 
 _WIDTH, _HEIGHT, _CAPTION = 1100, 730, 90
-#: How many times finer pictures are drawn than shown, for smooth lines.
+#: Pictures are drawn at this many times their final resolution, for smooth lines.
 _FINE = 2
 #: A bend in depth of more than this, m, is an edge.
 _BEND = 0.0007

@@ -1,7 +1,7 @@
-"""Where each servo sits, and which lengths must be great enough for the parts to fit.
+"""Where each servo sits, and how long the links must be for the parts to fit.
 
-In goes a robot; out come frames, (3, 4) in mm: each a turn and an origin that bring a solid from a
-servo's own frame to that of the link that carries its case. Links are those of
+For a robot it gives frames, (3, 4) in mm: each is a rotation and an origin that bring a solid from
+a servo's own frame to the frame of the link that carries its case. Links are those of
 :func:`miburi.robot.shape.links`.
 """
 

@@ -53,7 +53,9 @@ _BACK_PLATE = 14.5
 
 
 def case(fit: float = 0.0) -> Manifold:
-    """Return the case as a box, larger by ``fit`` on each side but the front: it meets a plate."""
+    """Return the case as a box, larger by ``fit`` on each side but the front, which meets a
+    plate.
+    """
     s = dimensions().servo
     return box(
         (-s.half_width - fit, s.half_width + fit), (s.back - fit, s.front),
@@ -136,7 +138,7 @@ def driver_room(face: float, away: float, length: float) -> Manifold:
 
 
 def case_screws(rows: Sequence[float], face: float, away: float) -> list[Manifold]:
-    """Return the holes for the screws into the case, at z in ``rows``, heads sunk in the plate.
+    """Return the screw holes into the case, at z in ``rows``, with sinks for the heads.
 
     ``face`` is the y of the case's side that the plate lies on; 1.3 mm of plate stay under a head.
     """
@@ -168,7 +170,9 @@ def plugs(length: float) -> Manifold:
 
 
 def pocket(fit: float) -> Manifold:
-    """Return the room in a holder for a case, pushed in from the horn's side, and its plugs."""
+    """Return the room in a holder for a case and its plugs; the case slides in from the horn's
+    side.
+    """
     s = dimensions().servo
     open_end = box(
         (-s.half_width - fit, s.half_width + fit), (s.front, s.front + 20),
@@ -226,9 +230,8 @@ def cheek_span(
 ) -> tuple[float, float]:
     """Return the angles of a fork's cheek, as :func:`cheek_outline` turns it, at a joint's limits.
 
-    ``frame`` is the servo's frame on its link, ``axis`` the joint's axis, and ``direction`` the way
-    that the cheek points where the joint's angle is 0, both in that link's coordinates; ``limits``
-    are in rad.
+    ``frame`` is the servo's frame on its link. In that link's coordinates, ``axis`` is the joint's
+    axis, and ``direction`` is where the cheek points at a joint angle of 0. ``limits`` are in rad.
     """
     aside = np.cross(axis, direction)
     angles = [
@@ -244,8 +247,8 @@ def stops(low: float, high: float, fit: float) -> Manifold:
     """Return the blocks on a holder's front that a fork's cheek meets beyond its range.
 
     ``low`` and ``high`` are the cheek's angles in rad, 0 towards +x, as :func:`cheek_outline`
-    turns it. The blocks clear the cheek from a little below ``low`` to as
-    much above ``high``: the dimensions' ``stop``, in degrees.
+    turns it. The blocks leave the cheek free from ``stop`` degrees (a dimension) below ``low`` to
+    ``stop`` degrees above ``high``.
     """
     s, w = dimensions().servo, dimensions().wall
     wide = s.half_width + fit + w.shell
@@ -272,7 +275,7 @@ def shoulder_tab(low: float, high: float, thick: float) -> Manifold:
     """
     beyond = dimensions().wall.stop * pi / 180
     pin = CrossSection.circle(_PIN + 0.4, 24).translate((0, -_PIN_CIRCLE))
-    # In x and z a turn about -y goes from x to z.
+    # A turn about -y takes x to z.
     swept = around(-high - beyond, -low + beyond, lambda turn: pin.rotate(turn * 180 / pi))
     return _along_y(_blunt(CrossSection.circle(_PIN_CIRCLE + _PIN, 96) - swept), 0.0, thick)
 

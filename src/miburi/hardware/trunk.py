@@ -48,7 +48,8 @@ NECK_SCREWS = [(x, y) for x in (-20.0, -3.0) for y in (-20.5, 20.5)]
 _LID, _FLOOR, _ROOF, _GAP = 3.0, 4.4, 5.7, 1.2
 #: Radius of the hole in the roof, through which a slim driver reaches the waist's horn.
 _DRIVER = 9.5
-#: How far in front of the chest's edge its screws' heads lie: tips stop short of the servos.
+#: How far the heads of the chest's screws lie in front of its edge, so that the tips stop short of
+#: the servos.
 CHEST_SEAT = 5.5
 #: Radius at which the feed's wires pass the waist, and half the width of the slot for them.
 _CABLE_CIRCLE, _CABLE = 14.9, 2.6
@@ -132,7 +133,7 @@ def foot(robot: Robot) -> Manifold:
     usb = (y - wide / 2, y + wide / 2)
     openings = [
         box((-radius - 1, -m.length / 2 + 1), usb, (above - 0.5, above + high)),
-        # The supply's wires, and a gap in each rib for what goes on to the card.
+        # Room for the supply's wires, and a gap in each rib for the wires that go on to the card.
         disc("x", (-18.0, floor + 10.0), (-radius - 1, -m.length / 2 + 1), 4.1),
         box((-46.0, -36.0), (-rib - 5, rib + 5), (floor + 6.0, top)),
     ]
@@ -173,7 +174,7 @@ def lid(robot: Robot) -> Manifold:
 
 
 def column(robot: Robot, fit: float) -> Manifold:
-    """Return what stands on the lid; the waist's servo hangs from its top."""
+    """Return the column on the lid; the waist's servo hangs from the column's top."""
     s, w, holes = dimensions().servo, dimensions().wall, dimensions().screws
     radius, low = 1000 * robot.shape.torso_radius, lid_height(robot)
     frame = mount_of(robot, "waist").frame
@@ -282,7 +283,9 @@ def torso(robot: Robot, fit: float) -> Manifold:
         disc("z", place, (roof - 10, roof + 10), holes.m25_pilot / 2) for place in NECK_SCREWS
     ]
     tools += [
-        disc("z", (0.0, 0.0), (roof - 10, roof + 10), _DRIVER),  # a driver, then the head's cable
+        disc(
+            "z", (0.0, 0.0), (roof - 10, roof + 10), _DRIVER
+        ),  # for a screwdriver, and later for the head's cable
         *(disc("x", place, (-40, 40), holes.m2_pilot / 2) for place in chest_screws(robot)),
     ]
     # The shoulders' cables leave at the back of each shoulder.
@@ -358,7 +361,7 @@ def chest(robot: Robot, fit: float) -> Manifold:
 
 
 def _cable_arc(robot: Robot) -> Manifold:
-    """Return the opening in the torso's floor in which the feed's wires stay while it turns."""
+    """Return the opening in the torso's floor that leaves the feed's wires room for the turn."""
     low, high = range_of(robot, "waist")
     beyond = (dimensions().wall.stop + 12.0) * pi / 180
     hole = CrossSection.circle(_CABLE + 0.3, 32).translate((_CABLE_CIRCLE, 0))

@@ -117,7 +117,7 @@ def cables(robot: Robot) -> dict[str, list[Point]]:
 
 
 def _arm_cables(robot: Robot, side: str, sign: float, hub: Point) -> dict[str, list[Point]]:
-    """Return the cables of an arm, from the hub on; ``sign`` is that of y on its side."""
+    """Return the cables of an arm, from the hub on; ``sign`` is the sign of y on that side."""
     high, span = 1000 * robot.lengths.L01, 1000 * robot.lengths.L23
     shoulder, elbow, fingertip = (f"{side}_{name}" for name in ("shoulder", "elbow", "fingertip"))
     arm, yoke = f"{side}_upper_arm", f"{side}_yoke"

@@ -18,17 +18,17 @@ class Pages:
     Attributes
     ----------
     listeners
-        Where others find it.
+        The addresses at which programs and devices find it.
     reach
-        How other devices reach it.
+        The rules and keys by which other devices may reach it.
     doors
-        The doors that are open beside HTTP.
+        The doors (other protocols) that are open besides HTTP.
     folder
         Where token and certificates are kept.
     certificate
-        Its key and certificate, PEM, if it listens by https.
+        The key and the certificate, PEM, if it serves https.
     passage
-        Brings the connections that a reception passes on; None: it listens itself.
+        Brings connections from the reception process; None if the server listens itself.
     """
 
     listeners: Listeners

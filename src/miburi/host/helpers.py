@@ -56,7 +56,7 @@ class Helpers:
 
 
 def start_helpers(pages: Pages) -> Helpers:
-    """Start the server's process and, on systems where one can pass connections on, a reception."""
+    """Start the server's process and, on systems that can pass sockets on, a reception process."""
     ours, theirs = lanes()
     if not CAN_PASS:
         server = _spawn(serve_pages, pages, theirs)
@@ -70,7 +70,8 @@ def start_helpers(pages: Pages) -> Helpers:
         _spawn(serve_pages, replace(pages, passage=inside), theirs),
         _spawn(receive, plain, encrypted, outside, stopping, pages.reach.keys, pages.doors.origins),
     )
-    # Close our copies of the ends that are theirs, so that each notices when another has gone.
+    # Close this process's copies of the helpers' pipe ends, so that each process notices when
+    # another has gone.
     theirs.close()
     inside.close()
     outside.close()
@@ -98,7 +99,7 @@ def watch_process(process: BaseProcess, ended: "Moment", happenings: "SimpleQueu
 
 @contextmanager
 def signals(happenings: "SimpleQueue[Moment]") -> Iterator[None]:
-    """Turn SIGINT and SIGTERM into happenings."""
+    """Turn SIGINT and SIGTERM into events."""
 
     def take(_number: int, _frame: FrameType | None) -> None:
         happenings.put(Moment.SIGNAL)  # the only kind of queue that a signal handler may use

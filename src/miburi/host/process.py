@@ -12,7 +12,7 @@ __all__ = ["serve_pages"]
 def serve_pages(pages: Pages, ends: Lanes) -> None:
     """Serve until SIGTERM, or until the partner's process has ended."""
     come_first(apart=True)
-    gc.disable()  # while a library is being loaded, nothing is garbage
+    gc.disable()  # loading libraries leaves no garbage to collect
     from miburi.host.serving import serve_until_the_end  # takes a second, while the partner wakes
 
     serve_until_the_end(pages, ends)

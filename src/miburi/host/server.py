@@ -1,7 +1,8 @@
 """Start the live partner and its server, and end both cleanly.
 
 The partner's loop and its watchdog run here. The server has its own process
-(:mod:`miburi.host.process`), and so has the reception in front of it: neither can starve them.
+(:mod:`miburi.host.process`), and so has the reception in front of it: neither can starve the loop
+or the watchdog.
 """
 
 import gc
@@ -53,7 +54,7 @@ class Launch:
     Attributes
     ----------
     robot, repertoire, temperament
-        The body on paper, its gestures, and the character to begin with.
+        The description of the body, its gestures, and the first temperament.
     rule
         The contact rule of simulated bodies; None: the robot's own.
     settings
@@ -71,7 +72,7 @@ class Launch:
     folder
         Where the token, the partner's state and recordings are kept.
     forget
-        Start in the resting moods, and keep none.
+        Start in the resting moods, and save no moods at the end.
     seed
         Seeds the choice of gestures and their small variations; 0 or more.
     programs_may_release
@@ -163,7 +164,7 @@ def _serve(launch: Launch, meanwhile: Callable[[], None]) -> None:
 
 
 def _keep_private(folder: Path) -> None:
-    """Let nobody but this user read what the partner writes now or wrote in earlier runs."""
+    """Restrict the partner's files, also those of earlier runs, to this user."""
     os.umask(0o077)  # in the helpers, too: they inherit it
     own = [folder / name for name in ("events.sqlite", "feelings.json", "recordings")]
     for one in (*own, *folder.glob("recordings/*.mcap")):
@@ -192,7 +193,7 @@ def _check(launch: Launch) -> None:
 
 
 def _feelings(launch: Launch, memory: Path | None) -> EmotionalModel:
-    """Return the feelings of last time, or those of a first meeting, glad in both cases."""
+    """Return the saved feelings, or those of a first meeting; in both cases the partner is glad."""
     kept = None if memory is None else _recall(memory, launch.temperament)
     feelings = kept or EmotionalModel(launch.temperament)
     feelings.stimulate(GREETING)
@@ -239,7 +240,7 @@ def _live(
         threads.append(threading.Thread(target=keep, args=arguments, daemon=True))
     for thread in threads:
         thread.start()
-    gc.freeze()  # or a collection would scan all that was loaded, and make the loop late
+    gc.freeze()  # otherwise a garbage collection would scan everything loaded, and make the loop late
     with signals(happenings):
         answer(
             runner,
@@ -253,14 +254,14 @@ def _live(
             announce()
             end = _next(happenings)
         if end in _LEFT_ALONE:
-            runner.stop(Press("partner"))  # nobody else can any more
+            runner.stop(Press("partner"))  # nobody else can close it any more
         ending.set()
         runner.close()
     return end
 
 
-#: Events after which nobody can press Stop, with the words for them; the first two are in the order
-#: of the processes.
+#: Events after which nobody can press Stop, each with a message; the first two are for the
+#: processes, in order.
 _LEFT_ALONE = {
     Moment.SERVER_ENDED: "the server has ended",
     Moment.RECEPTION_ENDED: "the process that receives Stop has ended",
@@ -292,7 +293,7 @@ def _keep(path: Path, feelings: EmotionalModel) -> bool:
 
 
 def _say_good_bye(runner: Runner, folder: Path, *, kept: bool) -> None:
-    """Say in one line how the partner was left."""
+    """Print one line about the state in which the partner ended."""
     if runner.held:
         how = "was stopped and stays where it is, softly held"
     elif runner.at_home:

@@ -1,9 +1,9 @@
 """Each limb alone: for a given waist angle, the best angles of arms and head are known exactly.
 
-In: a body, a work with its target, and an angle of the waist. Out: a pose, and Eq. 13 there. A
-search over one angle remains, which finds the best pose of a target out of reach. This is ours, not
-the paper's, and the only part of the solver that knows more about the body than how to evaluate it.
-Importing this module loads Numba.
+It takes a body, a work record with its target, and an angle of the waist, and gives a pose and the
+value of Eq. 13 there. A search over one angle remains, which finds the best pose of a target out of
+reach. This is ours, not the paper's, and the only part of the solver that knows more about the body
+than how to evaluate it. Importing this module loads Numba.
 """
 
 from math import acos, atan2, cos, pi, sin, sqrt
@@ -17,8 +17,8 @@ from miburi.robot import Array
 
 __all__ = ["choose_nearest", "nearest_angle", "place_body"]
 
-#: An angle no farther than this outside a limit is put on the limit, in rad; a hand no farther than
-#: this share of the arm's length from the shoulder's axis counts as on it.
+#: Tolerances: an angle outside a limit by no more than this, rad, is put on the limit; a hand
+#: within this share of the arm's length of the shoulder's axis counts as on the axis.
 _SLIGHT = 1e-9
 
 
@@ -50,9 +50,10 @@ def _wrapped(angle: float) -> float:
 
 @compiled
 def place_body(body: Body, work: Work, waist: float) -> tuple[float, float]:
-    """Write the best pose with this waist to ``new``; return Eq. 13 and its slope by the waist.
+    """Write the best pose for this waist to ``new``; return Eq.
 
-    The other joints are at their best, so that their motion adds nothing to the slope.
+    13 and its slope in the waist's angle.  The other joints are at their best, so that their motion
+    adds nothing to the slope.
     """
     sine, cosine = sin(waist), cos(waist)
     target, pose = work.target, work.new
@@ -129,7 +130,7 @@ def _place_planar(
 
     At the best pose the fingertip is at a limit, or bent as far as the distance asks, inwards or
     outwards; or else the elbow is at a limit. In each case
-    the other joint's angle follows. Ends early at ``least``.
+    the other joint's angle follows. The search ends early once it reaches ``least``.
     """
     a, b = arm.upper, arm.fore
     bent = acos(min(max((x * x + y * y - a * a - b * b) / (2.0 * a * b), -1.0), 1.0))

@@ -1,8 +1,8 @@
 """The records that compiled code reads and writes: a body, and the state of one search.
 
 Both are structured arrays with one row. Passing an array to Numba costs little: with the body
-as a NamedTuple, a call takes 2 µs more, which is most of a solution's time. Numba also counts no
-references to a record's fields.
+as a NamedTuple, a call takes 2 µs more, which is most of a solution's time. Numba does not count
+references to a record's fields, either.
 """
 
 from typing import Any, TypeAlias
@@ -25,7 +25,7 @@ TOLERANCE = 1e-6
 
 
 def _record(fields: list[tuple[Any, ...]]) -> np.dtype[np.void]:
-    """Return a type whose rows give their fields by name, also without Numba's compiler."""
+    """Return a type whose rows have their fields as attributes, even without Numba's compiler."""
     return np.dtype((np.record, np.dtype(fields, align=True)))
 
 

@@ -84,7 +84,7 @@ class Solutions:
     Attributes
     ----------
     angles, error, residual, evaluations, generations, status
-        (n, 8) rad, (n, 3) m, (n,) m, twice (n,), and n words.
+        (n, 8) rad, (n, 3) m, (n,) m, (n,), (n,), and n words, in this order.
     """
 
     angles: Array
@@ -196,14 +196,14 @@ def solve_batch(
     return Solutions(angles, residual, errors, counts[:, 1], none, statuses)
 
 
-_PART = 512  # targets that a thread takes at once
-_WORDS = (CONVERGED, OUT_OF_REACH)  # by the kernel's REACHED, BEST
+_PART = 512  # targets that a thread takes in one piece
+_WORDS = (CONVERGED, OUT_OF_REACH)  # indexed by the kernel's REACHED and BEST
 
 
 def _evolve(
     robot: Robot, goal: Array, pose: Array, settings: Settings, seed: int, limit: float
 ) -> Solution:
-    """Search by the memetic algorithm, which knows of the body only how to evaluate a pose."""
+    """Search by the memetic algorithm, which only evaluates poses of the body."""
     from miburi.ik.residuals import jacobian, residuals
 
     _check_size(goal, "target")

@@ -1,7 +1,7 @@
-"""Search along the waist: given each waist angle's best arms and head, one angle is left.
+"""Search along the waist: its angle is the only unknown, as it determines the best arms and head.
 
-In: a body, and a work with its target. Out: the best pose of all, in the work. This is ours, not
-the paper's. Importing this module loads Numba.
+It takes a body and a work record with its target, and writes the best pose of all into the record.
+This is ours, not the paper's. Importing this module loads Numba.
 """
 
 from math import atan2, pi, sqrt
@@ -16,7 +16,8 @@ from miburi.robot import Array
 
 __all__ = ["Waist", "search_waist"]
 
-#: Width of the finest cells of the waist, in rad, and how many of them make up a coarsest one.
+#: Width of the finest cells of the waist, rad, and how many of them make up one of the coarsest
+#: cells.
 _CELL, _HALVES = 0.01, 32
 #: A valley's floor is known at least as well as this, in rad.
 _FINE = 1e-9
@@ -27,7 +28,7 @@ class Waist(NamedTuple):
 
     angle: float  # rad
     value: float  # Eq. 13
-    slope: float  # its derivative by the angle
+    slope: float  # its derivative with respect to the angle
 
 
 @compiled
@@ -36,8 +37,8 @@ def search_waist(body: Body, work: Work) -> None:
 
     For a target in reach, the head alone determines the waist. Otherwise the waist's range is cut
     into cells, and these are halved down to ``_CELL``, except where a cell cannot hold anything
-    below the best value known. Then each of the finest cells that holds a valley is searched: one
-    in which Eq. 13 falls inwards from the end with the lower value.
+    below the best value known. A cell holds a valley if Eq. 13 falls inwards from its end with the
+    lower value. Each of the finest cells that holds a valley is then searched.
     """
     low, high = body.lower[0], body.upper[0]
     bearing = atan2(work.target[7], work.target[6])
@@ -136,9 +137,10 @@ def _search_cell(body: Body, work: Work, left: Waist, right: Waist) -> None:
 def _descend(body: Body, work: Work, left: Waist, right: Waist) -> float:
     """Find the floor of a valley, where the slope is 0; return the waist's angle there.
 
-    Regula falsi (Illinois) while Eq. 13 falls at the left end and rises at the right; otherwise,
-    and every third time, the middle. Where a cell holds two valleys, the side with the lower end is
-    kept. Ends once the possible gain, at most slope times width, is a hundredth of what counts.
+    The next point is that of regula falsi (Illinois) while Eq. 13 falls at the left end and rises
+    at the right; otherwise, and every third time, it is the middle of the cell. Where a cell holds
+    two valleys, the side with the lower end is kept. The search ends once the possible gain, at
+    most slope times width, is a hundredth of the least gain that matters.
     """
     falls, rises = left.slope, right.slope
     turn, gain = 0, np.inf

@@ -1,7 +1,7 @@
-"""Turn wishes for gestures, key poses and performances into what a partner can carry out.
+"""Turn requests for gestures, key poses and performances into acts of a partner.
 
 Custom key poses are checked before the robot moves: first their reach and the joint limits, then,
-in a rehearsal on the simulated body, whether parts meet or the contact rule stops it.
+in a rehearsal on the simulated body, whether parts collide or the contact rule stops the body.
 """
 
 import threading

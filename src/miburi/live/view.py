@@ -33,7 +33,7 @@ class UnreachableError(MiburiError):
 
 
 class Recordings(Protocol):
-    """The recordings of a live partner; what waits for the disk belongs in a thread."""
+    """The recordings of a live partner; calls that wait for the disk belong in a thread."""
 
     @property
     def limit(self) -> int:
@@ -107,17 +107,20 @@ class LivePartner(Protocol):
         """What has happened, across restarts."""
 
     def samples_after(self, serial: int) -> list[tuple[int, Sample]]:
-        """Return the samples of the last two minutes after a step, with their steps' serials."""
+        """Return the samples since a step, with their steps' serials; two minutes are kept."""
 
     def steps_after(self, serial: int) -> list[Snapshot]:
-        """Return the states after a serial, of at most the last five seconds, the oldest first."""
+        """Return the states after a serial, oldest first; only the last five seconds are kept."""
 
     def ask(self, wish: Wish[Granted]) -> Future[Granted]:
-        """Ask for something; the answer, or why it is refused, comes with the future.
+        """Ask for something; the future returned gets the answer, or the error of a refusal.
 
         A ``slow`` wish may hold up the asker's thread. What is clearly impossible is refused at
         once.
         """
 
     def stop(self, press: Press = PRESSED) -> Future[None]:
-        """Stop the body until a :class:`Release`; never refused, and before any other command."""
+        """Stop the body until a :class:`Release`.
+
+        It is never refused, and precedes other commands.
+        """

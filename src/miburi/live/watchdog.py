@@ -1,4 +1,4 @@
-"""The watchdog: sees from outside the loop that the loop is late, and has the body stopped.
+"""The watchdog: it notices from outside the loop that the loop is late, and stops the body.
 
 The loop calls :meth:`Watchdog.beat` at every step; a thread of its own calls
 :meth:`Watchdog.look`. What the watchdog calls when the loop is late must not need the loop.
@@ -12,7 +12,7 @@ from typing import NamedTuple
 __all__ = ["USUAL", "Lateness", "Watchdog"]
 
 _LOOK = 0.05
-#: If more s than this pass between two looks, the watchdog's own process was asleep (ours).
+#: If two looks are further apart than this, s, the watchdog's own process was asleep (ours).
 _ASLEEP = 1.0
 
 
@@ -37,15 +37,16 @@ class Watchdog:
     period
         s between two beats.
     late, dead
-        ``late`` is called once in each delay beyond ``lateness.stop``, which the next beat ends;
-        ``dead`` only once ever, in a delay beyond ``lateness.give_up``.
+        A delay lasts until the next beat. ``late`` is called once in each delay longer than
+        ``lateness.stop``; ``dead`` is called only once, in a delay longer than
+        ``lateness.give_up``.
     lateness
         How much is too late.
     clock
         Returns the time in s.
     apart
-        Whether the beats come from another process. While our own sleeps, as on a closed laptop, we
-        hear none: that is not the other's fault.
+        Whether the beats come from another process. While this process sleeps, as on a closed
+        laptop, it hears no beats, and that is not the fault of the other process.
     """
 
     def __init__(

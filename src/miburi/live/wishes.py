@@ -63,8 +63,8 @@ class Feel(Wish[str]):
 class Sense(Wish[tuple[Stimulus, ...]]):
     """Take in what somebody showed; the answer is what the temperament makes of it.
 
-    Distress is an event and moves no feeling; for ten minutes after it, neither does anything that
-    is heard. Events include the ``words`` only if the user allows that.
+    Distress is an event and changes no feeling; nor does anything heard in the ten minutes after
+    it. Events include the ``words`` only if the user allows that.
     """
 
     impression: Impression
@@ -73,7 +73,7 @@ class Sense(Wish[tuple[Stimulus, ...]]):
 
 @dataclass(frozen=True)
 class Lean(Wish[None]):
-    """Shift the moods' rest by ``leaning`` (n,) from the temperament's while a person is there.
+    """While a person is there, shift the moods' resting values by ``leaning`` (n,).
 
     None ends that.
     """
@@ -97,7 +97,7 @@ class Attend(Wish[None]):
 
 @dataclass(frozen=True)
 class NoteTalk(Wish[LiveEvent]):
-    """Note where words said to the partner go from now on, or why no reply came from there."""
+    """Note which endpoint gets people's words from now on, or why it did not reply."""
 
     where: str
     failure: str | None = None
@@ -118,7 +118,7 @@ class Speak(Wish[str]):
 
 @dataclass(frozen=True)
 class KeepTime(Wish[None]):
-    """Beat to the sentence with this number: its sound's rhythm is known now, and soon heard."""
+    """Beat to the sentence with this number; its sound begins soon and has this rhythm."""
 
     number: int
     rhythm: Rhythm
@@ -136,7 +136,7 @@ class Perform(Wish[str]):
 
 @dataclass(frozen=True)
 class PerformActs(Wish[str]):
-    """Perform acts in their order, after those that wait or instead of those that are on."""
+    """Perform acts in their order, after the waiting ones or instead of the current ones."""
 
     acts: Sequence[Act]
     queued: bool
@@ -145,7 +145,7 @@ class PerformActs(Wish[str]):
 
 @dataclass(frozen=True)
 class AllowWords(Wish[LiveEvent]):
-    """Let events include what is said to the partner from now on, or forget what was said."""
+    """Include people's words in events from now on; or stop, and delete them."""
 
     allowed: bool
     slow = True
@@ -156,10 +156,10 @@ class Release(Wish[None]):
     """Let a stopped body go back to neutral as soon as it has come to rest, and go on.
 
     A person who looks at the body (``by_person``) may end any stop at any time. A program may not
-    end a person's Stop, nor the pause after a contact. Nobody may if Stop has been pressed since
-    the state that was ``seen`` (by its serial). Without ``seen``, nobody may if Stop has been
-    pressed since the wish ``came``: s on the clock of all processes, or None for the earliest time
-    it may have come, :attr:`LivePartner.read_until`.
+    end a person's Stop, nor the pause after a contact. The release is refused if Stop has been
+    pressed since the state with the serial ``seen``. Without ``seen``, it is refused if Stop has
+    been pressed since the time ``came`` at which the wish came, s on the clock that all processes
+    share; None stands for the earliest possible time, :attr:`LivePartner.read_until`.
     """
 
     by_person: bool = False
@@ -176,7 +176,7 @@ class Pause(Wish[None]):
 
 @dataclass(frozen=True)
 class MoveHand(Wish[None]):
-    """Move the simulated human hand to ``position`` (3,), m, fingers ``along`` (3,); None: away."""
+    """Move the simulated hand to ``position`` (3,), m, fingers ``along`` (3,), or away (None)."""
 
     position: Array | None
     along: Array

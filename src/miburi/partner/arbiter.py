@@ -1,4 +1,4 @@
-"""What the body does next, and what breaks off what it does.
+"""The arbiter: it chooses the body's next act, and decides which acts may interrupt others.
 
 The order is: what somebody asked for, a sudden feeling, a gesture, beats to speech, attention to a
 person, rest. Each of them is a :class:`~miburi.partner.performance.Performance`; the loop carries
@@ -38,7 +38,7 @@ class Company:
         Where somebody is, rad to its left. At rest it turns there, as far and as fast as its
         temperament lets it.
     calm
-        Whether somebody is in distress: it then shows no feeling, and rests.
+        Whether somebody is in distress. The partner then shows no feeling, and rests.
     attends
         Its part in a conversation, in which it faces the person; None: there is none.
     """
@@ -67,9 +67,9 @@ class Arbiter:
     company
         The people around it; set its attributes at any time.
     facing
-        rad to its left, to which gestures are turned.
+        The direction in which gestures are turned, rad to the robot's left.
     asked
-        What somebody asked for and has not begun.
+        The performance that somebody asked for, until it begins.
     asked_at
         When that was, s.
     """
@@ -129,21 +129,21 @@ class Arbiter:
         self._beats_until = self._strokes[-1] + gestures.BEAT_LEAD if chosen else -np.inf
 
     def hurries(self, time: float) -> bool:
-        """Whether a body at rest shall not wait for the next period."""
+        """Whether a body at rest may begin before the next period."""
         self._drop_strokes(time)
         felt = self._felt(time)
         attends = self.company.attends is not None and felt is None
         return self.asked is not None or self._is_new(felt) or attends or self._beats(time)
 
     def breaks_in(self, performance: Performance | None, time: float) -> bool:
-        """Whether something more urgent begins in the middle of a move of a performance, if any."""
+        """Whether something more urgent interrupts the current performance within a move."""
         self._drop_strokes(time)
         if performance is not None:
             return self.gives_way(performance, time)
         return self.asked is not None or self._is_new(self._felt(time))
 
     def choose(self, time: float, turned: float) -> Performance | None:
-        """Return what begins now with a body that is ``turned`` rad to its left; None: nothing."""
+        """Return the performance that begins now, if any; the waist is ``turned`` rad left."""
         chosen = self._chosen(time, turned)
         if chosen is not None:
             self.facing = chosen.turn
@@ -166,7 +166,7 @@ class Arbiter:
     def _chosen(self, time: float, turned: float) -> Performance | None:
         if self.asked is not None:
             asked, self.asked = self.asked, None
-            if asked.gesture is not None:  # else the poses are somebody's own
+            if asked.gesture is not None:  # otherwise a user has sent the poses
                 asked.turn = self.facing
             return asked
         draws = self._variations
@@ -210,7 +210,7 @@ class Arbiter:
             self._beats_until = -np.inf
 
     def _beats(self, time: float) -> bool:
-        """Whether a beat must begin now for a hand to be farthest at the next stroke."""
+        """Whether a beat must begin now to reach its turning point on the next stroke."""
         return bool(self._strokes) and self._strokes[0] <= time + gestures.BEAT_LEAD
 
     def _is_new(self, felt: Expression | None) -> bool:

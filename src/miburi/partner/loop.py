@@ -51,14 +51,15 @@ class Partner:
     feelings
         The emotional model; give stimuli to it directly.
     repertoire
-        The gestures, by default those that ship with Miburi. In place of a pose that the body
-        cannot reach, it takes the nearest that it can.
+        The gestures, by default those that ship with Miburi. If the body cannot reach a pose, it
+        takes the nearest pose that it can reach.
     period
-        A gesture starts at every multiple of this many seconds at which the body is at rest
-        (Section 5: 2 s). One that is longer than a period skips the multiples that it covers.
-        With ``life``, a new emotion does not wait, and shows in at most three gestures.
+        A gesture starts at each multiple of this period, s, if the body is at rest then (Section 5:
+        2 s). A gesture that is longer than a period skips the multiples that it covers. With
+        ``life``, a new emotion does not wait, and shows in at most three gestures.
     solve
-        The inverse kinematics: robot, target (9,) m and present angles (8,) rad to a solution.
+        The inverse kinematics: it takes robot, target (9,), m, and present angles (8,), rad, and
+        returns a solution.
     life
         A seed. With one, the partner breathes and looks around while it feels nothing
         (:mod:`miburi.partner.rest`), and varies each gesture. With None it does neither, as in
@@ -83,7 +84,8 @@ class Partner:
         self._lively = life is not None
         repertoire = repertoire or gestures.shipped_repertoire()
         self._arbiter = Arbiter(body.robot, feelings, repertoire, life)
-        #: The people around it: set its attributes when they move, speak or need calm.
+        #: The people around the partner: set this object's attributes when they move, speak or need
+        #: calm.
         self.company: Company = self._arbiter.company
         self._performance: Performance | None = None
         self._untold: list[Event] = []  # since the last step
@@ -98,7 +100,7 @@ class Partner:
 
     @property
     def ahead(self) -> tuple[float, float]:
-        """How far a moving head has yet to turn to its left, and to rise, to its goal; rad."""
+        """The angles left to a moving head's goal, rad: the turn to its left, and the rise."""
         return self._mover.ahead
 
     @property
@@ -136,7 +138,7 @@ class Partner:
         self._paused = False
 
     def gesticulate(self, strokes: Sequence[float]) -> None:
-        """Beat with the arms to speech: a hand goes farthest at some of these times, s from now.
+        """Beat with the arms to speech, with turning points at some of these ``times``, s from now.
 
         The first gesture of a feeling takes precedence; what is left of the feeling is then in the
         posture. A partner does not beat if it has no life, rests or is stopped. The times must
@@ -181,8 +183,8 @@ class Partner:
     def stop(self) -> None:
         """Stop the body because a person asks; it stays stopped until :meth:`release`.
 
-        If a contact has stopped the body, this also cancels its release after a pause. What was
-        asked for and has not begun is dropped; what is asked for later waits for the release.
+        If a contact has stopped the body, this also cancels its release after a pause. Wishes that
+        have not begun are dropped; later wishes wait for the release.
         """
         self.body.stop()
         self._recovery.held = True
@@ -209,8 +211,8 @@ class Partner:
     def halt(self) -> None:
         """Stop the body because nobody looks after it; it goes on after a pause.
 
-        Any thread may call it while another uses the body. The body may not hear
-        of it at once: :meth:`make_sure` must then stop it again.
+        Any thread may call it while another uses the body. If the body misses this,
+        :meth:`make_sure` must stop it again.
         """
         self._recovery.halted = self.body.state.phase is not Phase.STOPPED
         self.body.halt()
@@ -300,7 +302,7 @@ class Partner:
             self._arbiter.facing = 0.0
 
     def _while_moving(self, time: float) -> Iterator[Event]:
-        """Go on in the middle of a move: something more urgent does not wait for its end."""
+        """Interrupt the current move if something more urgent need not wait for its end."""
         broken_off = self._arbiter.breaks_in(self._performance, time)
         if broken_off:
             yield from self._end(time, complete=False)

@@ -49,7 +49,7 @@ class Mover:
 
     @property
     def ahead(self) -> tuple[float, float]:
-        """How far a moving head has yet to turn to its left, and to rise, to its goal; rad."""
+        """The angles left to a moving head's goal, rad: the turn to its left, and the rise."""
         state = self._body.state
         if state.phase in (Phase.STOPPED, Phase.IDLE):
             return 0.0, 0.0
@@ -72,7 +72,8 @@ class Mover:
     def go_on(self, performance: Performance, mood: float, time: float) -> list[MoveSent] | None:
         """Send the next key pose of a performance that moves the body; None: there is none.
 
-        The list is empty if a moving body did not take it; the pose is then sent when it rests.
+        The returned list is empty if a moving body did not accept the pose; it is sent again at
+        rest.
         """
         robot = self._body.robot
         for index, pose in performance.go_on(mood):

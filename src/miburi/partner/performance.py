@@ -29,7 +29,8 @@ class Performance:
     asked
         Whether somebody asked for it.
     rests
-        The name of an act at rest, which gives way to whatever else there is; else empty.
+        The name of an act at rest, which gives way to every other performance; empty for the
+        others.
     wish
         The name given to it by whoever asked for it.
     turn

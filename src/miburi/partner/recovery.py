@@ -2,8 +2,8 @@
 
 A :class:`Recovery` is told of stops and gestures, and answers whether the body is to be released.
 
-- Always: only after it has come to rest. The contact rule would take the last of the old motion,
-  and of swinging loads, for a new contact.
+- In all cases only after it has come to rest. Otherwise the contact rule would mistake the end of
+the old motion, and the swing of loads, for a new contact.
 - After a contact: by itself, after a pause. The pause doubles with each encounter until a gesture
   goes through without one.
 - Moved by a hand: by itself, once it has been still for a while.
@@ -31,12 +31,12 @@ __all__ = [
 
 #: Seconds from a contact stop to the release: the first pause, and the longest (ours).
 FIRST_PAUSE, LONGEST_PAUSE = 1.0, 16.0
-#: A body is at rest once no motor has exceeded this, rad/s, for this long, s (ours): two
-#: encoder steps in the window over which velocities are measured, and longer than a stopped
-#: motor waits before it yields.
+#: A body is at rest once no motor has exceeded this speed, rad/s, for this time, s (ours). The
+#: speed is two encoder steps in the window over which velocities are measured; the time is longer
+#: than a stopped motor waits before it yields.
 REST_SPEED, REST_TIME = 0.1, 0.25
-#: A body that is led slowly has moved on when a motor is further than this, rad, from where it was
-#: when the body last moved (ours): more than an encoder's steps.
+#: A body that is led slowly counts as moving when a motor has come further than this, rad, since
+#: the last such time (ours): more than one step of an encoder.
 _MOVED_ON = 0.004
 #: A hand that moved the body has let go once the body has been still this long, s (ours).
 LET_GO = 2.0
@@ -52,7 +52,7 @@ class Recovery:
     def __init__(self) -> None:
         #: Whether a person has stopped the body.
         self.held = False
-        #: Whether the partner itself has stopped it, and the stop is still to be taken in.
+        #: Whether the partner itself has stopped the body, and has not yet processed the stop.
         self.halted = False
         self._encounters = 0
         self._release_at: float | None = None
@@ -70,7 +70,7 @@ class Recovery:
         return new
 
     def take_in(self, stop: Stop, time: float) -> Stop:
-        """Plan what follows a new stop; return it, with the reason if the partner knows better."""
+        """Plan what follows a new stop; return it, with the partner's own reason if any."""
         late = self.halted and stop.reason is StopReason.ASKED
         self.halted = False
         if late or stop.reason is StopReason.CONTACT:
@@ -116,7 +116,7 @@ class Recovery:
         if left > 0 and not by_person:
             raise BodyError(f"the body pauses after a stop; it can be released in {left:.1f} s.")
         if self._silent:
-            return  # a lost card's clock stands still: it refuses a release in its own words
+            return  # a lost card's clock stands still: let the card itself refuse
         stillness = REST_TIME if by_person else self._stillness
         if state.stop != self._stop or not self._is_still(state.time, stillness):
             raise UnsettledError(

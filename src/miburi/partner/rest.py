@@ -26,22 +26,22 @@ __all__ = ["Attention", "Rest", "may_go_on"]
 #: The partner's part in a conversation.
 Attention = Literal["listening", "thinking", "speaking"]
 
-#: After an interruption of this many s, rest begins with a pause (ours).
+#: After an interruption of this length, s, rest begins with a pause (ours).
 _ANEW = 2.0
-#: How long a turn to a face takes, s, and the largest one not worth making, rad (ours).
+#: How long a turn to a face takes, s, and the angle up to which it is not worth making, rad (ours).
 _TURNING, _FACED = 1.4, 0.02
 #: Together, moods make acts deeper and quicker by at most e to the power of this (ours).
 _LIVELIEST = 0.3
 #: Ranges of the factors by which the size and tempo of an act vary (ours).
 _SIZES, _TEMPOS = (0.8, 1.2), (0.85, 1.1)
-#: The smallest and the largest beat; how much of it the other hand may make; and the share of the
-#: strokes to which the partner tries to beat, since nobody beats to all of them (all ours).
+#: The smallest and the largest beat, the range of the other hand's share of it, and the share of
+#: strokes that the partner beats to, since nobody beats to all of them (all ours).
 _BEATS, _OTHERS, _TRIED = (0.5, 1.5), (0.0, 0.5, 0.9), 0.8
-#: The one act while somebody is in distress, or talks with it.
+#: The only act while somebody is in distress, or is talking with the partner.
 _CALM = "breath"
 #: What a turn to a face is called.
 _TURNS = "turn"
-#: s; no look aside is shorter (ours).
+#: The shortest look aside, s (ours).
 _BRIEFEST = 0.1
 #: The head's turn and rise, as in ``gestures.coordinates.COORDINATES``; and the arms, mirrored.
 _TURN, _RISE, _MIRRORED = 6, 7, [3, 4, 5, 0, 1, 2, 6, 7]
@@ -148,8 +148,8 @@ class Rest:
         allowed = feelings.temperament.gaze
         turn = float(np.clip(gaze, -allowed.turn, allowed.turn))
         if abs(turn - turned) > _FACED:
-            # It turns back from a look aside in the time given for that look, but slowly to
-            # somebody who has moved meanwhile.
+            # It turns back from a look aside in the time given for that look. If the person has
+            # moved meanwhile, it turns slowly.
             back, self._back = self._back, None
             back = None if abs(turn - self._faced) > _FACED else back
             step = allowed.speed * _TURNING if back is None else np.inf
@@ -224,7 +224,7 @@ class Rest:
         return max(mean + deviation * float(self._eyes.standard_normal()), _BRIEFEST)
 
     def choose(self, strokes: Sequence[float]) -> list[float]:
-        """Return the strokes that the arms are to make, in their order, always with the first."""
+        """Return the strokes that the arms are to make, in order, the first one always."""
         return [at for k, at in enumerate(strokes) if self._hands.random() < _TRIED or k == 0]
 
     def beat(self, feelings: FeelingModel, turn: float) -> Performance:
@@ -263,10 +263,10 @@ class Rest:
 
 
 def may_go_on(act: str, attends: Attention | None) -> bool:
-    """Whether an act at rest fits the partner's part in a conversation; else it is broken off.
+    """Whether an act at rest fits the partner's part in a conversation; if not, it is broken off.
 
     A sigh or a stretch may end by itself: if it were broken off, nothing would bring the body back
-    at once. After an act that turns away, a turn back does.
+    at once. After an act that turns away, a turn brings it back.
     """
     if act in get_args(Attention):
         return act == attends

@@ -52,5 +52,5 @@ class ShownEmotion:
 
     @property
     def rises(self) -> bool:
-        """Whether it rose, rather than outlasting a stronger one, and nothing has shown it yet."""
+        """Whether this emotion has risen, not just outlasted a stronger one, and is unshown."""
         return self._rose and self.shown == 0

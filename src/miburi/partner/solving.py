@@ -12,5 +12,5 @@ Solve = Callable[[Robot, Array, Array], ik.Solution]
 
 
 def solve_with(settings: Settings | None = None) -> Solve:
-    """Return the inverse kinematics with settings; None for Miburi's own (:func:`ik.solve`)."""
+    """Return the inverse kinematics with these settings; by default :func:`ik.solve`."""
     return lambda robot, target, start: ik.solve(robot, target, start=start, settings=settings)

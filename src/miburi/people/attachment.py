@@ -1,9 +1,9 @@
 """Attachment: how somebody has treated the partner, over weeks.
 
-The stimuli and contacts of one person, and the time that passes, decide how far resting moods lie
-from the temperament's while that person is there. An attachment is an emotional model of its own,
-with the equations of the paper's three levels, whose time passes more slowly: what lasts an hour
-in a mood lasts three weeks in an attachment. The temperament has the constants.
+While a person is there, the resting moods differ from those of the temperament. The difference
+depends on that person's stimuli and contacts, and on time. An attachment is an emotional model of
+its own, with the equations of the paper's three levels; in it time passes more slowly: what lasts
+an hour in a mood lasts three weeks in an attachment. The temperament has the constants.
 """
 
 from collections.abc import Mapping
@@ -35,7 +35,7 @@ class Attachment:
         self._model.stimulate(stimulus)
 
     def contact(self) -> None:
-        """Take in that the partner met something while the person was there."""
+        """Add a contact that the partner had while the person was there."""
         self._model.contact()
 
     def step(self, seconds: float) -> None:

@@ -1,7 +1,7 @@
 """The people the partner knows and what they told it, kept in one file and nowhere else.
 
-The whole file is rewritten at each change, so what was deleted is no longer in it. Unless
-somebody allows it, there is no file, and what is known is forgotten when the partner ends.
+The whole file is rewritten at each change, so what was deleted is no longer in it. There is no file
+unless somebody has allowed one; without it, everything is forgotten when the partner ends.
 """
 
 import json
@@ -99,9 +99,10 @@ class Memory:
         self._present: Acquaintance | None = None
         #: What was told by somebody who has not said who they are; it is never written.
         self._untold: list[Fact] = []
-        #: When the person who is there said something, and what; never written either.
+        #: Remarks of the person who is there, each with its time; these are never written either.
         self._remarks: deque[tuple[datetime, str]] = deque(maxlen=_REMARKS)
-        #: How often something was deleted; whatever else remembers the talk then forgets it, too.
+        #: How often something was deleted; other rooms that remember the talk watch this, to forget
+        #: it, too.
         self.deleted = 0
         self._until = clock()
         self._attachment: Attachment | None = None
@@ -113,14 +114,14 @@ class Memory:
 
     @property
     def present(self) -> Acquaintance | None:
-        """Who is there, as far as somebody has said."""
+        """The person who is there; None if nobody has said who it is."""
         if self._present is not None and self._clock() > self._until:
             self.leave()
         return self._present
 
     @property
     def leaning(self) -> Array | None:
-        """What the person who is there adds to each resting mood; None: nobody is."""
+        """What the person who is there adds to each resting mood; None if nobody is there."""
         if self.present is None or self._attachment is None:
             return None
         return self._attachment.leaning
@@ -142,7 +143,7 @@ class Memory:
                 self._path.unlink(missing_ok=True)
 
     def meet(self, name: str) -> Acquaintance:
-        """Count somebody as there from now on; return what is known of them.
+        """Set the person who is there from now on; return what is known about them.
 
         Raises
         ------
@@ -171,7 +172,7 @@ class Memory:
         return person
 
     def leave(self) -> None:
-        """Count nobody as there from now on."""
+        """Note that nobody is there any more."""
         self._present = self._attachment = None
         self._untold = []
         self._remarks.clear()
@@ -199,7 +200,7 @@ class Memory:
         self.deleted += 1
 
     def hear(self, stimuli: tuple[Stimulus, ...] = (), contacts: int = 0) -> None:
-        """Take in what the person who is there, if any, did, and the contacts meanwhile."""
+        """Add the deeds of the person who is there, if any, and the contacts meanwhile."""
         person, now = self.present, self._clock()
         if person is None or self._attachment is None:
             return
@@ -213,7 +214,7 @@ class Memory:
         self._write()
 
     def remember(self, text: str, language: Language, due: datetime | None = None) -> Fact | None:
-        """Keep something told, for the person who is there, or until somebody says who they are."""
+        """Keep a fact for the person who is there, or until they say who they are."""
         person, text = self.present, " ".join(text.split())[:_FACT]
         facts = self._facts_now()
         same = next((fact for fact in facts if fact.text == text), None)
@@ -247,7 +248,7 @@ class Memory:
     def due(
         self, now: datetime, but: Set[tuple[str, int]] = frozenset()
     ) -> tuple[Acquaintance, Fact] | None:
-        """Return who is there and a fact of theirs due today, none of ``but`` (name, number)."""
+        """Return the person who is there and a fact due today, except ``but`` (name, number)."""
         person = self.present
         for fact in [] if person is None else person.facts:
             today = fact.due is not None and fact.due.date() == now.date() and fact.due <= now

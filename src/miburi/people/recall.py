@@ -16,12 +16,12 @@ from miburi.languages import Language, common_words, is_spaced, plain, same_word
 __all__ = ["recall"]
 
 #: Letters of a word that count; the share of a question's weight that an answer must have; and the
-#: weight of a word that is in nothing told, such as "time", against others (all ours).
+#: relative weight of a word that is in no fact, such as "time" (all ours).
 _STEM, _ENOUGH, _UNTOLD = 6, 0.4, 0.3
 
 
 def recall(question: str, told: Sequence[str], language: Language) -> str | None:
-    """Return the thing told that answers a question, the latest if equal; None if nothing does.
+    """Return the fact that answers a question, the latest of equals; None if no fact does.
 
     >>> told = ["My daughter Anna comes on Sunday.", "I take my tablets at eight."]
     >>> recall("When does Anna come?", told, "en")

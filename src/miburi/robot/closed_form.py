@@ -17,7 +17,9 @@ from miburi.robot.kinematics import finite_array, forward
 
 __all__ = ["inverse"]
 
-_ANGLE_TOLERANCE = 1e-7  # rad; a solution this little outside a limit is moved onto it
+_ANGLE_TOLERANCE = (
+    1e-7  # tolerance, rad: a solution outside a limit by no more than this is moved onto the limit
+)
 
 
 def inverse(robot: Robot, target: ArrayLike, tolerance: float = 1e-6) -> Array:

@@ -40,7 +40,7 @@ CARD_STEP = 2 * np.pi / 4096
 
 
 class Unit(NamedTuple):
-    """A unit: its name in SI (files, wire), that of whole units (rule, card), ``struct`` code."""
+    """A unit: SI name (files, wire), name of the whole unit (rule, card), ``struct`` code."""
 
     si: str
     whole: str
