@@ -142,9 +142,7 @@ class _Announcer(event.Listener):
 
 
 def announcement() -> str:
-    """Return the announcement that Miburi compiles: how long it takes, and when it happens
-    again.
-    """
+    """Return the announcement that Miburi compiles: how long that takes, and when it recurs."""
     often = "once; later starts are quick"
     if CACHE is None:
         often = (

@@ -23,9 +23,7 @@ _FORWARD = np.array([1.0, 0.0, 0.0])
 
 
 def yoke(robot: Robot, side: str, fit: float) -> Manifold:
-    """Return the part on the shoulder's horn: a plate with an upright holder for the elbow's
-    servo.
-    """
+    """Return the part on the shoulder's horn: a plate, and a holder for the elbow's servo."""
     s, w = dimensions().servo, dimensions().wall
     frame = mount_of(robot, "left_elbow").frame
     face = shoulder_face() - 1000 * robot.lengths.L12  # y of the shoulder's horn

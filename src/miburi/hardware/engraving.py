@@ -30,9 +30,7 @@ def _on(
     text: str, place: tuple[float, float, float], out: tuple[float, float, float],
     along: tuple[float, float, float], depth: float, high: float = _HIGH,
 ) -> Manifold:  # fmt: skip
-    """Return letters sunk into a face; ``out`` is the face's normal, ``along`` the text's
-    direction.
-    """
+    """Return letters sunk into a face; ``out`` is its normal, ``along`` the text's direction."""
     z, x = np.array(out, dtype=float), np.array(along, dtype=float)
     frame = np.column_stack([x, np.cross(z, x), z, np.array(place) - depth * z])
     return moved(letters(text, high, depth + 2.0), frame)

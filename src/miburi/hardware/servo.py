@@ -53,9 +53,7 @@ _BACK_PLATE = 14.5
 
 
 def case(fit: float = 0.0) -> Manifold:
-    """Return the case as a box, larger by ``fit`` on each side but the front, which meets a
-    plate.
-    """
+    """Return the case as a box, larger by ``fit`` but in front, where it meets a plate."""
     s = dimensions().servo
     return box(
         (-s.half_width - fit, s.half_width + fit), (s.back - fit, s.front),
@@ -170,9 +168,7 @@ def plugs(length: float) -> Manifold:
 
 
 def pocket(fit: float) -> Manifold:
-    """Return the room in a holder for a case and its plugs; the case slides in from the horn's
-    side.
-    """
+    """Return the room in a holder for a case, slid in from the horn's side, and its plugs."""
     s = dimensions().servo
     open_end = box(
         (-s.half_width - fit, s.half_width + fit), (s.front, s.front + 20),

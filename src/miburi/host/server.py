@@ -240,7 +240,7 @@ def _live(
         threads.append(threading.Thread(target=keep, args=arguments, daemon=True))
     for thread in threads:
         thread.start()
-    gc.freeze()  # otherwise a garbage collection would scan everything loaded, and make the loop late
+    gc.freeze()  # otherwise a garbage collection would scan all of it, and make the loop late
     with signals(happenings):
         answer(
             runner,
