@@ -126,13 +126,11 @@ def make_api(
     endpoint
         What composes the partner's answers; None: it answers by itself.
     care
-        How the partner answers somebody in distress; by default it names no telephone number to
-        call.
+        How the partner answers somebody in distress; by default it names no telephone number.
     seed
         Seeds the choice among its own answers.
     folder
-        Where the partner stores what it knows about people, and its manners; with None, it forgets
-        them at its end.
+        The folder for what it knows about people; with None, it forgets that at its end.
     clock
         Tells the time where the partner stands.
     """

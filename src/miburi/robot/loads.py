@@ -1,7 +1,8 @@
-"""What the robot's own parts load its motors with: their weight and inertia, in closed form.
+"""The loads that the robot's own parts put on its motors: weight and inertia, in closed form.
 
-The masses are the description's, each centred in its part. Whoever drives the motors needs
-the loads: to aim a goal above the sag, to know what torque a move takes, to predict a motion.
+The masses are the description's, each centred in its part. The loads are needed to drive the
+motors: to aim goals high enough that a sagging joint ends where it should, to know the torque of a
+move, and to predict a motion.
 """
 
 from functools import lru_cache
@@ -19,14 +20,15 @@ GRAVITY = 9.81
 
 
 class Loads(NamedTuple):
-    """What hangs on the motors of a robot at rest.
+    """The loads on the motors of a robot at rest.
 
     Attributes
     ----------
     gravity
         (..., 8) N·m that each motor must give to hold its joint.
     inertia
-        (..., 8) kg·m² that it moves, all other joints held; without rotors.
+        (..., 8) (..., 8) kg·m², the inertia that each motor moves while all other joints are held,
+        without rotors.
     """
 
     gravity: Array
@@ -34,13 +36,13 @@ class Loads(NamedTuple):
 
 
 class _Solids(NamedTuple):
-    """What in a robot's body does not depend on its pose; n parts with a mass on 8 links."""
+    """The constants of a robot's body in every pose: 8 links, and n parts with masses."""
 
     order: list[int]  # the links' joints
     parents: list[int]  # the links' parents; -1 for the base
     offsets: Array  # (8, 3), m in the parent's frame
     axes: Array  # (8, 3)
-    links: list[int]  # (n,), which carries each part
+    links: list[int]  # (n,), the link that carries each part
     middles: Array  # (n, 3), m in the link's frame
     spreads: Array  # (n, 3, 3), m², mean of x xᵀ about the middle in the link's frame
     masses: Array  # (8, n), kg, of the parts that each joint turns
@@ -66,7 +68,7 @@ def link_poses(robot: Robot, angles: Array) -> tuple[Array, Array]:
 
 
 def loads(robot: Robot, angles: Array) -> Loads:
-    """Return what the parts load the motors with at ``angles`` (..., 8) rad."""
+    """Return the loads of the parts on the motors in a pose, (..., 8) rad."""
     body = _solids(robot.lengths, robot.masses, robot.shape)
     turns, axles = link_poses(robot, angles)
     # A joint's own turn leaves its axis as it is.

@@ -22,9 +22,10 @@ __all__ = [
 ]
 
 #: The share of a servo's dry friction that acts at the horn, after gears with play (ours): with no
-#: friction there, a joint that carries nothing would never come to rest between their teeth.
+#: friction there, a joint without a load would never come to rest within the play.
 HORN = 0.1
-#: How hard the teeth are at the end of the play: MuJoCo's defaults make them as soft as a servo.
+#: The stiffness of the teeth where the play ends; with MuJoCo's defaults it would be as low as a
+#: servo's.
 _TEETH = "0.99 0.999 0.0001"
 #: Prefix of the joints that stand for the play of a servo's gears.
 PLAY = "play_"
@@ -60,7 +61,8 @@ def to_mjcf(
     spring along each axis (joints ``hand_x``, ``hand_y``, ``hand_z``) and can grasp, by the
     equality ``grasp``. With ``face`` the screen carries a square of the material ``face``, whose
     texture can be drawn on. ``meshes`` are the files of the real shapes, in mm, by link and colour:
-    with them, these and the phone are drawn; what else collides is in group 3, which viewers hide.
+    with them, the real shapes and the phone are drawn, and the simple shapes that collide are in
+    group 3, which viewers hide.
     """
     root = ET.Element("mujoco", model=robot.name)
     ET.SubElement(root, "compiler", angle="radian", autolimits="true")
@@ -143,7 +145,7 @@ def to_mjcf(
 
 
 def _horns(root: ET.Element, servo: Servo) -> None:
-    """Add friction at the horns of gears with play: a tendon along both joints acts on the link."""
+    """Add friction behind gears with play, by a tendon along the joints of motor and play."""
     if not servo.loop.backlash:
         return
     tendons = ET.SubElement(root, "tendon")

@@ -1,7 +1,7 @@
 """Import MuJoCo from here, and only from here.
 
-MuJoCo reads how to draw when it is first loaded, and does not load at all if it cannot draw that
-way; this module chooses the way first.
+MuJoCo looks for a graphics backend when it is first loaded, and fails to load if the chosen backend
+is missing; this module chooses one first.
 """
 
 import ctypes
@@ -23,7 +23,7 @@ def _loads(library: str) -> bool:
 def drawing_backend(
     platform: str = sys.platform, loads: Callable[[str], bool] = _loads
 ) -> str | None:
-    """Return MuJoCo's word for what can draw here without a screen; None to let it choose.
+    """Return MuJoCo's name for a graphics backend that works here without a screen, or None.
 
     On Linux that is EGL, else OSMesa, else ``off``: physics runs, and pictures are refused.
     """

@@ -1,8 +1,8 @@
 """Robots as they leave a workshop: each differs from its description in hidden ways.
 
 A description and a seed give robots whose servos and masses vary as widely as may be expected of
-such servos, new and worn. Whoever drives them knows only the description. All ranges are ours,
-except the two divisors, on which the e-manual and those who identified the servo differ.
+such servos, new and worn. Whoever drives them knows only the description. All ranges are ours. The
+two divisors are not: one is from the e-manual, the other was identified.
 """
 
 from dataclasses import dataclass
@@ -19,7 +19,8 @@ __all__ = ["Specimen", "specimens"]
 _FACTOR = 2.0
 #: Shares by which resistance (cold and hot), masses, the supply's voltage and the clock may be off.
 _RESISTANCE, _MASS, _VOLTAGE, _CLOCK = 0.2, 0.1, 0.05, 0.005
-#: The latest start of a profile, s after its command, and the most play of gears, rad.
+#: The longest delay from a command to the start of its profile, s, and the largest play of gears,
+#: rad.
 _DELAY, _BACKLASH = 0.003, radians(0.5)
 
 
@@ -48,8 +49,8 @@ def specimens(
     """Return robots that were built from a description; the same ones for the same seed.
 
     Every other one divides its P gain by half the description's divisor, which doubles its
-    stiffness: for the XL330, 256 was identified, and the e-manual says 128. ``play`` is that of
-    all robots' gears, rad; by default each robot has its own, up to half a degree.
+    stiffness: for the XL330, 256 was identified, and the e-manual says 128. ``play`` is the play of
+    the gears of all robots, rad; by default each robot has its own, up to half a degree.
     """
     rng = np.random.default_rng([seed, _STREAM])
     return tuple(_specimen(robot, rng, 2.0 if number % 2 else 1.0, play) for number in range(count))
@@ -76,7 +77,7 @@ def _specimen(robot: Robot, rng: np.random.Generator, finer: float, play: float 
 
 
 def _changed(servo: Servo, table: str, **factors: float) -> Servo:
-    """Return a servo with constants of a table multiplied by factors."""
+    """Return a servo in which some constants of one table are multiplied by factors."""
     old = getattr(servo, table)
     new = {name: getattr(old, name) * factor for name, factor in factors.items()}
     return servo.model_copy(update={table: old.model_copy(update=new)})

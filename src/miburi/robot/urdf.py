@@ -17,8 +17,8 @@ __all__ = ["to_urdf"]
 def to_urdf(robot: Robot, meshes: Mapping[tuple[str, str], str] | None = None) -> str:
     """Return the robot as URDF.
 
-    With ``meshes`` (files, in mm, of the real shapes by link and colour) these and the phone are
-    drawn; what collides stays simple.
+    ``meshes`` are files of the real shapes, in mm, by link and colour. With them, the real shapes
+    and the phone are drawn; the shapes for collisions stay simple.
 
     Joints have the limits of Table 1 and the servo's speed and torque. Fixed links ``right``,
     ``left`` and ``head_centre`` mark the extremities. URDF has no capsules and no ellipsoids: a

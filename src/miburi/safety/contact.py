@@ -29,14 +29,14 @@ Each motor has six guards, which calibration derives from free motion. The figur
 of the iphonoid's right shoulder; a step is 0.088°.
 
 1. ``lag``, 5.5 ms: the delay with which the motor follows its profile.
-2. ``slack``, 10 steps: may always be missing from a window, because encoders count whole steps and
-   gears have play.
-3. ``least``, 8 steps: a window in which less travel is expected is not judged, because one step is
+2. ``slack``, 10 steps: the travel that may always be missing from a window, because encoders count
+whole steps and gears have play. 3. ``least``, 8 steps: a window in which less travel is expected is
+not judged, because one step is
    too coarse a measure for a slow motion. If that is still so when the period ends, the window
    runs on: at 50 steps/s it is judged after 160 ms.
-4. ``behind``, 12 steps: the motor may never be further behind the delayed profile.
-5. ``ahead``, 12 steps: nor further ahead of it.
-6. ``arrival``, 9 steps: one period after the delayed profile has ended, the motor must be this
+4. ``behind``, 12 steps: the motor may never be further than this behind the delayed profile. 5.
+``ahead``, 12 steps: it may never be further than this ahead of the delayed profile. 6. ``arrival``,
+9 steps: one period after the delayed profile has ended, the motor must be this
    close to its goal.
 
 Guards 4 and 5 widen with the speed of the move. A lag varies from move to move by up to
@@ -45,8 +45,8 @@ Guards 4 and 5 widen with the speed of the move. A lag varies from move to move 
 What the rule cannot see: an obstacle that holds a motor back by less than its guards. Contacts
 that are slow, soft or near a joint's axis are noticed late (docs/safety.md has the figures).
 
-The period, the ratio and "one motor stops all" are the paper's; all else is ours. If it
-compared motors with the nominal speed, as the paper prints it, the rule would stop every free
+The period, the ratio and "one motor stops all" are the paper's; all else is ours. If the rule
+compared a motor's speed with the nominal speed, as printed in the paper, it would stop every free
 move of a real servo, which ramps up, ramps down and lags. :mod:`miburi.safety.printed` keeps that
 rule for comparison.
 """
@@ -93,20 +93,20 @@ _READINGS = np.arange(20, dtype=np.int64) * (SECOND // 100)
 
 @dataclass(frozen=True)
 class Loading:
-    """What loads the motors during one move, along each one's direction: (8,) in 1/256 steps.
+    """The loads on the motors during one move, along each motor's direction: (8,) in 1/256 steps.
 
     Attributes
     ----------
     offset
-        From where the motor is at the start to the origin of its profile.
+        The distance from the motor's position at the start to the origin of its profile.
     begin, end
         The position error that the load causes at the move's beginning, and at its end.
     most
         The error at which the duty reaches its limit.
     velocity
-        How fast the motor is at the start, in 1/256 steps/s: it may still swing.
+        The motor's speed at the start, in 1/256 steps/s; it may still be swinging.
     gone
-        How far it has gone since the reading that says where it is.
+        How far it has gone since the reading of its position.
     """
 
     offset: Steps
@@ -160,7 +160,9 @@ class Rule:
 
 
 class Sign(StrEnum):
-    """Which part of the rule saw the contact: the window, a backstop on the way, or at the goal."""
+    """Which part of the rule saw the contact: the window, or the backstop on the way or at the
+    goal.
+    """
 
     SPEED = "speed"
     TRACKING = "tracking"
@@ -204,8 +206,9 @@ class Contact:
 class Window:
     """What the rule compared at one reading.
 
-    Travel is counted in the window. Where a backstop (tracking or arrival) saw a contact, it is
-    counted since the move began, without slack, and only the motors that it caught are judged.
+    Travel is counted in the window. If a backstop (tracking or arrival) saw the contact, travel is
+    counted since the move began, without slack, and only the motors that the backstop caught are
+    judged.
 
     Attributes
     ----------
@@ -243,10 +246,10 @@ class Watch:
     window
         What the rule compared at the latest reading; None before the first.
     came
-        (8,) steps that each motor had come this way before its start, in moves that this one
-        replaced.
+        (8,) steps that each motor had already moved in its present direction, in earlier moves that
+        were replaced.
     turned
-        (8,) whether it went the other way in the move that this one replaced.
+        (8,) whether the motor went the other way in the move that was replaced.
     """
 
     rule: Rule
@@ -281,11 +284,11 @@ class Watch:
         self._end = int(np.max(self.profile.total + self.rule.guards.lag))
 
     def go_on(self, before: "Watch", seen: int, elapsed: int) -> None:
-        """Go on from the watch over a move that this one replaced: nothing is forgotten.
+        """Continue the watch over a move that was replaced: nothing is forgotten.
 
         A hand that holds a motor back is seen however often moves replace one another. Only the
-        window of a motor that turns round starts again, at its turning point: otherwise it would
-        add up both ways.
+        window of a motor that turns round starts again, at its turning point: otherwise travel in
+        both directions would be added up.
 
         Parameters
         ----------

@@ -26,12 +26,12 @@ on pressing (all figures are ours):
    where it is and does not push back. This happens once for each contact, so that a load cannot
    pull a motor further and further.
 
-A body at rest can be led by hand. A motor kept away for ``YIELD_AFTER`` from where it
-rested, by more than its ``slack`` and its ``arrival``, stops the body as ``TOUCHED``. All motors
-then hold softly where they are, yield every ``YIELD_AFTER``, and go back slowly when they are
-released. After ``YIELDS`` in a row they wait until nothing keeps them from their places: a motor
-that turns the wrong way would otherwise go on for ever. A limb that was led to where it
-weighs more sinks a little each time.
+A body at rest can be led by hand. If a motor is held away from its resting place for
+``YIELD_AFTER``, by more than its ``slack`` and its ``arrival``, the body stops as ``TOUCHED``. All
+motors then hold softly where they are, yield every ``YIELD_AFTER``, and go back slowly when they
+are released. After ``YIELDS`` in a row they wait until nothing keeps them from their places: a
+motor that turns the wrong way would otherwise go on for ever. If a limb was led to a place where
+its weight pulls more, it sinks a little each time that it yields.
 """
 
 from dataclasses import dataclass, replace
@@ -64,23 +64,24 @@ RETURN_SPEED = 0.8
 GIVE_WAY, FURTHEST = 0.0245, 0.0736
 #: How long motors are held away from their places before they give in, µs (ours).
 YIELD_AFTER = 150_000
-#: How far a motor that moves goes between two readings, in steps: less is noise (ours).
+#: The least travel between two readings that counts as motion, in steps; less is noise (ours).
 MOVES = 2
-#: Readings further apart, or older, do not tell how fast a motor is, µs (ours).
+#: The largest interval between two readings, and the largest age of a reading, from which a speed
+#: is computed, µs (ours).
 TELLS = 60_000
-#: A motor that seems faster than this has not moved: its reading has jumped, steps/s (ours).
+#: The largest speed that is believed, steps/s; above it, the reading has jumped (ours).
 SWINGS = 4000
-#: How many times in a row a body led by hand yields: for 3 s (ours).
+#: How many times in a row a body that is led by hand yields; together 3 s (ours).
 YIELDS = 20
 
 
 def return_speed(usual: int, *, led: bool) -> int:
-    """Return the speed of the return: two fifths of the usual one after a touch at rest (ours)."""
+    """Return the speed for going back, which is two fifths as high after a touch (ours)."""
     return usual * 2 // 5 if led else usual
 
 
 def check_move(robot: Robot, phase: Phase, move: Move) -> None:
-    """Refuse a move that no body may make.
+    """Refuse a move that is not allowed.
 
     Raises
     ------
@@ -134,10 +135,12 @@ class Controller:
         self._seen, self._seen_at = self.origin, -TELLS - 1
         self._moved, self._gap = np.zeros_like(self.origin), TELLS + 1
         self._yields_at: int | None = None
-        self._kept_since: int | None = None  # a motor at rest, away from its goal, µs
+        self._kept_since: int | None = (
+            None  # since when a motor at rest has been away from its goal, µs
+        )
         self._sag = np.zeros_like(self.origin)
         self._rest: Steps | None = None  # where the motors came to rest
-        self._yields = 0  # left, until nothing holds a motor away from its place
+        self._yields = 0  # yields that are left until nothing holds a motor away from its place
         self.watch = self._plan(self.origin, self.origin, np.ones(len(JOINTS), dtype=np.int64))
 
     def move(self, move: Move, positions: Steps, time: int) -> None:
@@ -254,7 +257,7 @@ class Controller:
     def drift(self, positions: Steps, direction: Steps, time: int) -> tuple[Steps, Steps]:
         """Return how fast the motors are, and how far they have gone since the latest reading.
 
-        Both are 0 for motors not starting from that reading's place. They are (8,)
+        Both are 0 for motors that do not start from the position in that reading. They are (8,)
         along ``direction``, as :class:`~miburi.safety.contact.Loading` has them.
         """
         age = time - self._seen_at
@@ -294,8 +297,8 @@ class Controller:
         travel = np.maximum((positions - self.watch.start) * direction + self.watch.came, 0)
         most = round(GIVE_WAY / step)
         if self.watch.turned[motor] and travel[motor] < most:
-            # It has not come back far, if at all, from the way that it went before. What it met
-            # lies where the free servo would have gone on to.
+            # The motor has hardly come back yet. So the obstacle lies further along the path that
+            # the free servo would have taken.
             stays = positions.copy()
             stays[motor] -= direction[motor] * (
                 most if contact.measured < contact.expected else -most
@@ -313,8 +316,8 @@ class Controller:
     def _measure_sag(self, positions: Steps) -> Steps:
         """Return how far motors at rest sag off their goals under their loads.
 
-        Stopped motors keep their goals this far above them. Without it they would sink onto the
-        person that they touch.
+        The goals of stopped motors stay this far above their positions. Without that, the motors
+        would sink onto the person whom they touch.
         """
         most = round(GIVE_WAY / self.robot.servo.step)
         sag: Steps = np.clip(self.origin - positions, -most, most)
@@ -341,7 +344,8 @@ class Controller:
             return
         self._yields_at = time + YIELD_AFTER if self._is_led else None
         here = positions + self._sag
-        # Held away by more than a motor at rest may stray; if led by hand, by hardly anything.
+        # Whether a motor is held away by more than it may stray at rest, or, while led by hand, by
+        # a little.
         most = 2 if self._is_led else self.rule.guards.slack
         blocked = 2 * np.abs(here - self.origin) > most
         if not blocked.any():

@@ -1,10 +1,10 @@
-"""What servos are told besides a move: goals above the sag, and a ceiling for their push.
+"""Settings of the servos for a move: goals that allow for sag, and a ceiling for the force.
 
 A position control without an integral is a spring: a motor hangs below its goal by its load over
-its stiffness. The load is known from the description, so goals are aimed that much higher. What a
-move takes is known, too, so the duty (Goal PWM) is limited to a little more: whoever holds a motor
-then feels no more than that, whatever else fails. Speeding up takes the most, so there are two
-ceilings: one while motors speed up, and a lower one after that.
+its stiffness. The load is known from the description, so goals are aimed that much higher. The
+torque of a move is known, too, so the duty (Goal PWM) is limited to a little more than the move
+needs. A person who holds a motor then feels no more force than that, whatever else fails. Speeding
+up takes the most, so there are two ceilings: one while motors speed up, and a lower one after that.
 """
 
 from typing import NamedTuple
@@ -19,8 +19,9 @@ from miburi.servos import required_torque
 
 __all__ = ["EASES_AFTER", "Demand", "aim", "demand", "uneased"]
 
-#: Ceilings leave room for this many times the links' inertia, as nobody says what the hands carry
-#: (ours). 10 g in each makes the waist's up to 1.3 times as large, and an arm's 1.4 to 1.6 times.
+#: Ceilings leave room for this many times the links' inertia, because it is unknown what the hands
+#: carry (ours). With 10 g in each hand, the waist's inertia is up to 1.3 times as large, and an
+#: arm's 1.4 to 1.6 times.
 LADEN = 1.6
 #: For this long after the longest ramp, µs, motors may still push as hard as when they speed up:
 #: they lag behind their profiles, and what they carry swings (ours).
@@ -43,7 +44,7 @@ def aim(robot: Robot, angles: Array) -> Array:
 def uneased(robot: Robot) -> Robot:
     """Return a robot whose motors keep their first ceilings to the end, for calibrations.
 
-    A lower one would hold back a servo that is not measured yet, and be taken for friction.
+    A lower ceiling would hold back a servo that is not measured yet, and would look like friction.
     """
     servo = robot.servo.model
     drive = servo.drive.model_copy(update={"room": 1.0})
@@ -51,19 +52,19 @@ def uneased(robot: Robot) -> Robot:
 
 
 class Demand(NamedTuple):
-    """What a move asks of the motors.
+    """The demands of a move on the motors.
 
     Attributes
     ----------
     ceiling
-        (8,), the most that they may give: the N·m that a motor at rest gives at the largest duty
-        allowed.
+        (8,), N·m, the largest torque allowed, given as the torque of a motor at rest at the largest
+        duty allowed.
     cruise
         (8,), the same after ``eases_at``; no more than ``ceiling``.
     eases_at
         µs from the move's start; by then all have sped up.
     loading
-        What loads them.
+        The loads on the motors.
     """
 
     ceiling: Array
@@ -87,7 +88,7 @@ def demand(robot: Robot, start: Steps, origin: Steps, profile: Profile, directio
     way = origin + np.multiply.outer(_SHARES, goal - origin)
     gravity, inertia = loads(robot, np.multiply(way, step, dtype=np.float64))
     needed = _needed(robot, profile, gravity * direction, LADEN * inertia)
-    # What reaches the horn counts: worn gears take more of the same push.
+    # The torque at the horn counts, and worn gears pass on less of the motor's torque.
     most = servo.drive.headroom / (1 - servo.friction.motor_load) * needed
     ceiling, cruise = np.minimum(most, servo.motor_torque)
     cruise = np.minimum(cruise + servo.drive.room * servo.motor_torque, ceiling)
@@ -113,8 +114,8 @@ def demand(robot: Robot, start: Steps, origin: Steps, profile: Profile, directio
 def _needed(robot: Robot, profile: Profile, along: Array, inertia: Array) -> Array:
     """Return the most that motors need on their way, and after they have sped up.
 
-    It is (2, 8) N·m of a motor at rest. ``along`` (9, 8) N·m is the weight against the motion, and
-    ``inertia`` (9, 8) what is moved.
+    The result, (2, 8) N·m, is the torque that the same duty gives in a motor at rest. ``along`` (9,
+    8) N·m is the weight against the motion, and ``inertia`` (9, 8) what is moved.
     """
     servo, step, ramp = robot.servo.model, robot.servo.step, robot.servo.acceleration
     moves = (profile.distance != 0) | (profile.initial != 0)

@@ -2,9 +2,9 @@
 
 The rule compares each motor's speed with the one it should have. The delayed profile is what a
 stiff servo would do; :mod:`miburi.servos.free` is what *this* servo with *this* load does if nobody
-is in its way. The model has nominal voltage, each joint's inertia in the middle of the joints'
-ranges, and a load that varies linearly from the move's start to its end. It begins with
-the speed that the motor has: one that still swings from the last move has met nobody.
+is in its way. The model assumes the nominal voltage, each joint's inertia at the middle of its
+range, and a load that varies linearly from the move's start to its end. It begins with the motor's
+own speed, because a motor that still swings after its last move has not met anybody.
 
 What the model misses grows with the speed, up to some 500 steps/s. So the guards ``slack``,
 ``behind`` and ``ahead`` are those of a motor that reaches ``FAST`` in its move. A motor at rest is
@@ -31,7 +31,7 @@ from miburi.servos.free import STEP, FreeServo, advance
 
 __all__ = ["FAST", "SETTLES", "FreeRule", "granted_share"]
 
-#: A motor that gets this fast in its move is granted its whole guards, 1/256 steps/s (ours).
+#: A motor that reaches this speed in its move, 1/256 steps/s, has the full guards (ours).
 FAST = 512 * FINE
 #: µs until a motor that swings at a move's start has come to rest (ours).
 SETTLES = 200_000
@@ -42,15 +42,15 @@ class FreeRule(Rule):
     """The paper's period and ratio, against the speed that the free servo would have had.
 
     The lag is the one with which the model fits the servo best. For the identified XL330 that is
-    5.5 ms: half of it is how early the model is with its steps of 5 ms; the rest is the servo's own
-    delay.
+    5.5 ms: half of it makes up for the model's steps of 5 ms, by which it runs early; the rest is
+    the servo's own delay.
 
     Attributes
     ----------
     servo
         The motors, as they move if nobody is in their way.
     sag
-        (8,) in 1/256: what the error due to the described weight is multiplied by for these motors.
+        (8,) in 1/256: a factor for each motor on the error due to the described weight.
     """
 
     servo: FreeServo = field(kw_only=True)
@@ -113,7 +113,8 @@ class _FreeWatch(Watch):
         self._x, self._v = turned * before._x + moved * FINE, turned * before._v
         self._profile_then = turned * before._profile_then + moved
         self._model_time = before._model_time - elapsed
-        # At first a motor keeps its wider guards: it may still be as far behind.
+        # At first a motor keeps the wider guards of its earlier move, because it may still be as
+        # far behind.
         self._grant(*map(np.maximum, self._granted, before._granted))
 
     def look(self, positions: Steps, time: int) -> Contact | None:
@@ -131,8 +132,8 @@ class _FreeWatch(Watch):
             self._model_time += steps * STEP
             went = self.profile.position(self._model_time - self.rule.guards.lag)
             distance = self.profile.distance
-            # In 1/256, as positions are. For motors that come back
-            # from beyond their ends, the share would be outside 0 to 1.
+            # The share is in 1/256, like positions. For motors that come back from beyond their
+            # ends, the share would be outside 0 to 1.
             share = np.clip(went // np.maximum(distance, 1), 0, np.where(distance > 0, FINE, 0))
             sag = loading.begin + (((loading.end - loading.begin) * share) >> 8)
             now = loading.offset + went

@@ -28,8 +28,8 @@ class Move:
     speeds
         (8,) rad/s, the largest speed of each motor; not negative.
     slows_at, ends_at
-        s after its start at which the first motor slows down for its goal, and all have arrived;
-        0 if nobody planned the move.
+        Times in s after its start: when the first motor slows down for its goal, and when all have
+        arrived. 0 if the move was not planned.
 
     Raises
     ------
@@ -56,7 +56,7 @@ class Course(NamedTuple):
     Attributes
     ----------
     angles, velocities
-        (8,) rad and rad/s, of the goals that the servos get: these lie above the sag.
+        (8,) rad and (8,) rad/s, for the goals that the servos get, which allow for sag.
     """
 
     angles: Array
@@ -92,8 +92,8 @@ def plan_move(robot: Robot, start: Array, end: Array, duration: float) -> Move:
     if not duration > 0:
         raise InputError(f"duration must be more than 0 s, got {duration!r}.")
     ramp, fastest = robot.servo.acceleration, robot.servo.max_speed
-    # Motors go from goal to goal, which lie above the sag, and count whole steps: a fraction of a
-    # step must not change a speed.
+    # Motors go from one goal to the next (goals allow for sag), and servos count whole steps: a
+    # fraction of a step must not change a speed.
     step = robot.servo.step
     distance = (
         np.abs(np.diff(to_steps(robot, aim(robot, np.array([start, end]))), axis=0)[0]) * step
@@ -136,7 +136,7 @@ def plan_on(robot: Robot, course: Course, end: Array, duration: float) -> Move:
     stops = course.velocities * np.abs(course.velocities) / (2 * a)
     direction = np.where(way < stops, -1.0, 1.0)
     d, u = way * direction, course.velocities * direction
-    # The shortest time: up to the tip of a triangle, or to the fastest speed, and down again.
+    # The shortest time is that of a triangular profile, or of a trapezoidal one at the top speed.
     tip = np.minimum(np.sqrt(np.maximum(a * d + u * u / 2, 0.0)), fastest)
     shortest = (d + (2 * tip * tip - 2 * tip * u + u * u) / (2 * a)) / np.maximum(tip, 1e-9)
     time = max(duration, float(np.where(tip > 1e-6, shortest, 0.0).max()))

@@ -55,8 +55,8 @@ class Profile:
     """Ramped motion of n motors until they rest: speed up, cruise, slow down.
 
     A motor that does not get far enough to reach its cruising speed only speeds up and slows down:
-    a triangle. One that begins faster than it may cruise slows down to that speed first. One that
-    begins against its way turns round on its first ramp.
+    a triangle. A motor that begins above its cruising speed slows down to that speed first. A motor
+    that begins in the wrong direction reverses on its first ramp.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class Profile:
     initial
         (n,) speed at the start, 1/256 steps/s along the direction; 0 from rest.
     shift
-        (n,) twice the µs by which a motor is behind one that began at its cruising speed.
+        (n,) twice the delay, µs, of this motor against a motor that begins at the cruising speed.
     """
 
     distance: Steps
@@ -124,7 +124,7 @@ class Profile:
     def position(self, time: Steps | int) -> Steps:
         """Return the travel in 1/256 steps after ``time`` µs, broadcast against the motors.
 
-        Before the start a motor is taken to have come with its initial speed.
+        Times before the start assume that the motor came with its initial speed.
         """
         t: Steps = np.minimum(np.maximum(time, 0), self.total)
         left = self.total - t
@@ -163,7 +163,7 @@ class Motion(NamedTuple):
     origin: Steps
 
     def at(self, time: int) -> tuple[Steps, Steps]:
-        """Return place and velocity after ``time`` µs: (8,) 1/256 steps, and these per second."""
+        """Return position, 1/256 steps, and velocity, 1/256 steps/s, after ``time`` µs; (8,) each."""
         travel, speed = self.profile.position(time), self.profile.velocity(time)
         return self.origin * FINE + self.direction * travel, self.direction * speed
 
@@ -185,7 +185,7 @@ def plan_profile(
     """Plan the servos' motion from ``origin`` to ``goal``, (8,) steps, at ``speeds`` in steps/s.
 
     ``velocity`` is that of each motor's profile at the origin, (8,) 1/256 steps/s; None at rest.
-    ``before`` is the direction until now, which a motor that is to stay keeps.
+    ``before`` is the direction until now; a motor that does not move keeps it.
 
     Returns
     -------

@@ -35,7 +35,7 @@ class StopReason(StrEnum):
 
     @property
     def passes(self) -> bool:
-        """Whether a partner ends such a stop by itself, unless a person holds the body."""
+        """Whether the partner ends a stop with this reason by itself, if nobody holds the body."""
         return self in (StopReason.CONTACT, StopReason.TOUCHED, StopReason.LOOP_LATE)
 
     @property

@@ -3,11 +3,12 @@
 In goes a sentence; out comes a kind of distress, or None. It is judged before the feelings, on the
 plain words: punctuation and capitals, which speech recognisers omit, change nothing.
 
-Patterns written by hand (a language's ``distress.toml``) find the plainest words, and what excuses
-them. For English and Japanese a small linear model (``distress.npz``, trained by
-``tools/train_distress.py`` on sentences written for it, ours and those of strangers) weighs what
-they find together with groups of words and letters; for others the patterns decide.
-No expert has seen either. This is no alarm and no medical device.
+Patterns written by hand (a language's ``distress.toml``) find the plainest words, and words around
+them that make them harmless. For English and Japanese a small linear model (``distress.npz``,
+trained by ``tools/train_distress.py`` on sentences written for it, ours and those of strangers)
+weighs the patterns that match together with groups of words and letters; in other languages the
+patterns decide. No expert has reviewed the patterns or the model. This is no alarm and no medical
+device.
 """
 
 import re
@@ -36,17 +37,17 @@ from miburi.senses.linear import groups_of, load_model, numbered
 __all__ = ["Heard", "features", "hear_distress", "judge_distress"]
 
 
-#: Likelihoods above which it reports distress, and above which it asks whether there is any. Ours:
-#: chosen on lines by writers of whom the model that was tested had read nothing.
+#: Likelihoods above which it reports distress, and above which it asks whether there is any. They
+#: are ours, chosen on lines by writers whose lines were not in the training of the tested model.
 _FINDS, _WONDERS = 0.7, 0.4
-#: A death wish without any of the plain words is asked about up to here: asking helps (ours).
+#: A death wish without any plain word is asked about up to this likelihood: asking helps (ours).
 _SURE = 0.85
 #: Longest text that is judged only as a whole, the length of the parts of a longer one, and the
 #: distance between two parts (ours). A cry for help has little weight in a minute's chatter.
 _LONG_WORDS, _LONG_LETTERS = (24, 14, 4), (34, 24, 6)
 _LATIN = re.compile(r"[A-Za-z][A-Za-z'’]*")
-#: Number of features for each pattern that fits: one alone would be little beside a hundred groups
-#: of letters (ours).
+#: Number of features for each pattern that fits: a single feature would hardly count beside a
+#: hundred groups of letters (ours).
 _MARKS = 3
 
 
@@ -60,7 +61,7 @@ class _Patterns(Table):
 
 @dataclass(frozen=True)
 class Heard:
-    """A distress that was heard.
+    """Distress that was heard.
 
     Attributes
     ----------
@@ -151,10 +152,10 @@ def hear_distress(text: str, usual: Language = FALLBACK) -> Heard | None:
 
 
 def judge_distress(text: str, usual: Language = FALLBACK) -> Heard | None:
-    """Return the distress that somebody speaks of, or may speak of: then it is ``doubtful``.
+    """Return the distress in somebody's words; it is ``doubtful`` if they may mean something else.
 
-    Only a question tells whether somebody says it sideways ("I've been saving my tablets up"), or
-    speaks of something else in similar words. Doubt needs a model.
+    People may hint at distress ("I've been saving my tablets up"), or speak of something else in
+    similar words, and only a question can find out. Without a model, nothing is doubtful.
     """
     heard = [one for part in _by_language(text, usual) if (one := _judge(*part)) is not None]
     return min(heard, key=lambda one: one.doubtful, default=None)

@@ -1,7 +1,7 @@
 """What happens to the partner besides words: touches, motion, sounds, faces.
 
-The kind of a happening and how clear it was give an impression. What each kind brings is in
-``happenings.toml``, beside this module.
+An impression is made from the kind of an event and from its clarity. ``happenings.toml``, beside
+this module, has the feelings for each kind.
 """
 
 import tomllib

@@ -19,7 +19,7 @@ __all__ = ["Brought", "Impression", "stimuli"]
 
 @dataclass(frozen=True)
 class Brought:
-    """One thing that spoke for a feeling."""
+    """One piece of evidence for a feeling."""
 
     what: Annotated[str, Field(description="In words: a word of the sentence, say.")]
     weight: Annotated[
@@ -40,13 +40,14 @@ class Impression:
     source
         One of ``SOURCES``.
     why
-        What spoke for it, the most telling first.
+        The evidence for it, the strongest first.
     topic
-        What to answer, whatever they showed: ``asked`` if they asked what the partner feels.
+        A topic that decides the answer, whatever feeling was shown: ``asked`` for questions about
+        the partner's feelings.
     distress
-        What they need help with now, if they do; then no feeling is looked for.
+        The kind of help that they need now, if any. In that case no feeling is looked for.
     worry
-        A distress that is not certain. The partner asks about it, and no feeling is looked for.
+        Possible distress. The partner asks about it, and no feeling is looked for.
 
     Raises
     ------
@@ -92,8 +93,9 @@ def stimuli(impression: Impression, temperament: Temperament) -> tuple[Stimulus,
     """Return what an impression does to a partner: nothing, or one stimulus or more.
 
     A feeling without a row in the temperament's ``empathy`` is contagious: the partner gets the
-    same, as strongly (Section 4: "when speaking to a happy user, the robot will automatically get
-    a happy emotion"). A row names the partner's feelings instead, each with its share.
+    same feeling with the same strength (Section 4: "when speaking to a happy user, the robot will
+    automatically get a happy emotion"). A row names the partner's feelings instead, each with its
+    share.
     """
     if impression.feeling is None:
         return ()

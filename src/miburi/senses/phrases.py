@@ -128,12 +128,12 @@ def alarm_in(text: str) -> Impression | None:
 
 
 def smiley_weight() -> float:
-    """Return what a smiley brings to the words beside it, log-odds over no feeling."""
+    """Return a smiley's evidence beside words: log-odds of each feeling against none."""
     return _smileys()[0].weight
 
 
 def smileys_alone(text: str) -> Impression | None:
-    """Return what a text of nothing but smileys shows, by the first; None for any other."""
+    """Return the feeling of the first smiley in a text of smileys only; None for other texts."""
     rest, smileys = cut_smileys(text)
     if not smileys or any(sign.isalnum() for sign in rest):
         return None
@@ -155,7 +155,7 @@ def cut_smileys(text: str) -> tuple[str, dict[str, str]]:
 
 
 def cut_elsewhere(text: str, language: Language) -> str:
-    """Return a text without its sentences about somebody else's feelings, or about what is over.
+    """Return a text without its sentences about somebody else's feelings or about past ones.
 
     >>> cut_elsewhere("My son is angry. I am sad.", "en")
     'I am sad.'
@@ -200,7 +200,7 @@ def _find_undenied(phrases: re.Pattern[str], text: str) -> re.Match[str] | None:
 
 
 def _plain(text: str) -> str:
-    """Return a text's words without its signs, in lower case."""
+    """Return a text's words in lower case, without punctuation."""
     return " ".join(word for word in tokens(text) if word[0].isalnum())
 
 

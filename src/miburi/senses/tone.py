@@ -75,7 +75,7 @@ def tones() -> Tones:
 
 
 def coloured(heard: Impression, tone: Tone) -> Impression:
-    """Return an impression of words as their tone colours it; without a feeling, unchanged."""
+    """Return an impression changed by the tone of voice; unchanged if it has no feeling."""
     if heard.feeling is None or tone == "plain":
         return heard
     if tone == "soft":

@@ -23,7 +23,8 @@ _RATE = 16_000
 _FRAME_TIME = FRAME / 2 / _RATE
 #: How likely speech must be to begin, and to go on (Silero's own defaults).
 _BEGINS, _GOES_ON = 0.5, 0.35
-#: Frames of speech that begin an utterance, of quiet that end it, of quiet kept before it (ours).
+#: Numbers of frames: speech that begins an utterance, quiet that ends it, quiet kept before it
+#: (ours).
 _SPOKEN, _QUIET, _BEFORE = 3, 19, 12
 
 

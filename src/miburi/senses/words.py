@@ -6,7 +6,8 @@ A model and lists judge a sentence. The first list that finds its words decides,
   ``tools/train_words.py``): a weight for each word, each pair of words, each group of letters and
   each word's meaning (a word vector, folded into nine numbers);
 - distress: what people say when they need help now (:mod:`miburi.senses.distress`);
-- what somebody else feels, or what is over, which is left out (a language's ``elsewhere``);
+- sentences about somebody else's feelings or about past ones, which are left out (a language's
+``elsewhere``);
 - questions about the partner's own feelings, which do not show the speaker's (``asked.toml``);
 - what people shout when startled or as a warning (``alarms.toml``), which no data set covers;
 - word stems for Japanese (``stems-ja.toml``), for which there is no model.
@@ -14,7 +15,7 @@ A model and lists judge a sentence. The first list that finds its words decides,
 Smileys (``smileys.toml``) count alongside the model and the stems.
 
 The strength is the model's probability, calibrated on sentences that it was not trained on.
-Below ``SILENT`` nothing is shown: a sentence that says little about anybody's feelings.
+A likelihood below ``SILENT`` shows no feeling: the sentence says too little about feelings.
 """
 
 from dataclasses import dataclass, replace
@@ -52,7 +53,7 @@ __all__ = [
     "load_model",
 ]
 
-#: The columns of the model: the paper's eight feelings in the paper's order, and none.
+#: The columns of the model: the paper's eight feelings in the paper's order, and "no feeling".
 LABELS = (
     "happiness", "sadness", "fright", "fear", "thrill", "disgust", "anger", "surprise", "neutral",
 )  # fmt: skip
@@ -65,7 +66,7 @@ _NEUTRAL = LABELS.index("neutral")
 _GLAD = [LABELS.index(name) for name in ("happiness", "thrill")]
 _SAD = LABELS.index("sadness")
 
-# Denial: after one of these words the clearest of the next few is taken back.
+# Denial: the evidence of the clearest of the next few words is removed after one of these words.
 _DENIALS = frozenset({"not", "never", "no", "nor", "nobody", "hardly"})
 _NO_DENIAL = frozenset(
     {"only", "just", "wait", "so", "been", "forget", "idea", "way", "wonder", "expect", "believe"}
@@ -75,8 +76,8 @@ _WINDOW = 4
 _CLEAR = 2.0  # evidence for a feeling over none, in log-odds
 _TAKEN_BACK = 1.6
 
-_TOLD = 4  # words named as the reason, at most
-_TELLING = 0.25  # of the strongest word's evidence, at least
+_TOLD = 4  # the most words that are named as the reason
+_TELLING = 0.25  # the least evidence of a word that is named, as a share of the strongest word's
 
 Array = NDArray[np.float64]
 
@@ -213,9 +214,9 @@ def _shown(text: str, language: Language) -> Impression:
 def judge(text: str) -> tuple[list[str], Array, Array]:
     """Return the n words, signs and smileys, what each brings, (n, 9), and the likelihoods, (9,).
 
-    What is denied is taken back. Speech recognisers, and people who type in haste, leave the signs
-    out, so their absence is no evidence: such a sentence is read twice, as it is and with "!"
-    after it, and the mean counts.
+    The evidence of denied words is removed. Speech recognisers, and people who type in haste, leave
+    out punctuation, so its absence is no evidence: a sentence without punctuation is read twice, as
+    it is and with "!" after it, and the mean of both is used.
     """
     model = load_model()
     text, smileys = cut_smileys(text)
@@ -232,11 +233,12 @@ def judge(text: str) -> tuple[list[str], Array, Array]:
 
 
 def deny(words: list[str], evidence: Array) -> Array:
-    """Take back what is denied: "I am not happy" says nothing of happiness.
+    """Remove the evidence of denied words: "I am not happy" is no sign of happiness.
 
-    The word of denial itself, which quarrels are full of, counts half. Of the next words, up to a
-    sign or a "but", the clearest, if clear enough, loses more than all of its evidence: half of
-    that goes to ``neutral`` and, if the feeling was a glad one, half to sadness.
+    The word of denial itself, which quarrels are full of, counts half. The next words are searched
+    up to a punctuation mark or a "but". The clearest of them, if it is clear enough, loses its
+    evidence and more: half of that goes to ``neutral`` and, if the feeling was a glad one, half to
+    sadness.
     """
     evidence = evidence.copy()
     for place, word in enumerate(words):
@@ -260,12 +262,13 @@ def deny(words: list[str], evidence: Array) -> Array:
 
 
 def _name_reasons(words: list[str], brought: Array) -> tuple[Brought, ...]:
-    """Name the words and smileys that spoke most for a feeling, each once."""
+    """Return the words and smileys with the most evidence for a feeling, each once."""
     most: dict[str, float] = {}
     for word, weight in zip(words, brought.tolist(), strict=True):
-        if len(word) > 1 or word in "!?" or category(word)[0] != "P":  # no comma says anything
+        if len(word) > 1 or word in "!?" or category(word)[0] != "P":  # commas are no evidence
             most[word] = most.get(word, 0.0) + weight
-    # A word that occurs everywhere explains nothing to a reader, unless there are no others.
+    # A word that occurs everywhere explains nothing to a reader, so it is named only if there is no
+    # other.
     clear = {word: weight for word, weight in most.items() if word not in common_words("en")}
     ordered = sorted((clear or most).items(), key=lambda item: -item[1])[:_TOLD]
     return tuple(

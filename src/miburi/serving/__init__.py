@@ -1,1 +1,1 @@
-"""Connections: who may come in, how, and Stop before all else; it knows no robot."""
+"""Connections: access, encryption, and Stop before all else. This room knows no robot."""

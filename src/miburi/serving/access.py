@@ -1,6 +1,6 @@
 """Who may talk to the server, how much, and how often: one gate in front of every route.
 
-On the loopback address anybody at this computer may; on any other address a token is needed
+On the loopback address anybody at this computer may do so; on any other address a token is needed
 everywhere but on the pairing and privacy pages. Requests from other sites' pages are refused in
 both cases, unless the user lets an origin use the interface. If the server also listens by https,
 it accepts no token unencrypted: plain http is for this computer itself, and tells others only where
@@ -81,7 +81,7 @@ LARGEST = 65_536
 HEADERS, HEADER_TIME = 16_384, 10.0
 #: Connections that an address may have open, sockets not counted (ours).
 CONNECTIONS = 200
-#: Requests to the interface per second, and at once, from one address.
+#: Limits on requests from one address: per second, and in a burst.
 RATE, BURST = 50.0, 150.0
 #: Pages per second, and at once, to one address; the server builds each one afresh.
 PAGE_RATE, PAGE_BURST = 1.0, 12.0
@@ -89,7 +89,8 @@ PAGE_RATE, PAGE_BURST = 1.0, 12.0
 _PAGES_RATE, _PAGES_BURST = 1.5, 15.0
 #: s between finishing one page and starting the next: a Stop may be waiting meanwhile (ours).
 PAGE_BREATH = 0.05
-#: The most s for which a page keeps others waiting: whoever asked for it may receive it slowly.
+#: The longest time for which one page may make others wait, s, because a client may receive it
+#: slowly.
 _PAGE_TIME = 1.0
 #: Wrong tokens per second, and at once, from one address.
 WRONG_RATE, WRONG_BURST = 0.2, 10.0

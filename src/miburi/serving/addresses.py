@@ -77,9 +77,9 @@ class Listeners:
     Attributes
     ----------
     plain
-        By http, the first for this computer.
+        The sockets for http; the first is for this computer.
     encrypted
-        For https; None: nobody may use https.
+        The sockets for https; None if there is no https.
     """
 
     plain: tuple[socket.socket, ...]
@@ -92,7 +92,7 @@ class Listeners:
 
     @property
     def open_to_others(self) -> bool:
-        """Whether anybody not at this computer may come."""
+        """Whether other computers may connect."""
         return self.encrypted is not None or not is_loopback(self.plain[0].getsockname()[0])
 
     def addresses(self) -> list[str]:

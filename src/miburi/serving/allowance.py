@@ -1,4 +1,4 @@
-"""How much each of many may ask: a bucket of tokens for each."""
+"""Limits for each of many clients: a bucket of tokens for each."""
 
 import time
 from collections import OrderedDict
@@ -15,7 +15,7 @@ class Allowance:
     Attributes
     ----------
     rate, burst
-        How much comes back a second, and how much there is at most.
+        How many tokens are added a second, and how many a bucket holds.
     clock
         Returns the time, s.
     """

@@ -66,8 +66,8 @@ def _usage(*, signs: bool) -> x509.KeyUsage:
 
 
 _FOR_SERVERS = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH])
-#: The extensions of an authority that we make, and whether each is critical; strict verifiers want
-#: the last one not to be.
+#: The extensions of an authority that we make, and whether each is critical; strict verifiers
+#: require that the last one is not critical.
 _BOUNDS = {
     x509.BasicConstraints(ca=True, path_length=0): True,
     _usage(signs=True): True,
@@ -222,7 +222,7 @@ def _check_authority(found: _Identity, now: datetime) -> None:
     certificate = found.certificate
     try:
         certificate.verify_directly_issued_by(certificate)
-        # To the letter: an authority without these bounds could imitate any site.
+        # The bounds must match exactly: an authority without them could imitate any site.
         kept = [certificate.extensions.get_extension_for_class(type(each)) for each in _BOUNDS]
         bound = {each.value: each.critical for each in kept} == _BOUNDS
     except (ValueError, TypeError, InvalidSignature, x509.ExtensionNotFound):

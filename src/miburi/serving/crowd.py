@@ -12,10 +12,10 @@ __all__ = ["GRACE", "HANDSHAKES", "Crowd"]
 
 #: s in which a new connection does not have to give way to newer ones (ours).
 GRACE = 0.5
-#: Connections by https, from all addresses, whose handshakes may be under way: each takes 0.33 MB
-#: of the server (ours).
+#: The most HTTPS handshakes, from all addresses, that may be under way: each takes 0.33 MB of the
+#: server's memory (ours).
 HANDSHAKES = 100
-#: Bytes of so many connections are read, at most, to find one that may be closed.
+#: At most this many connections are read from, to find one that may be closed.
 _READ = 64
 
 _ByAddress = defaultdict[str, dict[Guest, None]]
@@ -29,11 +29,11 @@ class Crowd:
     most
         Files that may be open.
     clock
-        Gives s.
+        Returns the time, s.
     hear
         Reads what a guest has sent: it may be a Stop.
     close
-        Closes a guest, and has it :meth:`leave`.
+        Closes a guest, and calls :meth:`leave` for it.
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class Crowd:
         self._files -= 1
 
     def make_room(self, error: OSError | None = None) -> bool:
-        """Close a guest of the address that has the most, unless the error is of another kind."""
+        """Close a guest of the address with the most, if ``error`` means that files ran out."""
         if error is not None and error.errno not in (errno.EMFILE, errno.ENFILE):
             return False
         return self._make_room(_largest(self._addresses))

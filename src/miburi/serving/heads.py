@@ -61,7 +61,7 @@ def check_site(headers: dict[bytes, str], *, encrypted: bool) -> None:
     foreign = headers.get(b"sec-fetch-site", "none") not in ("same-origin", "none")
     if origin is not None:
         page = _split(origin)
-        # Over plain http, anybody on the way can forge a page of this server.
+        # Over plain http, anybody between client and server can forge a page of this server.
         foreign |= page.netloc != host or (encrypted and page.scheme != "https")
     if foreign:
         named = "; `miburi run --allow-origin` lets the pages that you name use the interface"

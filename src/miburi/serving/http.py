@@ -114,7 +114,7 @@ class _Handshake(SSLProtocol):
     would be no limit to connections that never complete a handshake.
     """
 
-    max_size = 16_384  # of each connection's buffer; asyncio's 256 KiB would help a flood
+    max_size = 16_384  # size of each connection's buffer; asyncio's 256 KiB would help a flood
 
     def __init__(self, connection: _Connection, context: ssl.SSLContext) -> None:
         super().__init__(
@@ -133,7 +133,7 @@ class _Handshake(SSLProtocol):
 
     def connection_lost(self, exc: BaseException | None) -> None:
         super().connection_lost(exc)
-        if self._counted.scheme != "https":  # once encrypted, it was told by super()
+        if self._counted.scheme != "https":  # for an encrypted connection, super() has done this
             self._counted.connection_lost(None)
 
 

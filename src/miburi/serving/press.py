@@ -15,13 +15,14 @@ __all__ = ["BY", "PRESS", "PRESSED", "By", "Hold", "Press", "outlasting", "press
 BY = "miburi-by"
 #: The header by which a page names a press that it sends twice.
 PRESS = "miburi-press"
-#: Characters of such a name: drawn for each press, so that no two are alike (ours).
+#: The length of such a name; its characters are random, so that no two presses have the same
+#: (ours).
 _DRAWN = range(16, 65)
-#: Who presses: at a page or a terminal; in a home; by MCP; in ROS; a program of
-#: :mod:`miburi.client.remote`; the partner itself, where nobody could have pressed.
+#: Who presses: a person at a page or a terminal; a smart home; an agent (MCP); ROS; a program that
+#: uses :mod:`miburi.client.remote`; the partner itself, where nobody could have pressed.
 By = Literal["person", "home", "agent", "ros", "program", "partner"]
-#: Programs may end what these have stopped. Agents and ROS can release nothing themselves, and
-#: whoever stops by them relies on a person to look.
+#: Programs may end the Stops of these. Agents and ROS cannot release anything, and people who stop
+#: through them rely on a person to look.
 _PROGRAMS_MAY_END = ("program", "partner")
 _HELD = (
     "a person pressed Stop, so only a person can release the body: in the studio or on its face. "
@@ -40,7 +41,7 @@ def who(claim: str) -> By:
 class Press(NamedTuple):
     """A press of Stop, or several that are obeyed together.
 
-    A page sends each press on two ways, because one of them may be blocked. The second copy to
+    A page sends each press by two routes, because one of them may be blocked. The second copy to
     arrive must not count as a Stop that came after the person's release.
     """
 
@@ -92,7 +93,7 @@ class Hold:
         return self._by != before
 
     def end(self, *, by_person: bool) -> By:
-        """Forget the Stop, because the body has been released; return by whom."""
+        """Forget the Stop after a release; return who pressed it."""
         self._by = None
         return "person" if by_person else "program"
 

@@ -22,7 +22,7 @@ class Reach:
     keys
         Keys, of which each device needs one; None on the loopback address.
     authority
-        The certificate of the home authority, PEM, if they come by https; else None.
+        The certificate of the home authority, PEM, if other devices connect over https; else None.
     fingerprint
         Its SHA-256, as phones show it.
     """

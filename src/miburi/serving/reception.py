@@ -72,7 +72,7 @@ def receive(
 
 
 async def _nobody(scope: Scope, receive: Receive, send: Send) -> None:
-    """Stand behind a gate that only judges."""
+    """Stand in for the application behind a gate, which only decides about access."""
 
 
 class Reception:
@@ -148,7 +148,7 @@ class Reception:
         self._selector.register(what, selectors.EVENT_READ, do)
 
     def _attend(self, guest: Guest) -> None:
-        """Wait for what is next between a guest and the server."""
+        """Wait for the next data between a guest and the server."""
         if guest.closed:
             return
         self._await(guest.line, guest.line_wants, partial(self._hear, guest))
@@ -179,7 +179,9 @@ class Reception:
             line.setblocking(False)
             guest = Guest(line, (address[0], address[1]), kind, self._clock())
             self._crowd.enter(guest)
-            self._hear(guest, selectors.EVENT_READ)  # now: what came with it keeps its turn
+            self._hear(
+                guest, selectors.EVENT_READ
+            )  # at once; other requests in the same data wait their turn
             self._attend(guest)
 
     def _close(self, guest: Guest) -> None:
@@ -281,7 +283,7 @@ class Reception:
         answer = b""
         if guest.waits or guest.relay is not None:  # the client did not wait for an earlier answer
             if guest.begun:
-                return  # its turn comes after what has begun; then it stops the body once more
+                return  # it is also sent after the requests before it, and stops the body once more
             bare = guest.head.startswith(b"HEAD ")
             if guest.relay is not None:
                 self._crowd.give_file()
@@ -298,7 +300,7 @@ class Reception:
         self._go_on(guest, gone=gone)
 
     def _pass_on(self) -> None:
-        """Pass to the server what it takes, but never much at once."""
+        """Pass data on to the server as it accepts them, a little at a time."""
         for _ in range(_PASSED_AT_ONCE):
             while self._waiting and not self._waiting[0].waits:  # closed, or overtaken
                 self._waiting.popleft()

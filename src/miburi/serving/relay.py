@@ -37,7 +37,7 @@ Address = tuple[str, int]
 class Framing(NamedTuple):
     """How a request ends: bytes of its body, infinite if unknown; and whether it is the last.
 
-    ``lasts`` is a WebSocket or a stream of events.
+    ``lasts`` is true for a WebSocket or a stream of events.
     """
 
     body: float
@@ -75,7 +75,7 @@ class Guest:
     client, kind
         The client's address, and what it speaks.
     since
-        When it came, or last began or ended something; s.
+        When it came, or when it last began or ended a request, s.
     silent
         Whether it has yet to say what must be known first: a request's head or, by https, its
         second message, which ends the handshake.
@@ -100,10 +100,10 @@ class Guest:
     origin: str | None = None
     apart: bool = False  # a WebSocket or a stream of events: it is counted by the gate
     seen: int = 0  # bytes of a head that has not ended yet
-    head: bytes = b""  # of a request that waits for the server
-    waits: bool = False  # whether a request does
+    head: bytes = b""  # bytes of a request that waits for the server
+    waits: bool = False  # whether a request waits for the server
     relay: socket.socket | None = None
-    begun: bool = False  # whether something of the present answer has left
+    begun: bool = False  # whether a part of the present answer has been sent
     body: float = 0.0  # bytes of the request that are still to come
     looked: bool = False  # whether what comes after the request has been looked at
     _back: bytearray = field(default_factory=bytearray)  # for the server

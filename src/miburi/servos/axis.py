@@ -1,8 +1,8 @@
 """One servo with its load, alone: the whole model in plain Python, in fine time steps.
 
-It has what the physical body leaves out for speed: the control's own rate and whole encoder
-steps, the PWM's slope, and the play between gears and horn. It shows what difference these make,
-and moves emulated servos.
+It includes effects that the physical body omits to be fast: the control's own rate and whole
+encoder steps, the PWM's slope, and the play between gears and horn. It shows how much they matter,
+and it moves emulated servos.
 """
 
 from dataclasses import dataclass
@@ -15,8 +15,8 @@ __all__ = ["Axis"]
 
 #: s; it must be below 0.4 ms for the rotor to meet the end of the play properly.
 _STEP = 1e-4
-#: Stiffness of gears and horn where the play ends, and of what blocks the horn, N·m/rad, and its
-#: damping (ours).
+#: Stiffness of gears and horn where the play ends, and of an obstacle at the horn, N·m/rad; and the
+#: obstacle's damping (ours).
 _STOP, _STOP_DAMPING = 200.0, 0.05
 
 
@@ -63,7 +63,7 @@ class Axis:
         self._open = False
 
     def turn(self, duty: float | None, seconds: float) -> None:
-        """Let ``seconds`` pass (whole tenths of ms) at a duty; None: without a current."""
+        """Let ``seconds`` pass (whole tenths of ms) at a duty; None switches the current off."""
         self._open, self.duty = duty is None, duty or 0.0
         for _ in range(round(seconds / _STEP)):
             self._move()

@@ -1,14 +1,15 @@
 """How free servos would move: a model in whole numbers, as the card computes it.
 
 Motors are springs between their commanded profiles and their joints, with back EMF, friction and
-the weight of what they carry (:mod:`miburi.servos.model`). Each step of 5 ms
+the weight of what they carry (:mod:`miburi.servos.model`). The model computes, for each step of 5
+ms,
 
     motor  = a1 · (profile − x, at most ± most) − a2 · v
     v     += motor − a1 · sag, then less the dry friction, which at most stops it
     x     += v
 
-Positions are in 1/65536 encoder step, v in these per 5 ms. Shifts round down, as in C; everything
-fits into 32 bits. Import it only where it is needed: it loads Numba.
+Positions are in 1/65536 encoder steps, v is in 1/65536 encoder steps per 5 ms. Shifts round down,
+as in C; everything fits into 32 bits. Import it only where it is needed: it loads Numba.
 """
 
 from typing import NamedTuple
@@ -26,8 +27,9 @@ Steps = NDArray[np.int64]
 
 #: µs of one step of the model.
 STEP = 5000
-#: The model's limits, so that it fits: 128 encoder steps in 5 ms, and four turns away. No free
-#: servo reaches them; one without any friction would, if its motor pushed up to its ceiling.
+#: The model's limits, so that its numbers fit: 128 encoder steps in 5 ms, and four turns of travel.
+#: No free servo reaches them; one without any friction would, if its motor pushed up to its
+#: ceiling.
 FASTEST, FARTHEST = 0x7FFFFF, 0x40000000
 #: The coefficients' unit, and that of the share of a torque that the gears take.
 _ONE, _SHARE = 1 << 16, 1 << 8

@@ -27,7 +27,7 @@ def set_friction(
     row_forces: Array,
     places: NDArray[np.int64],
 ) -> None:
-    """Write the most that dry friction may hold until the next step into ``bound`` (nv,) N·m.
+    """Write the bound of dry friction until the next step, N·m, to ``bound`` (nv,).
 
     Parameters
     ----------

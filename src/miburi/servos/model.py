@@ -33,7 +33,7 @@ def dry_friction(
     load: float,
     speed: float,
 ) -> float:
-    """Return the dry friction's bound in N·m: what it may hold, and what it takes from a motion.
+    """Return the bound of dry friction, N·m: the load that it can hold, and its drag on a motion.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def no_load_speed(servo: Servo, voltage: float) -> float:
 def required_torque(
     servo: Servo, speed: Numbers, acceleration: Numbers, load: Numbers, inertia: Numbers
 ) -> Numbers:
-    """Return the duty that a motion needs, as the torque of a motor at rest at that duty, N·m.
+    """Return the duty that a motion needs, as a blocked motor's torque at this duty, N·m.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 """A servo's constants: one TOML file, checked once, into one immutable ``Servo``.
 
-Every table of the file says its standing and its source. What follows from the constants alone,
-such as the stiffness of the position control, is a property here; what depends on the state of a
-motor is in :mod:`miburi.servos.model`.
+Every table of the file states its source, and whether its numbers are the maker's, others' or ours.
+What follows from the constants alone, such as the stiffness of the position control, is a property
+here; what depends on the state of a motor is in :mod:`miburi.servos.model`.
 """
 
 from importlib import resources
@@ -123,7 +123,7 @@ class Supply(Origin):
 
 
 class Loop(Origin):
-    """The control's rate (Hz), and its faults, in encoder steps, s, a share, and rad."""
+    """The control's rate, Hz, and its imperfections."""
 
     rate: Positive
     noise: NotNegative
@@ -135,10 +135,10 @@ class Loop(Origin):
 class Drive(Origin):
     """How Miburi drives it: the P gain, and how a move's ceiling and goal are made.
 
-    ``headroom`` times the torque that a move needs is the most that a motor may give. Once motors
-    have sped up, the most is what the rest of the move needs, plus the share ``room`` of the
-    motor's torque; if ``room`` is 1, the most stays as it was before. ``lift`` is the share of the
-    load's sag by which goals are corrected.
+    ``headroom`` times the torque that a move needs is the ceiling of a motor's torque. Once motors
+    have sped up, the ceiling is the torque that the rest of the move needs, plus the share ``room``
+    of the motor's torque; if ``room`` is 1, the ceiling stays as it was. ``lift`` is the share of
+    the load's sag by which goals are corrected.
     """
 
     gain: Positive
@@ -180,7 +180,7 @@ class Servo(Table):
 
     @property
     def duty_per_speed(self) -> float:
-        """Duty against each rad/s, by the D gain."""
+        """The braking duty of the D gain per rad/s."""
         gains = self.gains
         return gains.d / gains.d_divisor / gains.pwm_limit / self.loop.rate / self.step
 
@@ -191,7 +191,7 @@ class Servo(Table):
 
     @property
     def control_damping(self) -> float:
-        """Motor's torque against each rad/s by the D gain at nominal voltage, N·m·s/rad."""
+        """The braking torque of the D gain at nominal voltage, N·m·s/rad."""
         return self.duty_per_speed * self.motor_torque
 
     @property
@@ -245,7 +245,7 @@ def load_servo(name: str | Path) -> Servo:
         There is no servo of that name, and it is not the path of a TOML file.
     DescriptionError
         The file cannot be read, is not TOML, or a key is missing, unknown or out of range; the
-        message names the file, every wrong key, what was got and what is allowed.
+        message names the file, every wrong key, its value and the values allowed.
     """
     if str(name) in SERVOS:
         with resources.as_file(resources.files(__package__) / f"{name}.toml") as path:

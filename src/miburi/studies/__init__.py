@@ -1,1 +1,1 @@
-"""Studies that measure Miburi: the experiment, contact trials, gestures, a day; film, figures."""
+"""Studies that measure Miburi: experiment, contact trials, gestures, a day; and their figures."""

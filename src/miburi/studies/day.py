@@ -21,7 +21,7 @@ COLOURS = tuple(feeling.colour.paper for feeling in CATALOGUE.feeling)
 _HOUR = 3600.0
 _STARTS, _ENDS = 8, 20  # o'clock
 _SAMPLE = 10.0  # s between two points of the record
-_CLOSE_UP = (17.0, 17.0 + 2 / 60)  # two minutes that are recorded every second
+_CLOSE_UP = (17.0, 17.0 + 2 / 60)  # two minutes for which every second is recorded
 
 
 @dataclass(frozen=True)

@@ -76,7 +76,7 @@ def _draw_course(result: Experiment, mood: Axes, speed: Axes, extent: Axes) -> N
             hatch=None if gesture.complete else "///",
             linewidth=0.6,
         )
-        if len(result.gestures) <= 30:  # more numbers could not be read
+        if len(result.gestures) <= 30:  # more numbers would be illegible
             extent.annotate(
                 str(number),
                 (middle, 1e3 * gesture.extent),

@@ -44,7 +44,7 @@ STEP = 0.02
 PATIENCE = 0.3
 #: How many s before a stop the figure shows, for the motor that caused it (ours).
 _APPROACH = 0.4
-#: Healing is watched for twice the mood's time constant, at this many moments (ours).
+#: Healing lasts for twice the mood's time constant, with this many samples (ours).
 _HEALING, _MOMENTS = 2.0, 9
 #: A film shows every third step: about 17 pictures a second.
 STEPS_PER_FRAME = 3
@@ -256,7 +256,7 @@ class _Observer:
                     pass
 
     def met(self, events: list[Event], touch: Touch) -> Touch | None:
-        """Return what a stop in this step met (largest force, part), or None without a stop."""
+        """Return the largest force and the part met if the body stopped in this step, else None."""
         stopped = any(isinstance(event, Stopped) for event in events)
         return Touch(self._result.stops[-1].peak_force, part=touch.part) if stopped else None
 

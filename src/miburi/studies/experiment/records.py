@@ -51,7 +51,7 @@ class Healing:
 
 @dataclass(frozen=True)
 class WindowRecord:
-    """What the contact rule saw of one motor: its mean speed in the window and the one due, rad/s.
+    """One motor as the contact rule saw it: mean speed in the window and expected speed, rad/s.
 
     ``ratio`` includes what the rule grants, so it crosses the limit where the body stops.
     """
