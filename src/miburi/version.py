@@ -1,3 +1,3 @@
-"""Miburi's version: the build reads it from here, and every module that states it."""
+"""Miburi's version. The build and every module that states it read it from here."""
 
 __version__ = "0.2.0"

@@ -160,9 +160,7 @@ class Rule:
 
 
 class Sign(StrEnum):
-    """Which part of the rule saw the contact: the window, or the backstop on the way or at the
-    goal.
-    """
+    """The part of the rule that saw a contact: the window, or one of the two backstops."""
 
     SPEED = "speed"
     TRACKING = "tracking"

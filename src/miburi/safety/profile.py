@@ -163,7 +163,7 @@ class Motion(NamedTuple):
     origin: Steps
 
     def at(self, time: int) -> tuple[Steps, Steps]:
-        """Return position, 1/256 steps, and velocity, 1/256 steps/s, after ``time`` µs; (8,) each."""
+        """Return position, 1/256 steps, and velocity, 1/256 steps/s, after ``time`` µs."""
         travel, speed = self.profile.position(time), self.profile.velocity(time)
         return self.origin * FINE + self.direction * travel, self.direction * speed
 

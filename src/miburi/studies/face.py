@@ -2,7 +2,7 @@
 
 The pictures come from one sheet, which ``tools/draw-faces`` draws with the face page's script and
 the faces that ship with Miburi; a test fails when the sheet is out of date. The sheet has only the
-paper's eight feelings: in a film, a user's own feeling has the face at rest.
+paper's eight feelings: in a film, a user's own feeling is shown with the face at rest.
 """
 
 import hashlib

@@ -44,9 +44,9 @@ Picture = NDArray[np.uint8]
 BLANK: Picture = np.full((FACE_PIXELS, FACE_PIXELS, 3), (212, 228, 228), dtype=np.uint8)
 #: The view of a person at the table, a little to the robot's left, degrees (ours).
 AZIMUTH, ELEVATION = 212.0, -8.0
-#: The camera looks at a point this far below the shoulders, m. Its distance is the larger of
-#: two: this many times the farthest that a hand reaches from the body's axis, and this many times
-#: the highest that it reaches above the base; so raised arms fit (ours).
+#: The camera looks at a point this far below the shoulders, m. The camera's distance is the larger
+#: of two values, so that raised arms fit: a factor times the largest reach of a hand from the
+#: body's axis, and a factor times its largest height above the base (ours).
 _BELOW, _BACK_OF_REACH, _BACK_OF_HEIGHT = 0.01, 0.70 / 0.19, 0.70 / 0.26
 
 
@@ -131,11 +131,11 @@ class Camera:
 
 
 def _real_shapes(robot: Robot) -> tuple[dict[tuple[str, str], str] | None, dict[str, bytes]]:
-    """Return a robot's real shapes, if it can be built: their files' names and contents."""
+    """Return a robot's printable shapes, as names and contents of files, if it can be built."""
     solids = shapes_if_it_can_be_built(robot)
     if not solids:
         return None, {}
-    from miburi.hardware.files import stl  # needs the extra, which is installed
+    from miburi.hardware.files import stl  # imported here because it needs the extra ``hardware``
 
     names = {key: f"{'-'.join(key)}.stl" for key in solids}
     return names, {names[key]: stl(solid) for key, solid in solids.items()}

@@ -52,7 +52,7 @@ def make_app(
     doors
         The doors that are open besides HTTP.
     folder
-        Where it keeps the people it knows, and its manners; None: it knows them until it ends.
+        The folder for what the partner knows about people; with None, it forgets that at its end.
     """
     app = make_api(runner, doors.talk, doors.care, doors.seed, folder)
     app.include_router(live_router(runner))

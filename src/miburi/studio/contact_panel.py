@@ -18,9 +18,9 @@ from miburi.studio.words import Words
 __all__ = ["contact_panel", "facts", "line", "measurements", "why", "why_ended"]
 
 _LOG_LINES = 60
-#: N; a force above this is shown only as above it, because the drawn hand can be pushed through an
-#: arm, which says nothing of the motors. In trials, hands that move as people's do felt 51 N at
-#: most (docs/safety.md).
+#: N; the largest force that is shown. Above it the page says "more than", because the simulated
+#: hand can be pushed through an arm, and such a force is no measure of the motors. In trials, hands
+#: that move as people's do felt 51 N at most (docs/safety.md).
 _FIRM = 60.0
 #: A stimulus's line names at most this many reasons for it; the rest are shown with the weights.
 _WHYS = 3

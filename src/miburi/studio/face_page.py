@@ -40,7 +40,7 @@ def add_face_page(app: FastAPI, runner: LivePartner, sounded: Sequence[str] = ()
     app, runner
         The application, and the partner.
     sounded
-        The languages that the partner's computer turns into sound itself.
+        The languages for which the partner's computer has a voice of its own.
     """
 
     @app.get("/face", include_in_schema=False)
@@ -73,8 +73,8 @@ def add_face_page(app: FastAPI, runner: LivePartner, sounded: Sequence[str] = ()
 
     @app.post(RELEASE, status_code=204, include_in_schema=False)
     async def release(shown: _Shown, origin: Annotated[str | None, Header()] = None) -> None:
-        # Browsers name the page that asks, and the gate has compared it with ours. A program
-        # that sends such a name, too, imitates a person on purpose.
+        # Browsers send the origin of the page that asks, and the gate has compared that origin with
+        # this server's. A program that sends an origin, too, imitates a person on purpose.
         if origin is None:
             raise BodyError("only a person at the partner's own page can release it here.")
         await granted(runner, Release(by_person=True, seen=shown.seen))

@@ -26,7 +26,7 @@ _PAGE = Path(__file__).with_suffix(".html")
 
 
 class StopIn(Message):
-    """Whom to stop."""
+    """The partners to stop."""
 
     name: Annotated[str, Field(max_length=81)] = ALL
 

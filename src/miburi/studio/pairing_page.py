@@ -29,7 +29,7 @@ def pairing_page(reach: Reach, request: Request) -> str:
 
 
 def _onward(reach: Reach, request: Request) -> str | None:
-    """Return where to go by https, at the address that the visitor has found; None: stay here."""
+    """Return the https address to redirect a visitor to; None if the page is right as it is."""
     if reach.authority is None or request.url.scheme == "https" or not reach.addresses:
         return None
     found = str((request.scope.get("server") or ("",))[0])

@@ -54,7 +54,7 @@ def heading(text: str) -> Element:
 def senses_form(words: Words, *names: str, sounded: Sequence[str] = ()) -> str:
     """Return the switches for the voice and senses as HTML; ``static/senses.js`` acts on them.
 
-    ``sounded`` are the languages that the partner's computer turns into sound itself.
+    ``sounded`` are the languages for which the partner's computer has a voice of its own.
     """
     say = words["senses"]
     voices = {**CATALOGUE.voices(), "sounded": sounded}

@@ -1,6 +1,7 @@
 """The page of people (``/people``): the people the partner knows, and when it may speak first.
 
-A person allows this here, and can see, correct, download and delete everything that is known.
+Here a person allows the partner to remember people, and can see, correct, download and delete
+everything that it knows.
 """
 
 from pathlib import Path

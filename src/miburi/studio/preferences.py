@@ -27,7 +27,7 @@ class Preferences:
     strength
         How strong a short press is, 0.05 to 1.
     met
-        Whether they have read the first hint.
+        Whether the visitor has read the first hint.
     """
 
     language: str
@@ -58,7 +58,7 @@ class Preferences:
 
 
 def keep(name: str, value: str) -> str:
-    """Return a statement of JavaScript that remembers the expression ``value`` for a year."""
+    """Return JavaScript code that stores the expression ``value`` for a year."""
     kept = "path=/;max-age=31536000;samesite=strict"
     return f"document.cookie = `miburi_{name}=${{{value}}};{kept}`;"
 

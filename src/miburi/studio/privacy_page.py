@@ -23,7 +23,8 @@ from miburi.studio.words import Words, words
 __all__ = ["Switch", "privacy_router", "switches"]
 
 _PAGE = Path(__file__).with_suffix(".html")
-#: What is kept, each by the stem of its two keys in the page's words (``_kept``, ``_about``).
+#: The kinds of data that are kept; each is the stem of two keys in the page's texts (``_kept``,
+#: ``_about``).
 _KEPT = ("memory", "people", "feelings", "recordings", "keys", "browser", "delete")
 
 
@@ -34,7 +35,8 @@ class Switch:
     Attributes
     ----------
     name
-        The key of its words on the page; with ``_on`` or ``_off``, of the words for that state.
+        The key of its text on the page; with ``_on`` or ``_off``, it is the key of the text for
+        that state.
     on
         Whether it is on.
     where

@@ -42,7 +42,7 @@ _TOGGLE_DARK = f"""() => {{
     {keep("dark", "dark ? 1 : 0")}
     emit(dark);
 }}"""
-#: Releases the body only from what the page shows: a Stop that is not shown yet still holds.
+#: Releases only Stops that the page shows; a newer Stop still holds.
 _RELEASE = "() => emit(Number(document.documentElement.dataset.serial))"
 _CHOOSE_LANGUAGE = f"""(event) => {{
     {keep("language", "event.target.value")}

@@ -24,14 +24,15 @@ __all__ = ["UNREPEATED", "Answerer", "SmallAnswer", "wants_stop"]
 #: Turns within which no sentence is said again.
 UNREPEATED = 20
 
-#: Of two turns with a feeling and a topic, one takes up the topic, too (ours).
+#: Every second answer to a remark with both a feeling and a topic mentions the topic, too (ours).
 _TAKES_UP = 0.5
-#: Feelings that, where they are less likely than this, move the partner but are not spoken of
-#: (ours): of those heard at 0.4 to 0.6 it misjudges nearly half (bench/words.txt), and joy beside
-#: bad news is cruel.
+#: If one of these feelings is less likely than this, it moves the partner, but the partner does not
+#: mention it (ours). Nearly half of those heard at 0.4 to 0.6 are wrong (bench/words.txt), and joy
+#: beside bad news is cruel.
 JOYS = ("happiness", "thrill")
 _GLAD, _SPOKEN_OF = (*JOYS, "surprise"), 0.6
-#: The marks around a sentence; the sentences after a first one; and a clause with its marks.
+#: Patterns for the punctuation around a sentence, for all sentences but the first, and for a clause
+#: with its punctuation.
 _SIGNS = " ,.;!?、。！？"
 _REST = re.compile(r"(?<=[.!?。！？]).+$", re.DOTALL)
 _CLAUSE = re.compile(r"[^,.;!?、。！？]+[,.;!?、。！？]*")
@@ -107,8 +108,8 @@ class Answerer:
         now
             The local time where it stands.
         known
-            What it knows for the slots of sentences, such as the person's ``name``; what they said
-            ``before`` is what "remember that" means.
+            What it knows for the slots of sentences, such as the person's ``name``; ``before`` is
+            the person's last remark, which "remember that" refers to.
         """
         words = script(language)
         slots = _time(words, now) | dict(known or {}) | {"last": self._last or "…"}
@@ -154,7 +155,7 @@ class Answerer:
     def _meant(self, said: str, words: Script, slots: dict[str, str]) -> tuple[Match | None, bool]:
         """Return the intent that patterns find, and whether joy that was heard may be spoken of.
 
-        It adds slots: what is to be remembered, and what was done for fun of late.
+        It adds slots for the words to remember, and for what the partner lately did for fun.
         """
         told, asks, after = _told_before(said, words)
         earlier = slots.pop("before", "").strip(_SIGNS)
@@ -175,7 +176,7 @@ class Answerer:
     def _keep_to(
         self, match: Match | None, words: Script, said: str, *, felt: bool
     ) -> Match | None:
-        """Return the match, or the one of an earlier turn that the words may still be about."""
+        """Return the match, or that of an earlier turn if the words may refer to it."""
         acts = match is not None and match.cue.acts
         if (before := self._stays) is not None:
             fun = before.cue.stays > 1
@@ -213,7 +214,8 @@ class Answerer:
         text = self._choose(row, slots) or self._choose(words.feelings.lines(heard, None), slots)
         if text is None or topic is None or self._random.random() >= _TAKES_UP:
             return text
-        # Not "That is sad. Do you like it like that?": only what names its subject can follow.
+        # Not "That is sad. Do you like it like that?": only a question that names its subject can
+        # follow.
         naming = [line for line in topic.cue.say if "it" in _slots(line)]
         more = self._choose(naming, slots | _about(topic))
         return text if more is None else f"{text} {more}"
@@ -250,15 +252,15 @@ class Answerer:
         return text[:1].upper() + text[1:]
 
     def _order(self, line: str) -> int:
-        """Return when a sentence was said last, as a place among the recent ones."""
+        """Return the position of a sentence among the recent ones."""
         return max((n for n, one in enumerate(self._recent) if one == line), default=-1)
 
 
 def _told_before(said: str, words: Script) -> tuple[str, str, str]:
-    """Return what comes before the clause that asks to remember it, that clause, and what follows.
+    """Split a remark at the clause that asks to remember it: before, that clause, after.
 
-    What follows are the sentences after it, if they tell a fact and ask nothing. Each is empty
-    where there is nothing meaningful.
+    The third part has the sentences after the clause, if they tell a fact and ask nothing. A part
+    without meaning is empty.
     """
     clauses = _CLAUSE.findall(said)
     places = [n for n, clause in enumerate(clauses) if _asks_to_remember(clause, words)]

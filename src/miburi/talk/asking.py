@@ -15,7 +15,7 @@ from miburi.senses.linear import groups_of, load_model, numbered
 
 __all__ = ["NOTHING", "asked_for"]
 
-#: The name of the intent of somebody who asks for nothing, and only tells something.
+#: The name of the intent of remarks that ask for nothing.
 NOTHING = "nothing"
 _FILE = resources.files(__package__) / "intents.npz"
 

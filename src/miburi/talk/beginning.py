@@ -22,7 +22,7 @@ from miburi.talk.script import script
 
 __all__ = ["Beginning"]
 
-#: s between looks around, and how long it stays quiet when asked to (ours).
+#: Interval between two checks, s, and how long the partner stays quiet when asked to (ours).
 _LOOKS, _HUSHED = 5.0, timedelta(hours=1)
 
 
@@ -40,7 +40,8 @@ class Beginning:
     clock
         Returns the local time where the partner stands.
     path
-        The file of its manners; None: they last until it ends.
+        The file with the settings of when it speaks first; with None, they are lost when the
+        partner ends.
     """
 
     def __init__(
@@ -96,7 +97,7 @@ class Beginning:
                 log_once("the partner could not begin by itself", error)
 
     async def look(self) -> None:
-        """Begin, if there is a reason to; the log gives the reason with what it says."""
+        """Speak first if there is a reason; the log gives the reason with the sentence."""
         state, now = self._partner.snapshot.state, self._clock()
         busy = state.paused or state.stop is not None or state.distress is not None
         if busy or now < self._hushed:

@@ -59,10 +59,10 @@ class WordsOfCare(Table):
     unknown, listener
         Words to use when no emergency number, or no helpline, is known for the region.
     after
-        Lines for the ten minutes after a distress, used in turn.
+        Lines for the ten minutes after words of distress, used in turn.
     ask, yes
-        Questions to ask about a doubtful distress, by kind, and regular expressions for a yes. A
-        language without a model has neither.
+        Questions about possible distress, by kind, and regular expressions for a yes. A language
+        without a model has neither.
     help
         Advice, by kind of distress.
     never
@@ -95,7 +95,7 @@ class Care:
         return self._fill(words_of_care(language).help[kind], language, turn)
 
     def ask(self, kind: Distress, language: Language, turn: int) -> str:
-        """Return the question whether somebody needs help, with what to do if they do."""
+        """Return a question that asks if somebody needs help, with advice in case they do."""
         return self._fill(words_of_care(language).ask[kind], language, turn)
 
     def stay(self, language: Language, turn: int) -> str:
@@ -128,7 +128,7 @@ def find_region(name: str) -> str:
 
 
 def agrees(text: str, language: Language) -> bool:
-    """Whether somebody says yes to a question whether they need help."""
+    """Whether an answer is a yes to the question if somebody needs help."""
     return find_phrase(_yes(language), plain(text, language), language) is not None
 
 

@@ -3,10 +3,10 @@
 In go what somebody said and the partner's state; out come words and a feeling, or nothing where
 the endpoint is slow, dead or silly: then the partner answers by itself. Whatever the endpoint
 sends, a reply is a short text and a feeling with a strength. The words are only spoken; the
-feeling is a stimulus among others. There is nothing in it that could move or stop a body.
+feeling is a stimulus among others. Nothing in a reply can move or stop a body.
 
-One sentence is thought about at a time, the latest. A request that is only slow stays open for a
-while: the server may be loading its model, and would stop if the request ended. What was
+Only one sentence at a time, the latest, is sent to the model. A request that is only slow stays
+open for a while: the server may be loading its model, and would stop if the request ended. What was
 said is kept in memory alone, and only the last few exchanges.
 """
 
@@ -29,7 +29,8 @@ from miburi.version import __version__
 
 __all__ = ["LARGEST_REPLY", "PATIENCE", "Conversation", "Reply"]
 
-#: s until the partner answers by itself; a program waits 10 s for the answer to what it says.
+#: After this time, s, the partner answers by itself; it is less than the 10 s for which programs
+#: wait.
 PATIENCE = 8.0
 #: The largest answer of an endpoint, bytes.
 LARGEST_REPLY = 65_536
@@ -79,7 +80,7 @@ _HINTS = {
 
 @dataclass(frozen=True)
 class Reply:
-    """What the partner says, and what it feels at the person's words; None: nothing special."""
+    """The partner's sentence, and its feeling about the person's words; None for no feeling."""
 
     text: str
     stimulus: Stimulus | None
@@ -252,7 +253,7 @@ class Conversation:
 
 
 def _prompt(felt: Iterable[Stimulus], state: State) -> str:
-    """Return who the partner is, and how it is now."""
+    """Return a description of the partner and of its present state."""
     now = ["You feel nothing special now."]
     if state.felt is not None:
         now = [f"You feel {state.felt.feeling} now; your mood of it is {state.felt.mood:.2f} of 1."]

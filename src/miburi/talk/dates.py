@@ -14,7 +14,7 @@ _NUMBER = re.compile(r"(?<!\d)([12]?\d|3[01])(?:st|nd|rd|th|er|日)?(?!\d)")
 
 
 def local_time() -> datetime:
-    """Return the local time where this computer stands."""
+    """Return the local time of this computer."""
     return datetime.now().astimezone()
 
 

@@ -58,8 +58,8 @@ class Endpoint:
 def find_endpoint(url: str, model: str, environment: Mapping[str, str] = os.environ) -> Endpoint:
     """Return the endpoint at an address, with the key that the environment gives.
 
-    Within the home ``http://`` will do. Elsewhere it must be ``https://``: others on the way could
-    read what is said, and the key.
+    Within the home ``http://`` will do. Elsewhere it must be ``https://``: otherwise others on the
+    network could read the conversation and the key.
 
     Parameters
     ----------

@@ -1,8 +1,9 @@
 """When the partner speaks first: a greeting, a question after silence, a date that it was told.
 
-Given when somebody was seen and heard, whether something is due, and the time, :class:`Initiative`
-finds a reason to begin, or None. It never begins in quiet hours, seldom otherwise, and half as
-often after two beginnings that nobody took up. All numbers are ours.
+From the times at which somebody was seen and heard, from what is due, and from the clock,
+:class:`Initiative` finds a reason to speak first, or None. The partner never speaks first in quiet
+hours, seldom otherwise, and half as often after two remarks that nobody answered. All numbers are
+ours.
 """
 
 from dataclasses import dataclass, field
@@ -19,13 +20,14 @@ REASONS: tuple[Reason, ...] = ("greeting", "date", "question")
 
 #: The shortest absence after which it greets, and the shortest silence after which it asks.
 _ABSENCE, _SILENCE = timedelta(hours=3), timedelta(minutes=45)
-#: Somebody noticed within the first of these times counts as there; the partner greets only whoever
-#: came, and asks only whoever was noticed, within the second of them.
+#: A person counts as there if they were noticed within the first of these times. Within the second
+#: time, the partner greets a person who came, and asks a person who was noticed.
 _THERE, _GLIMPSED = timedelta(minutes=10), timedelta(seconds=10)
-#: The shortest time between beginnings, and the time without words after which a beginning was
-#: ignored.
+#: The shortest time between two first remarks, and the time without an answer after which one
+#: counts as ignored.
 _APART, _PATIENCE = timedelta(minutes=30), timedelta(minutes=10)
-#: After this many beginnings in a row that nobody took up, there are half as many a day.
+#: After this many beginnings how many in a row were ignored that nobody took up, there are half as
+#: many a day.
 _IGNORED = 2
 
 
@@ -46,7 +48,7 @@ class Manners(BaseModel):
     )
 
     def quiet(self, now: datetime) -> bool:
-        """Whether it is in the quiet hours."""
+        """Whether a time is within the quiet hours."""
         begin, end, at = self.quiet_from, self.quiet_to, now.hour
         return begin <= at < end if begin <= end else at >= begin or at < end
 
@@ -58,7 +60,7 @@ class Presence:
     Attributes
     ----------
     seen, heard
-        When a face or a touch, and words, were last noticed.
+        When a face or a touch was last seen, and when words were last heard.
     came
         When somebody was noticed after an absence.
     """
@@ -89,7 +91,7 @@ class Initiative:
     manners: Manners = field(default_factory=Manners)
     _begun: list[datetime] = field(default_factory=list)  # today
     _ignored: int = 0  # in a row
-    _open: datetime | None = None  # the latest beginning that nobody has taken up yet
+    _open: datetime | None = None  # the latest first remark that nobody has answered yet
     _greeted: datetime | None = None  # when the latest person to be greeted came
 
     @property
@@ -107,7 +109,7 @@ class Initiative:
         presence
             When somebody was there.
         due
-            Whether something is due today that was told by the person who is there.
+            Whether a fact from the person who is there is due today.
         """
         self._take_up(now, presence)
         self._begun = [one for one in self._begun if one.date() == now.date()]

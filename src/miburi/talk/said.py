@@ -11,7 +11,7 @@ __all__ = ["FeltOut", "SayOut", "WhyOut"]
 
 
 class WhyOut(BaseModel):
-    """A word, and how much it spoke for the feeling (log-odds over none)."""
+    """A word, and its evidence for the feeling (log-odds against no feeling)."""
 
     what: str = Field(description="The word.")
     weight: float = Field(description="How much it spoke for the feeling.")
@@ -26,7 +26,7 @@ class FeltOut(BaseModel):
 
 
 class SayOut(BaseModel):
-    """What was heard in a remark, why, and what the partner felt."""
+    """The feeling heard in a remark, the evidence for it, and the partner's own feeling."""
 
     feeling: TheirFeeling | None = Field(description="The feeling that was heard; null: none.")
     strength: Share = Field(description="How likely it is; 0 without a feeling.")

@@ -19,7 +19,7 @@ from miburi.talk.moves import MOVES
 
 __all__ = ["Answers", "Cue", "Do", "Match", "Script", "as_written", "script"]
 
-#: What a cue does beside its answer.
+#: What a cue does besides its answer.
 Do = Literal["stop", "repeat", "name", "remember", "recall", "forget"]
 
 _Line = Annotated[str, Field(min_length=1, max_length=160)]
@@ -70,8 +70,8 @@ class Cue(Table):
     name
         What is meant, such as ``greeting``.
     when
-        Regular expressions over a sentence's plain words; a group ``it`` is what it is about. None
-        where only :mod:`miburi.talk.asking` finds it.
+        Regular expressions over a sentence's plain words; the group ``it`` captures the subject.
+        None where only :mod:`miburi.talk.asking` finds it.
     say
         Answers, with slots such as ``{it}``.
     do
@@ -81,24 +81,26 @@ class Cue(Table):
     look
         Where it looks.
     stays
-        For how many turns something is about the same thing. With 1, it is the next question that
-        the script's ``again`` matches, unless it asks for an act; with more, what ``more`` matches.
+        For how many turns later words may refer to this cue. With 1, they are a question that the
+        script's ``again`` matches, unless it asks for an act; with more, they are words that
+        ``more`` matches.
     broad
         Whether its patterns catch much, so that :mod:`miburi.talk.asking` may know better.
     light
         Whether a wrong match would be silly: the model must be surer than elsewhere, and beside
-        ``heavy`` words nothing of it is said.
+        ``heavy`` words this cue is not used.
     heavy
         Whether this topic is taken up although a greeting or thanks came before it.
     own
-        Whether it asks something about the partner's feelings beyond how the partner is now.
+        Whether it asks about the partner's feelings, but not about how the partner is now.
     aside
-        Whether it only goes with something else: what another sentence asks or wants comes first.
+        Whether it gives way to a question or a request in another sentence.
     capital
         Whether what it is about must be written with a capital, as a name is.
     without, within
-        A slot that must not be known, and one that must: somebody who has a name does not get
-        another by "it is Toby"; "I do not get it" is about a joke only after one (``after_joke``).
+        A slot that must be empty, and one that must be filled: a person whose name is known does
+        not get another by "it is Toby"; "I do not get it" is about a joke only after one
+        (``after_joke``).
     tune
         [Hz, s] notes that a page plays instead of the words.
     """
@@ -153,11 +155,11 @@ class Script(Table):
     again
         Regular expression for words that refer to what was said before; none by default.
     more
-        Likewise for wishes for one more of what was done for fun.
+        Likewise for requests to repeat what was done for fun.
     grave, heavy, people
-        Likewise three regular expressions: for words of a question that may be grave and for those
-        beside which nothing ``light`` is said (by default none), and for those of somebody who
-        speaks of people or calls out (by default any).
+        Likewise three regular expressions. ``grave`` is for words of a question that may be grave,
+        and ``heavy`` for words beside which nothing ``light`` is said (by default none). ``people``
+        is for remarks about people, and for calls (by default any).
     fact, question
         Regular expressions of sentences that tell something to remember, and of questions.
     begin
@@ -165,11 +167,10 @@ class Script(Table):
     stopped, paused
         What is said where the body cannot move.
     gentle
-        What is said to ``heavy`` words without an answer of their own; where it is missing, the
-        same as to others.
+        Answers to ``heavy`` words that have no other answer; if it is missing, the usual answers.
     weekdays, months, days, clock, date
-        Words for the time: weekdays from Monday, months from January; other days by how many days
-        they are away.
+        Words for the time: weekdays from Monday, months from January; ``days`` maps words such as
+        "tomorrow" to a number of days.
     """
 
     words: dict[str, str] = Field(default_factory=dict)
@@ -264,7 +265,7 @@ class Script(Table):
     def asked_of(
         self, said: str, than: Match | None, *, felt: bool = False, told: bool = False
     ) -> Iterator[Match]:
-        """Yield the intents of what matches no pattern, or only a broad one, ``than``.
+        """Yield the intents of words that match no pattern, or only the broad pattern of ``than``.
 
         Where a feeling was heard, or somebody told of a topic, the model must be sure. If it knows
         nothing, the intent is ``open``. If the question may be grave, the model is not asked, and
@@ -308,13 +309,13 @@ class Script(Table):
         return bool(self.asks(said[:_READ]) and self._again.search(words))
 
     def point_of(self, said: str) -> str | None:
-        """Return the sentence that asks or wants something, of several; the last if many do."""
+        """Return the last of several sentences that contains a question or a request."""
         sentences = _WHOLE.findall(said[:_READ])
         points = [each for each in sentences if self.asks(each) or self._wants(each)]
         return points[-1] if points and len(sentences) > 1 else None
 
     def tells_more(self, said: str) -> bool:
-        """Return whether the last of several sentences has heavy words, or a topic that is."""
+        """Return whether the last of several sentences has heavy words or a heavy topic."""
         sentences = _WHOLE.findall(said[:_READ])
         last = sentences[-1] if len(sentences) > 1 else ""
         return self.is_heavy(last) or any(one.cue.heavy for one in self.topics_of(last))
@@ -324,7 +325,7 @@ class Script(Table):
         return bool(self._heavy.search(plain(said[:_READ], self.language)))
 
     def wants_more(self, said: str) -> bool:
-        """Return whether somebody wants one more of what was done for fun, and nothing else."""
+        """Return whether somebody only wants a repeat of what was done for fun."""
         return bool(self._more.search(plain(said[:_READ], self.language)))
 
     def _wants(self, said: str) -> bool:

@@ -35,13 +35,15 @@ if TYPE_CHECKING:
 
 __all__ = ["Speech"]
 
-#: s for which it looks where somebody asks it to, and the mood of a feeling on demand (ours).
+#: How long the partner looks in a direction on request, s, and the mood of a gesture on request
+#: (ours).
 _LOOKED, _SHOWN = 2.0, 0.8
-#: How sure it must be of a joy beside words of illness or death, to share it (ours).
+#: The likelihood from which a joy is shared although there are words of illness or death (ours).
 _SURE_OF_JOY = 0.9
 #: How long a "yes" still answers the question whether somebody needs help (ours).
 _ANSWERED = timedelta(minutes=2)
-#: How many answers to remarks after a distress speak of it; then, one in how many (ours).
+#: The first this many answers after words of distress return to the distress; after them, one in
+#: this many (ours).
 _STAYS, _EVERY = 3, 5
 
 
@@ -61,7 +63,7 @@ class Speech:
     seed
         Chooses among its own answers.
     folder
-        Where it keeps the people it knows, and its manners; None: it knows them until it ends.
+        The folder for what the partner knows about people; with None, it forgets that at its end.
     """
 
     def __init__(
@@ -82,7 +84,7 @@ class Speech:
             partner, self.memory, self._answerer, clock, folder and folder / "manners.json"
         )
         self._turns: Counter[str] = Counter()  # of help, by kind
-        self._since = 0  # remarks since a distress, except orders and unrelated questions
+        self._since = 0  # remarks since words of distress, except orders and unrelated questions
         self._asked: tuple[Distress, datetime] | None = None  # the distress asked about, and when
         self._conversation = None if endpoint is None else _converse(endpoint)
         self._noted: tuple[str | None] | None = None  # the conversation's trouble, as logged
@@ -94,16 +96,16 @@ class Speech:
         """Let the partner respond to what was said, in feelings and words; return what came of it.
 
         "Stop" stops the body before anything else. A sentence that another has overtaken gets no
-        answer. Distress gets the help that fits; then, and for ten minutes after, no language
-        model is asked, and it speaks of no feeling of its own. What may be distress is asked about
-        first, and a "yes" then counts as distress.
+        answer. Distress gets the help that fits; then, and for ten minutes after, no language model
+        is asked, and the partner does not mention its own feelings. What may be distress is asked
+        about first, and a "yes" then counts as distress.
 
         Parameters
         ----------
         said
             The sentence.
         tone
-            How it was said; it weighs what the words say.
+            The tone of voice, which strengthens or weakens the words' feeling.
         by
             Who says it, as for :func:`miburi.serving.press.who`.
         """
@@ -121,7 +123,9 @@ class Speech:
         grave = heard.distress is not None
         wanted = list(script(language).intents_of(said))
         if heard.worry == "help" and any(not match.cue.broad for match in wanted):
-            heard = replace(heard, worry=None)  # its kind is unclear, and an answer is known
+            heard = replace(
+                heard, worry=None
+            )  # the kind of distress is unclear, and there is an answer to the words
         if not grave and heard.worry is None and any(match.cue.acts for match in wanted):
             heard = Impression(None, 0.0, "speech")  # an order shows nobody's feeling
         doubtful = heard.feeling in JOYS and heard.strength < _SURE_OF_JOY
@@ -143,7 +147,7 @@ class Speech:
             self._asked = asked if meant == "repeat" else None
         self._answerer.spoke(answer)
         if self.memory.deleted == self._deleted:
-            # "Remember that" keeps nothing of a distress, nor what was said before it.
+            # "Remember that" keeps no words of distress, nor those before them.
             self.memory.note("" if grave or heard.worry is not None else said)
         return SayOut(
             feeling=heard.feeling,
@@ -304,6 +308,8 @@ class Speech:
 
 
 def _converse(endpoint: Endpoint) -> "Conversation":
-    from miburi.talk.conversation import Conversation  # loads a client's libraries, so only here
+    from miburi.talk.conversation import (
+        Conversation,
+    )  # imported here because it loads the libraries of a client
 
     return Conversation(endpoint)

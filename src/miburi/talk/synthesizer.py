@@ -1,7 +1,8 @@
 """A voice on the partner's own computer: it turns a sentence into sound.
 
-A synthesizer is a process of its own: it holds nothing up, it is ended when it takes too long, and
-its licence stays its own. No web library is loaded here, so that a partner starts sooner.
+A synthesizer is a process of its own: it does not delay the partner, it is ended when it takes too
+long, and its licence does not extend to Miburi. No web library is loaded here, so that a partner
+starts sooner.
 """
 
 import asyncio
@@ -70,7 +71,7 @@ class Synthesizer:
         Parameters
         ----------
         text
-            What to say; what is not English has no sound.
+            What to say; only English can be spoken.
         voice
             How fast and how high.
         """
@@ -92,7 +93,9 @@ class Synthesizer:
                 stderr=asyncio.subprocess.DEVNULL,
             )  # fmt: skip
             try:
-                with suppress(OSError, AttributeError):  # it has ended already; not a Unix
+                with suppress(
+                    OSError, AttributeError
+                ):  # it has ended already, or the system is not Unix
                     os.setpriority(os.PRIO_PROCESS, process.pid, 0)  # no priority over others
                 async with asyncio.timeout(self.patience):
                     phones, _ = await process.communicate()
@@ -104,7 +107,7 @@ class Synthesizer:
             finally:
                 with suppress(ProcessLookupError):
                     process.kill()
-                # A server that ends cancels this twice; a killed process ends soon.
+                # When the server ends, this task is cancelled twice; the killed process ends soon.
                 while process.returncode is None:
                     with suppress(asyncio.CancelledError):
                         await process.wait()
@@ -131,7 +134,7 @@ def _rhythm(words: str, phones: str) -> Rhythm:
 
 
 def find_synthesizer(name: str) -> Synthesizer:
-    """Return the synthesizer of a name.
+    """Return the synthesizer with a name.
 
     Raises
     ------

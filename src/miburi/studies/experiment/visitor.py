@@ -48,7 +48,7 @@ class _Visit:
 
 
 class Visitor:
-    """Block an arm now and then: in one of the first four gestures, then every second to fourth.
+    """Block an arm now and then: first in one of four gestures, then two to four gestures later.
 
     Parameters
     ----------
@@ -71,7 +71,8 @@ class Visitor:
     def step(self, angles: Array, events: list[Event], dt: float) -> None:
         """Let ``dt`` seconds pass, and move the hand.
 
-        ``angles`` are the encoders' (8,) rad, ``events`` those of the partner in this step.
+        ``angles`` (8,), rad, are the encoders' readings, and ``events`` the partner's events in
+        this step.
         """
         for event in events:
             match event:

@@ -33,7 +33,7 @@ class Measured:
     measures
         Laban's effort in the motion.
     ik_error
-        m, the largest of all key poses and extremities.
+        The largest position error of all key poses and extremities, m.
     self_collisions
         Number of records (one each 0.02 s) in which two parts of the robot met; ``met`` names the
         first two.

@@ -24,7 +24,7 @@ class Claim:
     section
         The section that has the sentence.
     sentence
-        The sentence, in the paper's own words where it is in quotation marks.
+        The sentence; a text in quotation marks is in the paper's own words.
     verdict
         The run's answer.
     number

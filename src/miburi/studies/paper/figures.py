@@ -268,7 +268,7 @@ def function_figure(robot: Robot, path: Path) -> None:
 
 
 def rule_figure(moves: list[tuple[float, float]], path: Path) -> None:
-    """Draw which share of moves the printed rule lets pass, over lag and ramp.
+    """Draw the share of moves that the printed rule lets pass, against lag and ramp.
 
     ``moves`` are (distance rad, speed rad/s) of the fastest motor.
     """

@@ -28,7 +28,7 @@ _DRAWN = 1000
 
 
 def emotion_before_mood(_: Runs) -> Claim:
-    """Say something happy once, and for a quarter of an hour."""
+    """Compare one happy sentence with happy sentences for a quarter of an hour."""
     happy = FEELINGS.index("happiness")
     model = EmotionalModel()
     rest = model.mood[happy]
@@ -49,7 +49,7 @@ def emotion_before_mood(_: Runs) -> Claim:
 
 
 def repetition(_: Runs) -> Claim:
-    """Say something happy again and again for an hour, and once."""
+    """Compare happy sentences for an hour with a single one."""
     happy = FEELINGS.index("happiness")
     often, once = EmotionalModel(), EmotionalModel()
     rest = once.mood[happy]
@@ -70,7 +70,7 @@ def repetition(_: Runs) -> Claim:
 
 
 def strongest_emotion(_: Runs) -> Claim:
-    """Draw emotions and moods, and see what is shown."""
+    """Draw emotions and moods at random, and look at the gestures shown."""
     right = 0
     for emotions, moods in np.random.default_rng(0).uniform(0.1, 1.0, (_DRAWN, 2, len(FEELINGS))):
         model = EmotionalModel()
@@ -91,7 +91,7 @@ def strongest_emotion(_: Runs) -> Claim:
 
 
 def mood_changes_no_gesture(_: Runs) -> Claim:
-    """Keep the emotions, and draw other moods."""
+    """Keep those emotions, and draw new random moods."""
     rng, same = np.random.default_rng(1), 0
     for _draw in range(_DRAWN):
         emotions = dict(zip(FEELINGS, rng.uniform(0.1, 1.0, len(FEELINGS)), strict=True))

@@ -93,7 +93,7 @@ def equations(runs: Runs) -> Claim:
 
 
 def eight_solutions(runs: Runs) -> Claim:
-    """Count both arms' poses that put a hand in the same place, if no joint has limits."""
+    """Count each arm's poses with the hand in the same place, supposing no joint limits."""
     joints = runs.robot.joints
     free = {
         name: Joint(symbol=joint.symbol, min=-np.pi, max=np.pi, neutral=joint.neutral)
@@ -192,7 +192,7 @@ def promise_of_reference_9(runs: Runs) -> Claim:
 
 
 def within_a_second(runs: Runs) -> Claim:
-    """Time each solution of the experiment solved as printed, and of the others."""
+    """Time the experiment's solutions with the paper's settings and with the others."""
     slowest = 1e3 * max(runs.printed_solver.solve_seconds)
     default = 1e3 * max(max(run.solve_seconds) for run in runs.experiments)
     return Claim(

@@ -1,4 +1,4 @@
-"""When the printed contact rule (Eqs. 1 and 2) lets a free move pass, by a servo's lag and ramp.
+"""Which free moves the printed contact rule (Eqs. 1 and 2) lets pass, for a servo's lag and ramp.
 
 For a move at a speed v, :func:`is_stopped` says whether the rule stops it. The servo follows a
 trapezoid with the ramp a, late by a lag. In the first window of p = 0.1 s it covers

@@ -29,18 +29,19 @@ from miburi.studies.trials.trial import Outcome
 
 __all__ = ["MOODS", "UNITS", "Blocked", "Met", "OnCard", "Runs"]
 
-#: The moods at which gestures are measured, and those whose moves are looked at.
+#: The moods at which gestures are measured, and the moods at which their moves are examined.
 MOODS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
 _PLAIN_MOODS = (0.3, 0.6, 0.9)
 #: Units of length, and how many of each make a metre.
 UNITS = {"m": 1.0, "cm": 100.0, "mm": 1000.0}
 #: The promised precision of the inverse kinematics, rad (Section 3).
 _PROMISE = 0.015
-#: s within which a blocked body must stop; s for which it is watched after the stop.
+#: Time within which a blocked body must stop, s, and time for which it is watched afterwards, s.
 _PATIENCE, _WATCHED = 1.5, 1.0
-#: A move that raises both arms to the front, rad and s; a hand blocks it at this share of its way.
+#: A move that raises both arms to the front, rad and s; a hand blocks the arms after this share of
+#: the move.
 _RAISED, _SECONDS, _SHARE = 1.4, 0.8, 0.6
-#: Registers at which a card's reading of the servos' places may begin.
+#: The registers at which a card's reading of the servos' positions may begin.
 _PLACES = range(120, 136)
 
 
@@ -64,7 +65,7 @@ class Blocked(NamedTuple):
 
 
 class Met(NamedTuple):
-    """How many obstacles each kind of link met first."""
+    """For each kind of link, the number of obstacles that it was the first to meet."""
 
     upper_arm: int
     forearm: int
@@ -227,7 +228,7 @@ class Runs:
 
     @cached_property
     def on_card(self) -> OnCard | None:
-        """A blocked move on the emulated card, whose host sent it and then said nothing more."""
+        """A blocked move on the emulated card. The host sends the move, and nothing after it."""
         if not is_built():
             return None
         self._progress("the emulated card")
@@ -276,8 +277,8 @@ class Runs:
         return met / len(self.poses)
 
 
-#: The links in the order of :func:`_gaps`, and how near an obstacle counts as met, m (ours: half an
-#: arm's width plus half a finger's).
+#: The links in the order of :func:`_gaps`, and the distance at which a link counts as touching an
+#: obstacle, m (ours: half an arm's width plus half a finger's).
 _LINKS = ("upper_arm", "forearm", "upper_arm", "forearm", "phone")
 _SKIN = 0.02
 

@@ -27,9 +27,11 @@ __all__ = [
 ]
 
 _NOT_BUILT = "the emulated card has not been built here (`make firmware`)"
-#: rad/s below which a motor has stopped; s within which it must have stopped (ours).
+#: Speed below which a motor counts as stopped, rad/s; time within which it must have stopped, s
+#: (ours).
 _STILL, _SOON = 0.1, 0.3
-#: s after the first touch within which a stop is direct, for 95 of 100 contacts and for all (ours).
+#: A stop is direct if it comes within this time of the first touch, s: for 95 of 100 contacts, and
+#: for all (ours).
 _DIRECT, _LATEST = 0.15, 0.3
 #: The weight of a person's hand, N: 0.56 % of 60 kg (de Leva 1996).
 _HAND = 3.3

@@ -1,4 +1,4 @@
-"""Who is left out of a study's findings, by the rule that its file had before anybody answered."""
+"""The participants who are left out of a study's findings, by a rule fixed before any answer."""
 
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
@@ -50,7 +50,7 @@ def _reasons(study: Study, own: list[StudyAnswer], pace: Mapping[int, AnswerPace
     choices = {question.name for question in study.question if question.kind == "choice"}
     for name in sorted(choices):
         given = [answer.value for answer in own if answer.question == name]
-        # "None of these" may be an honest answer, however often.
+        # "None of these" may be an honest answer, however often somebody gives it.
         chosen = Counter(value for value in given if value != NONE)
         if rule.same is not None and len(given) > 2 and chosen:
             feeling, often = chosen.most_common(1)[0]

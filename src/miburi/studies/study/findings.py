@@ -150,8 +150,8 @@ def _ratings(
     table = [[page[name] for name in names] for page in pages.values()]
     value_of = {page: _mean(list(values.values())) for page, values in pages.items()}
     cells: dict[str, dict[str, list[tuple[int, float]]]] = defaultdict(lambda: defaultdict(list))
-    # The two films of a pair are one person's and of one feeling; both have the face, or neither,
-    # or both are live.
+    # The two films of a pair were rated by one person and show one feeling. Either both have the
+    # face, or neither has, or both were live.
     groups: dict[tuple[int, str, str], list[tuple[float, float]]] = defaultdict(list)
     for page, film in film_of.items():
         if film is not None:
@@ -217,8 +217,8 @@ def _rating(values: list[tuple[int, float]]) -> MeanRating:
 
 def _sum(orders: list[tuple[int, float, int]]) -> PairOrder:
     right, pairs = sum(one for _, one, _ in orders), sum(one for _, _, one in orders)
-    # The value of each pair is the share of right pairs in its group, which is one person's; the
-    # total stays the same.
+    # Each pair is given the share of right pairs in its group (one person's pairs), so the total
+    # stays the same.
     each = [(who, one / of) for who, one, of in orders if of for _ in range(of)]
     low, high = mean_interval(
         _by_person([who for who, _ in each], [value for _, value in each])

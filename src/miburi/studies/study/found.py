@@ -1,4 +1,4 @@
-"""What a study found, as its report and its JSON hold it."""
+"""The findings of a study, as they appear in its report and its JSON."""
 
 from dataclasses import dataclass
 
@@ -94,7 +94,7 @@ class MeanRating:
 
 @dataclass(frozen=True)
 class PairOrder:
-    """How many pairs of films are rated in order of mood: each pair by one person, of one feeling.
+    """How many pairs of films, each of one rater and feeling, are rated in order of mood.
 
     ``low`` and ``high`` are the share's 95 % interval, clustered by participant.
     """
@@ -159,9 +159,9 @@ class Findings:
     counts
         How many people took part.
     left_out
-        Who is in no figure below, and why.
+        The participants who are left out of all figures below, with the reasons.
     wordings
-        The participant numbers from which the study's wording changed.
+        For each change of the study's wording, the first participant who saw the new words.
     seconds
         How long a page about a film took, s: the quartiles; None if that was not recorded.
     shown

@@ -40,7 +40,7 @@ class Ending(StrEnum):
     PAUSED = "paused"
     #: The partner cannot be reached, or refuses.
     ABSENT = "absent"
-    #: Something else interfered: another wish, another body, or no chance for it in half a minute.
+    #: Something else interfered: another request, another body, or no opportunity in half a minute.
     BROKEN = "broken"
 
 
@@ -56,7 +56,7 @@ Perform = Callable[[Expression], Showing]
 
 
 class Performer(Protocol):
-    """A partner as :func:`show` needs it; :func:`miburi.connect` returns one."""
+    """The methods that :func:`show` needs; partners from :func:`miburi.connect` have them."""
 
     def watch(self, rate: float = 30.0, patience: float = 0.0) -> Generator[State, None, None]:
         """Yield states."""
@@ -122,14 +122,14 @@ class _View:
 
 
 def _hindrance(state: State) -> Ending | None:
-    """Return why a partner makes no gesture now; None if it may."""
+    """Return why a partner cannot make a gesture now; None if it can."""
     if state.phase == "stopped":
         return Ending.STOPPED if state.held else _stopped(state.stop)
     return Ending.PAUSED if state.paused else None
 
 
 def _stopped(stop: StopOut | None) -> Ending:
-    """Return the ending for a stop, by its reason: a stop ends by itself, or a person ends it."""
+    """Return the outcome for a stop: by its reason, it ends by itself, or a person must end it."""
     match stop.reason if stop is not None else None:
         case StopReason.CONTACT | StopReason.TOUCHED:
             return Ending.TOUCHED
@@ -170,7 +170,7 @@ class Turns:
     clock
         Returns the time, s.
     idle
-        Time without a page after which another participant may begin, s.
+        If the participant asks for no page for this time, s, another one may begin.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic, idle: float = IDLE) -> None:

@@ -46,6 +46,6 @@ def film_order(count: int, trials: int, participant: int, seed: int) -> tuple[in
 
 
 def option_order(options: tuple[str, ...], participant: int, seed: int) -> tuple[str, ...]:
-    """Return the options as a participant sees them on every page, in an order of their own."""
+    """Return the options in the order that one participant sees on every page."""
     order = np.random.default_rng([seed, participant, 1]).permutation(len(options))
     return tuple(options[index] for index in order)

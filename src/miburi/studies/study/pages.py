@@ -36,13 +36,14 @@ COOKIE = "miburi_study"
 _PAGES = Path(__file__).parent / "pages"
 #: Letters and digits that nobody confuses on paper.
 _LETTERS = "23456789ABCDEFGHJKMNPQRSTUVWXYZ"
-#: How often one address may enter a participant or try to withdraw: per second, and at once (ours).
+#: Limits on registering participants and on tries to withdraw from one address: per second, and in
+#: a burst (ours).
 _RATE, _BURST = 0.5, 60.0
 _DAYS = 30
-#: s without a page after which somebody who has not finished counts as gone, so that a newcomer
-#: may have their place in the order (ours).
+#: Participants who ask for no page for this time, s, count as gone if they have not finished, and a
+#: newcomer may take their place in the order (ours).
 _GONE = 7200.0
-#: The most starts of a film that are believed (ours).
+#: Reports of more starts of a film than this are not believed (ours).
 _MOST_PLAYS = 100
 
 
@@ -71,8 +72,9 @@ def make_app(
     films
         The file of every film, by the films' names.
     local
-        Whether only this computer may ask, and only under a loopback name or address, such as
-        ``localhost``: a website could make its own domain name point at this computer.
+        Whether only this computer may request pages. Requests must then name a loopback address,
+        such as ``localhost``, because a website could make its own domain name point at this
+        computer.
     code
         Makes a new participant's code.
     perform
@@ -134,7 +136,7 @@ class _Pages:
         return self._show("welcome.html", self._language(request), missing=False)
 
     def enter(self, request: Request, form: Form) -> Response:
-        """Enter a participant who agrees."""
+        """Register a participant who agrees."""
         language = self._language(request, form.get("language"))
         if form.get("agree") != "yes":
             return self._show("welcome.html", language, 422, missing=True)
@@ -170,7 +172,7 @@ class _Pages:
     def _keep(
         self, code: str, who: Participant, values: Mapping[str, str], pace: AnswerPace | None
     ) -> None:
-        """Keep an answer, and pass over the questions that it makes needless."""
+        """Keep an answer, and skip questions that no longer apply."""
         step, film = self._study.steps[who.step], self._film(who)
         about = film.name if film else None
         if not self._store.keep(code, who.step, about, step.question.name, values, pace):
@@ -193,7 +195,7 @@ class _Pages:
         return AnswerPace(seconds, int(plays) if known else None)
 
     def _gone(self) -> set[int]:
-        """Return who began and is gone without finishing: newcomers may have their places."""
+        """Return participants who left without finishing; newcomers may take their places."""
         now = self._clock()
         return {
             number
@@ -239,7 +241,7 @@ class _Pages:
         return self._show("stopping.html", who.language, code=request.cookies[COOKIE])
 
     def stop(self, request: Request, _form: Form) -> Response:
-        """Tell somebody who stops early what the study is about; this browser cannot then go on."""
+        """Tell somebody who stops early what the study is about; their participation ends."""
         if (who := self._who(request)) is None:
             return RedirectResponse(self.home, 303)
         self._turns.leave(who.number)
@@ -253,7 +255,7 @@ class _Pages:
         return self._show("withdraw.html", self._language(request), code=code, wrong=False)
 
     def withdraw(self, request: Request, form: Form) -> Response:
-        """Delete the answers of a code."""
+        """Delete the answers of the participant with this code."""
         language = self._language(request)
         code = form.get("code", "").strip().upper()
         if not self._allowance.take(_asker(request)):
@@ -372,7 +374,7 @@ class _Pages:
 
 
 def preferred(study: Study, wishes: str) -> str:
-    """Return the first language in a visitor's wishes that a study has, or the study's first."""
+    """Return the study's language that a visitor prefers most; by default the study's first."""
     for part in wishes[:200].split(","):
         wish = part.split(";")[0].strip().lower().split("-")[0]
         if wish in study.languages:

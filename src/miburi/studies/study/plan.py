@@ -39,8 +39,8 @@ __all__ = [
 FILE = "study.toml"
 #: The study that ships, to start from.
 TEMPLATE = Path(__file__).with_name("eight-feelings.toml")
-#: What is kept as the answer: NONE when somebody chooses the option that is no feeling, SKIPPED for
-#: a question that was not asked or was left out.
+#: What is kept as the answer: NONE when somebody chooses the option "no feeling", SKIPPED for a
+#: question that was not asked or was left out.
 NONE, SKIPPED = "none", ""
 #: What the shipped study leaves for its author to fill in.
 _UNFILLED = re.compile(r"\(WRITE: [^)]*\)|（記入：[^）]*）")
@@ -136,7 +136,8 @@ class Question(Table):
     name: Name
     kind: Literal["choice", "word", "rating", "pick", "number", "check"]
     ask: Text
-    #: Asked before the films, after each film, or once at the end; a check after the film ``at``.
+    #: Asked before the films, after each film, or once at the end; a check comes after the film
+    #: whose number is ``at``.
     after: Literal["start", "film", "all"] = "film"
     #: Whether it may be left out; for a word, a pick or a number.
     optional: bool = False
@@ -152,7 +153,8 @@ class Question(Table):
     high: int = 120
     #: The name of the choice right before it: ask this only if a feeling was chosen there.
     only_if: Name | None = None
-    #: Of a choice: the words of a last option that is no feeling; default: there is none.
+    #: For a choice: the text of a last option that stands for no feeling; by default there is no
+    #: such option.
     none: Text | None = None
     #: Of a rating: its rows, and the points of each.
     items: Annotated[tuple[Item, ...], Field(strict=False)] = ()
@@ -189,9 +191,9 @@ class Question(Table):
 
 @dataclass(frozen=True)
 class Step:
-    """One page for a participant: a question, about one film in the order or about no single film.
+    """One page for a participant: a question about one film, or one that is not about a film.
 
-    ``trial`` counts from 0, and below 0 for practice; None where no single film is asked about.
+    ``trial`` counts from 0, and below 0 for practice; None if the question is not about a film.
     """
 
     trial: int | None
@@ -204,7 +206,7 @@ class Step:
 
 
 class Exclude(Table):
-    """Who is left out of the findings, decided before there are answers.
+    """Rules for leaving participants out of the findings, decided before there are answers.
 
     Attributes
     ----------
@@ -233,10 +235,12 @@ class Study(Table):
     languages: Annotated[tuple[Language, ...], Field(strict=False, min_length=1)]
     title: Text
     information: Text
-    #: What the last page says after the thanks, and the address it links to, such as a panel's.
+    #: The text of the last page after the thanks, and the address that it links to, such as that of
+    #: a participant panel.
     debriefing: Text | None = None
     completion: Annotated[str | None, Field(pattern=r"^https://\S+$")] = None
-    #: How many films each participant sees; default: each once. Before them, films for practice.
+    #: How many films each participant sees; default: each once. Films for practice come before
+    #: them.
     trials: Annotated[int | None, Field(ge=1, le=1000)] = None
     practice: Annotated[int, Field(ge=0, le=10)] = 0
     #: Whether to keep how long each answer took, and how often its film was started.

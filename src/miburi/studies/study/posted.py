@@ -1,4 +1,4 @@
-"""Forms that a participant sends, and the door before the pages."""
+"""Forms that a participant sends, and the check of each request before the pages."""
 
 import unicodedata
 from collections.abc import Awaitable, Callable, Mapping

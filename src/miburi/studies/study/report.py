@@ -27,7 +27,8 @@ from miburi.version import __version__
 
 __all__ = ["ANSWERS", "REHEARSED", "AnswerRow", "write_report"]
 
-#: The file of answers in a study's folder, and the one for answers that only try the pages out.
+#: The file of answers in a study's folder, and the file for the answers of somebody who only tries
+#: the pages out.
 ANSWERS, REHEARSED = "answers.sqlite", "rehearsal.sqlite"
 _PAGE = Path(__file__).with_suffix(".html")
 

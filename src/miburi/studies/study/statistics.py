@@ -72,7 +72,7 @@ def cronbach_alpha(values: ArrayLike) -> float | None:
 
 
 def right_order(moods: ArrayLike, ratings: ArrayLike) -> tuple[float, int]:
-    """Return how many pairs of different moods are rated in their order, and how many there are.
+    """Count the pairs with different moods: those rated in the order of the moods, and all.
 
     A tie of ratings counts one half, so that guessing gives one half of the pairs (the
     probability of superiority, as in Mann and Whitney 1947).
@@ -109,7 +109,8 @@ def mean_interval(clusters: Sequence[Sequence[float]]) -> tuple[float, float] | 
     """Return the 95 % interval of the mean of all values, which come in clusters.
 
     The variance is that of a ratio of cluster totals, linearised (Cochran, Sampling Techniques,
-    6.3), with Student's quantile for (clusters - 1) degrees of freedom; None if fewer than two.
+    6.3), with Student's quantile for (clusters - 1) degrees of freedom; None if there are fewer
+    than two clusters.
     """
     kept = [np.asarray(values, dtype=np.float64) for values in clusters if len(values)]
     if len(kept) < 2:
@@ -125,7 +126,7 @@ def mean_interval(clusters: Sequence[Sequence[float]]) -> tuple[float, float] | 
 
 
 def share_interval(clusters: Sequence[Sequence[bool]]) -> tuple[float, float] | None:
-    """Return the 95 % interval of a share, whose hits come in clusters; None if fewer than two.
+    """Return the 95 % interval of a share with clustered hits; None for fewer than two clusters.
 
     It is Wilson's (1927), for the effective number of answers (their number divided by the design
     effect of :func:`mean_interval`'s variance, at least 1), with Student's quantile. Where all

@@ -1,8 +1,8 @@
 """Answers in one SQLite file: each is on the disk before the participant sees the next page.
 
-A participant is a number, a place, which sets the order of the films, and a code that only the
-participant has. No name, address or time of day is kept; how long an answer took is, unless the
-study says otherwise. A participant who withdraws leaves only the number behind, and the next one
+A participant has a number, a place (which sets the order of the films) and a code that only the
+participant knows. No name, address or time of day is kept; how long an answer took is, unless the
+study says otherwise. When a participant withdraws, only the number stays, and the next participant
 gets the place.
 """
 
@@ -78,7 +78,8 @@ class Participant:
 class AnswerPace:
     """How long a participant took for a page, s, and how often its film was started.
 
-    None is unknown: after a restart of the server, or where the browser runs no scripts.
+    A value is None if it is unknown: after a restart of the server, or if the browser runs no
+    scripts.
     """
 
     seconds: float | None = None
@@ -152,7 +153,7 @@ class Store:
             return {number for (number,) in rows}
 
     def find(self, code: str) -> Participant | None:
-        """Return the participant with a code; None if there is none, or no longer."""
+        """Return the participant with a code; None if there is none, or if they have withdrawn."""
         with self._connection() as database:
             return _find(database, code)
 

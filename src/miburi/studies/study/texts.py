@@ -20,8 +20,8 @@ def page_words() -> dict[str, dict[str, str]]:
 def participant_text(study: Study, language: str) -> str:
     """Return what a participant reads from the first page to the last, to show to an ethics board.
 
-    Each question appears once, however often it is asked, those about the person first. Buttons,
-    error messages, and the notices of a study with the robot in the room are left out.
+    Each question appears once, however often it is asked; questions about the person come first.
+    Buttons, error messages, and the notices of a study with the robot in the room are left out.
     """
     words = page_words()[language]
     kept = [words["privacy"], *([words["times"]] if study.times else [])]

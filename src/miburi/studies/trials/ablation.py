@@ -69,7 +69,7 @@ class ServoState:
 
 
 #: States for trials: a hot motor has a fifth more resistance, worn gears 1.8 times the friction
-#: (both ours). None adds play: `--play` is for servos of a workshop.
+#: (both ours). No state adds play; `--play` adds it to servos with workshop tolerances.
 STATES = {
     "hot": ServoState(resistance=1.2),
     "warmed-up": ServoState(resistance=1.2, before=True),
@@ -82,7 +82,7 @@ STATES = {
 def in_state(
     robot: Robot, name: str, seed: int, judged: Callable[[FreeRule], Rule] = RULES["miburi"]
 ) -> Subject:
-    """Return a calibrated robot whose servos are in one of ``STATES``; ``judged`` makes its rule.
+    """Return a calibrated robot with servos in one of ``STATES`` and the rule from ``judged``.
 
     Raises
     ------

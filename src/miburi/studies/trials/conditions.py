@@ -24,8 +24,9 @@ __all__ = ["LINKS", "Conditions", "HandKind", "Person", "draw", "draw_person"]
 class HandKind(StrEnum):
     """What a person's hand does.
 
-    ``rigid`` stays where it is, as on a table; ``compliant`` gives way; ``towards`` moves at the
-    robot and halts when it feels it; ``grasping`` takes hold of the moving link.
+    ``rigid`` stays where it is, like a hand resting on a table; ``compliant`` gives way;
+    ``towards`` moves towards the robot and halts when it feels the robot; ``grasping`` takes hold
+    of the moving link.
     """
 
     RIGID = "rigid"

@@ -36,7 +36,7 @@ class Variation:
     noise
         Standard deviation of an encoder's reading, in steps.
     delay
-        Physics steps (2 ms) by which a setpoint reaches the servo late.
+        Delay of a setpoint on its way to the servo, in physics steps (2 ms).
     """
 
     voltage: float = 5.0
@@ -74,8 +74,8 @@ class TrialPlant(Plant):
     robot
         The description, which is all that the code driving it knows.
     true
-        The robot as it really is, if it differs from the description; that its servos' clocks may
-        be off is not simulated.
+        The actual robot, if it differs from the description. Errors of its servos' clocks are not
+        simulated.
     voltage
         The supply's voltage, V, whatever a variation says; None for the variation's.
 
@@ -247,7 +247,7 @@ class TrialPlant(Plant):
                 self.touched_at = self.time
 
 
-#: The plant records touches itself, so it reports none to the body.
+#: The plant keeps its own record of touches, so it reports none to the body.
 _NO_TOUCH = Touch()
 
 #: The fields of the model that trials vary.
@@ -255,7 +255,7 @@ _VARIED = (
     "dof_damping", "jnt_stiffness", "body_mass", "body_inertia", "body_ipos", "geom_quat",
     "geom_solref", "geom_friction", "geom_contype", "geom_conaffinity", "eq_obj2id", "eq_data",
 )  # fmt: skip
-#: How many of a servo's friction constants, from the first on, are torques or shares of a torque.
+#: The first this many of a servo's friction constants are torques or shares of a torque.
 _TORQUES = 4
 
 

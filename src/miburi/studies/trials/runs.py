@@ -57,7 +57,7 @@ def carry_out_plan(
     Parameters
     ----------
     out
-        The Parquet file to write. A run that was broken off before continues.
+        The Parquet file to write. An earlier run that was interrupted is continued.
     workers
         Processes on this machine, 1 or more.
     ray

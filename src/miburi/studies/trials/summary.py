@@ -67,8 +67,9 @@ class Summary:
     false_stops
         Stops before any touch, in free and blocked trials.
     missed, missed_above_2N, missed_peak_above_2N
-        People pressed with 1 N or more over 0.1 s without a stop after it; of these, those
-        pressed with 2 N over 0.1 s, and those on whom the force reached 2 N for a moment.
+        People who were pressed with 1 N or more (mean over 0.1 s) while the robot did not stop; of
+        these, people pressed with 2 N (mean over 0.1 s), and people on whom the force reached 2 N
+        for a moment.
     brushes
         People whom the robot only brushed past; the trial drew others in their place.
     late

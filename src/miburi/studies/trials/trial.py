@@ -37,7 +37,8 @@ __all__ = [
     "trial",
 ]
 
-#: s after the touch within which the robot must stop; after that the contact is missed (ours).
+#: The robot must stop within this time after the touch, s; otherwise the contact counts as missed
+#: (ours).
 PATIENCE = 1.0
 #: How long after a stop the robot may still push, s, and for how long after that its push is
 #: measured, s.
@@ -48,7 +49,7 @@ SUSTAINED = 0.1
 #: force, N (ours); with less it only brushes past.
 IN_THE_WAY = 1.0
 _READING_US = round(READING * SECOND)
-#: How often to draw another gesture, and another person for each gesture, until they meet.
+#: How many gestures are drawn, and how many people for each, until robot and person meet.
 _GESTURES, _PERSONS = 50, 25
 
 

@@ -1,6 +1,6 @@
-"""Calibrate a simulated robot as its maker would: fifty free moves, a test with gestures, remarks.
+"""Calibrate a simulated robot as its maker would, by fifty free moves and a test with gestures.
 
-The robot may differ from its description as one from a workshop does
+The robot may differ from its description within workshop tolerances
 (:mod:`miburi.robot.specimens`); its calibration sees only the description and the encoders.
 """
 
@@ -37,7 +37,7 @@ __all__ = ["USUAL", "Calibrated", "calibrate_servos", "record_free_moves"]
 
 #: Readings that are recorded after each move: longer than the rule waits for a motor to arrive.
 _AFTER = 30
-#: The most times that the gain is tried.
+#: How many gains are tried at most.
 _ROUNDS = 3
 #: A robot on a desk: encoders flicker, and setpoints come one physics step late.
 USUAL = Variation(noise=0.3, delay=1)

@@ -37,7 +37,7 @@ class RobotView(Element, component="robot.js", esm={"three": "vendor/three"}):
 
 
 class Levels(Element, component="levels.js"):
-    """For each feeling a button with its face, and its three levels."""
+    """A button for each feeling, with the feeling's face and its three levels."""
 
     def __init__(
         self, words: Mapping[str, Any], faces: Mapping[str, object], strength: float

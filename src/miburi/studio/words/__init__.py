@@ -45,9 +45,9 @@ def own_name(language: str) -> str:
 
 
 def preferred(*wishes: str | None) -> str:
-    """Return the first language in a visitor's wishes that we have.
+    """Return the available language that a visitor prefers most.
 
-    A wish is a language's name, or an ``Accept-Language`` header.
+    A preference is a language's name, or an ``Accept-Language`` header.
     """
     for wish in wishes:
         for part in (wish or "")[:200].split(","):
