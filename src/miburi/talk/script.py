@@ -16,6 +16,7 @@ from miburi.languages import Language, compile_phrases, is_spaced, plain, read
 from miburi.talk.asking import NOTHING, asked_for
 from miburi.talk.initiative import Reason
 from miburi.talk.moves import MOVES
+from miburi.talk.telling import tells_a_fact
 
 __all__ = ["Answers", "Cue", "Do", "Match", "Script", "as_written", "script"]
 
@@ -332,15 +333,24 @@ class Script(Table):
         return any(not match.cue.aside for match in self.intents_of(said))
 
     def facts_in(self, said: str) -> list[str]:
-        """Return the sentences that tell something about the person, and ask nothing."""
-        sentences = (each.strip() for each in _WHOLE.findall(said[:_READ]))
-        return [
+        """Return the sentences that tell something about the person, and ask nothing.
+
+        If no sentence does so alone, but all together do, they are returned as one.
+        """
+        sentences = [
             each
-            for each in sentences
-            if not each.endswith(("?", "？"))
-            and self._fact.search(said := plain(each, self.language))
-            and not self._question.search(said)
+            for each in (found.strip() for found in _WHOLE.findall(said[:_READ]))
+            if each and not each.endswith(("?", "？")) and not self.asks(each)
         ]
+        facts = [each for each in sentences if self._tells(each)]
+        whole = (" " if is_spaced(self.language) else "").join(sentences)
+        if not facts and len(sentences) > 1 and tells_a_fact(whole, self.language):
+            return [whole]
+        return facts
+
+    def _tells(self, said: str) -> bool:
+        fits = self._fact.search(plain(said, self.language)) is not None
+        return fits or tells_a_fact(said, self.language)
 
     def turn_round(self, words: str) -> str:
         """Return somebody's words as the partner says them: "my son" is "your son"."""

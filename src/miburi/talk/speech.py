@@ -253,7 +253,7 @@ class Speech:
             memory.forget_noted()
         elif answer.cue is not None and answer.cue.name == "quiet":
             self.beginning.hush()
-        elif answer.cue is None:
+        elif answer.cue is None or answer.cue.aside:  # "Good morning, the dog was ill all night."
             for fact in script(answer.language).facts_in(said):
                 memory.remember(fact, answer.language, due_of(fact, answer.language, now))
         return answer
