@@ -46,7 +46,7 @@ def talk(said: list[str]) -> list[str]:
             memory.meet(answer.words.capitalize())
         elif answer.do == "remember" and answer.words:
             memory.remember(answer.words, language)
-        elif answer.cue is None:
+        elif answer.cue is None or answer.cue.aside:
             for fact in script(language).facts_in(turn):
                 memory.remember(fact, language)
         answers.append(text)
