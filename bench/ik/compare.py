@@ -266,8 +266,9 @@ def explanation(processes):
     loads = "; ".join(f"{a:.1f} to {b:.1f}" for a, b in (p["load"] for p in processes))
     return [
         f"{platform.machine()}, {os.cpu_count()} cores, one thread. {PROCESSES} processes of "
-        f"{ROUNDS} rounds, in each of which every solver has its turn (the slowest in one round of "
-        f"each process after the first). n: targets behind a percentage. "
+        f"{ROUNDS} rounds, in each of which every solver has its turn (the slowest solvers have one "
+        "round in each process but the first). n is the number of targets from which a percentage "
+        "is taken. "
         f"The machine's load before and after each process: {loads}. "
         "Times are the lesser of wall clock and processor time; *times Miburi* is the median of a "
         "solver's turn divided by the median of Miburi's times, which are taken before it, after "
@@ -276,10 +277,11 @@ def explanation(processes):
         "A solver begins at the middle of the limits. Until the residual is 0.1 mm it begins anew "
         "at random poses, 20 starts in all. The robotics toolbox makes its own restarts; "
         "EAIK, IK-Geo and Miburi get one call. "
-        f"Out of reach, where no residual shows that enough starts were made, it makes up to "
-        f"{BEYOND_STARTS} starts, and stops early once {IN_VAIN} in a row have found nothing "
-        "better (by 1e-6 m). A pose a little outside of the limits is put on them first. The "
-        "columns 1e-4 and 1e-6: within so many metres of the exact optimum.",
+        "Out of reach, no residual can show that a search has succeeded. There a solver makes up to "
+        f"{BEYOND_STARTS} starts, and stops early if {IN_VAIN} in a row have found nothing better "
+        "(by 1e-6 m). If a solver's pose is slightly outside the limits, it is moved onto them "
+        "before it is judged. The columns 1e-4 and 1e-6 give the share of targets solved to within "
+        "so many metres of the exact optimum.",
         "",
     ]
 

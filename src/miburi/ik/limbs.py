@@ -50,10 +50,9 @@ def _wrapped(angle: float) -> float:
 
 @compiled
 def place_body(body: Body, work: Work, waist: float) -> tuple[float, float]:
-    """Write the best pose for this waist to ``new``; return Eq.
+    """Write the best pose for this waist to ``new``; return Eq. 13 and its slope in that angle.
 
-    13 and its slope in the waist's angle.  The other joints are at their best, so that their motion
-    adds nothing to the slope.
+    The other joints are at their best, so that their motion adds nothing to the slope.
     """
     sine, cosine = sin(waist), cos(waist)
     target, pose = work.target, work.new

@@ -168,13 +168,15 @@ def asks_for_everything(question: str, language: Language) -> bool:
 
 
 def with_whom(told: str, earlier: Iterable[str], language: Language) -> str:
-    """Return what was told.
+    """Return what was told; a sentence about "she" gets the name of a person from earlier ones.
 
-    A sentence about "she" gets the name of a person from earlier sentences.  ``earlier`` has the
-    sentences before it, the newest first. If an earlier sentence names two people whom "she" may
-    mean, no guess is made.  >>> with_whom("Her name was Maureen.", ["My dear wife was a nurse."],
-    "en") 'my wife: Her name was Maureen.' >>> with_whom("Her name was Maureen.", ["My sister and my
-    wife were nurses."], "en") 'Her name was Maureen.'
+    ``earlier`` has the sentences before it, the newest first. If an earlier sentence names two
+    people whom "she" may mean, no guess is made.
+
+    >>> with_whom("Her name was Maureen.", ["My dear wife was a nurse."], "en")
+    'my wife: Her name was Maureen.'
+    >>> with_whom("Her name was Maureen.", ["My sister and my wife were nurses."], "en")
+    'Her name was Maureen.'
     """
     words = plain(told, language)
     meant = next((one for one in _rules(language).whom if re.match(one.says, words)), None)

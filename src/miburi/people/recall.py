@@ -17,7 +17,7 @@ __all__ = ["recall"]
 
 #: Letters of a word that count; the share of a question's weight that an answer must have; and the
 #: relative weight of a word that is in no fact, such as "time" (all ours).
-_STEM, _ENOUGH, _UNTOLD = 6, 0.4, 0.3
+_STEM, _ENOUGH, _UNTOLD = 6, 0.45, 0.3
 
 
 def recall(question: str, told: Sequence[str], language: Language) -> str | None:
@@ -36,12 +36,15 @@ def recall(question: str, told: Sequence[str], language: Language) -> str | None
     }
     whole = sum(weight.values())
     subjects = [_stems(each, language) for each in subjects_of(question, language)]
-    best, found = 0.0, None
+    words = set(plain(question, language).split())
+    best: tuple[float, int] = (_ENOUGH * whole, len(words))
+    found = None
     for each, stems in zip(told, known, strict=True):
         shared = sum(weight[stem] for stem in asked & stems)
+        same = len(words & set(plain(each, language).split()))  # "born" rather than "birthday"
         about = all(subject & stems for subject in subjects if subject)
-        if about and shared >= best and shared > _ENOUGH * whole:
-            best, found = shared, each
+        if about and shared > 0 and (shared, same) >= best:
+            best, found = (shared, same), each
     return found
 
 
@@ -50,8 +53,9 @@ def _stems(text: str, language: Language) -> set[str]:
     if not is_spaced(language):
         return {"".join(pair) for pair in pairwise(words) if not all(map(_is_kana, pair))}
     common, same = common_words(language), same_words(language)
-    singular = (word if word in same else word.removesuffix("s") for word in words.split())
-    return {same.get(word, word)[:_STEM] for word in singular if word not in common}
+    rare = (word for word in words.split() if word not in common)
+    singular = (word if word in same else word.removesuffix("s") for word in rare)
+    return {same.get(word, word)[:_STEM] for word in singular}
 
 
 def _is_kana(letter: str) -> bool:

@@ -370,11 +370,14 @@ def as_written(words: str, said: str) -> str:
 
     >>> as_written("my sister", "Tell me when my sister Anna comes.")
     'my sister Anna'
+    >>> as_written("my neighbour", "My neighbour Mr Hussain cuts my hedge.")
+    'My neighbour Mr Hussain'
     >>> as_written("my wifes name", "My wife's name is Maureen.")
     "My wife's name"
     """
     # A plain "wifes" may be written "wife's".
     spelled = ("['’]?".join(map(re.escape, word)) for word in words.split())
     either = r"[\W_]+".join(spelled)
-    found = re.search(rf"({either})( (?-i:(?!I\b)[A-Z]\w+))?", said, re.IGNORECASE)
+    name = r"(?-i:(?:(?:Mrs?|Ms|Miss|Dr|Father|Sister)\.? )?(?!I\b)[A-Z]\w+)"
+    found = re.search(rf"({either})( {name})?", said, re.IGNORECASE)
     return found.group() if found else words
