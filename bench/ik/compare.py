@@ -266,8 +266,8 @@ def explanation(processes):
     loads = "; ".join(f"{a:.1f} to {b:.1f}" for a, b in (p["load"] for p in processes))
     return [
         f"{platform.machine()}, {os.cpu_count()} cores, one thread. {PROCESSES} processes of "
-        f"{ROUNDS} rounds, in each of which every solver has its turn (the slowest solvers have one "
-        "round in each process but the first). n is the number of targets from which a percentage "
+        f"{ROUNDS} rounds, in each of which every solver has its turn (the slowest have one round "
+        "in each process but the first). n is the number of targets from which a percentage "
         "is taken. "
         f"The machine's load before and after each process: {loads}. "
         "Times are the lesser of wall clock and processor time; *times Miburi* is the median of a "
@@ -277,8 +277,8 @@ def explanation(processes):
         "A solver begins at the middle of the limits. Until the residual is 0.1 mm it begins anew "
         "at random poses, 20 starts in all. The robotics toolbox makes its own restarts; "
         "EAIK, IK-Geo and Miburi get one call. "
-        "Out of reach, no residual can show that a search has succeeded. There a solver makes up to "
-        f"{BEYOND_STARTS} starts, and stops early if {IN_VAIN} in a row have found nothing better "
+        "Out of reach, no residual can show that a search has succeeded. There a solver makes up "
+        f"to {BEYOND_STARTS} starts, and stops early if {IN_VAIN} in a row have found nothing better "
         "(by 1e-6 m). If a solver's pose is slightly outside the limits, it is moved onto them "
         "before it is judged. The columns 1e-4 and 1e-6 give the share of targets solved to within "
         "so many metres of the exact optimum.",
@@ -310,7 +310,8 @@ def main():
         "",
         "Not here: " + " ".join(processes[0]["missing"]),
         "",
-        "Batch of 10,000 reachable, `ik.solve_batch`, all cores, by the wall clock: "
+        "`ik.solve_batch` solves a batch of 10,000 reachable targets on all cores, by the wall "
+        "clock, in five processes, at these rates: "
         + ", ".join(f"{median:,.0f}" for median, _ in rates)
         + f" a second (best {max(best for _, best in rates):,.0f}).",
     ]

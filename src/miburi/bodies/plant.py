@@ -80,8 +80,8 @@ class Plant:
         motor = self._servo.motor
         self._braking = np.full(len(JOINTS), self._servo.damping - self._servo.friction.viscous)
         self._stiffness, self._damping = self._servo.stiffness, self._servo.control_damping
-        #: V² for each N²·m² of torque; divided by the voltage, this is what the supply loses
-        #: under load.
+        #: The supply's voltage under load drops by this, V²/(N·m)², times the square of the torque,
+        #: divided by the voltage.
         self._drop = self._servo.supply.resistance * motor.resistance / motor.torque_constant**2
         from miburi.servos.friction import set_friction  # it loads Numba
 
@@ -204,7 +204,7 @@ class Plant:
     def loaded_voltage(self) -> float:
         """The supply's voltage under the current that the motors draw, V."""
         force = self.data.actuator_force
-        # The supply feeds a share of each motor's current that equals the motor's duty.
+        # The current from the supply is each motor's current times its duty.
         fed = float(force @ (force - self._braking * self.data.qvel.take(self._dofs)))
         return self.voltage - self._drop * max(fed, 0.0) / self.voltage
 

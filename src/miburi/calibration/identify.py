@@ -1,10 +1,10 @@
 """Identify each servo from free moves: how it differs from the one that the description names.
 
 It takes the robot and :class:`~miburi.calibration.free_motion.Trace` objects of some fifty moves,
-and gives :class:`Identified`, from which :func:`expecting` makes the rule of *these* servos;
-:mod:`miburi.calibration.guards` grants what they need. :func:`in_words` says what a maker may
-want to look at, and
-:func:`check` refuses what cannot be driven safely. A trace holds only what a card sees.
+and gives :class:`Identified`, from which :func:`expecting` makes the contact rule for *these*
+servos; :mod:`miburi.calibration.guards` gives the rule its guards. :func:`in_words` says what a
+maker may want to look at, and :func:`check` refuses what cannot be driven safely. A trace holds
+only what a card sees.
 
 Import it where it is first needed: it loads Numba.
 """
@@ -62,7 +62,8 @@ _MIRRORED, _SINGLE, _EXPECTED = 1.5, 2.0, 1.25
 #: torque is found at 0.67 of the mirror image's stiffness, and is named as softer; one with twice
 #: the friction is found at 0.7, and is not (ours).
 _SOFTER = 1.45
-#: The wear of all is measured at joints without play if there are at least this many (ours).
+#: The servos' common wear is measured at joints without play if there are at least this many
+#: (ours).
 _FIRM_ONES = 3
 #: Wear beyond this is not believed; gears would take all of a motor's torque (ours).
 _MOST_WEAR = 2.5
@@ -75,13 +76,15 @@ _WEARS, _SEEN = 3, 0.92
 #: to 1.02 steps of 0.088°; joints that carry little had 1.0 to 1.6 steps with a play of 0.25°, and
 #: 1.6 to 3.7 steps with 0.5°.
 _FIRM, _LOOSE, _IN_STEPS, _PLAYS = radians(0.057), radians(0.092), (0.65, 1.05), 3.3
-#: A joint's friction, up to this many times the others', may explain the model's error, instead of
-#: play (ours): with more, half a degree of play at a joint that rubs would go unreported.
+#: Friction explains a part of the model's error, so a joint with more friction than the others
+#: needs a larger error before it counts as loose. This is the largest ratio of frictions that is
+#: allowed for (ours); with a larger one, half a degree of play at a joint with much friction would
+#: go unreported.
 _RUBS = 2.0
 _MIRROR = {"left": "right", "right": "left"}
 _NAMES = ("stiffness", "damping", "friction", "gravity")
-#: Constants that the search changes in one step: each one alone, then groups that can change
-#: together with hardly any effect on the motion, without friction and with it.
+#: Constants that the search changes in one step: each one alone, and then two groups (without and
+#: with friction) whose common change hardly affects the motion.
 _TOGETHER = (*((name,) for name in _NAMES), ("stiffness", "damping", "gravity"), _NAMES)
 
 
@@ -162,7 +165,7 @@ def _missed_by_all(errors: Array) -> float:
 
 @dataclass(frozen=True)
 class _Move:
-    """A trace as the model needs it: profile and share of the way at each step of the model."""
+    """A trace as the model needs it: at each step, the profile and its share of the distance."""
 
     loading: Loading
     profile: Steps
@@ -303,7 +306,7 @@ def _rubs(robot: Robot, found: Identified) -> float:
 
 
 def _softer(loading: Loading, times: float) -> Loading:
-    """Return the loading of motors that are this many ``times`` stiffer."""
+    """Return the same loads for motors that are this many ``times`` stiffer."""
     errors = (loading.begin, loading.end, loading.most)
     return Loading(loading.offset, *((error / times).astype(np.int64) for error in errors))
 

@@ -41,7 +41,7 @@ from miburi.talk.said import SayOut
 
 __all__ = ["AsyncPartner", "connect_async"]
 
-#: s between two attempts to reconnect (ours).
+#: Interval between two attempts to reconnect, s (ours).
 _AGAIN = 0.5
 _DATA = "data: "
 

@@ -23,9 +23,10 @@ from miburi.serving.press import BY
 
 __all__ = ["PATIENCE", "Connection", "ConnectionLostError", "accepted"]
 
-#: s to wait for an answer.
+#: How long to wait for an answer, s.
 PATIENCE = 10.0
-#: s between two attempts to reconnect, and s of silence after which a stream counts as lost.
+#: Interval between two attempts to reconnect, s, and silence after which a stream counts as lost,
+#: s.
 _AGAIN, _STREAM_TIME = 0.5, 30.0
 _DATA = "data: "
 #: How many requests of a program's threads are open at once; others wait.

@@ -126,7 +126,7 @@ async def stay_at(
     broker
         The broker.
     identifier
-        Our client identifier; None takes any.
+        Our client identifier; with None, the library chooses one.
     live
         What to do with each connection.
     will

@@ -1,4 +1,7 @@
-"""The doors that a user opens beside HTTP; each is loaded only then, and needs an extra."""
+"""The doors besides HTTP that a user can open.
+
+A door's libraries, an extra, are loaded on opening.
+"""
 
 from dataclasses import dataclass, field
 from importlib.util import find_spec

@@ -27,7 +27,7 @@ __all__ = ["LARGEST", "Fleet", "FleetOut", "PartnerOut", "listening_to", "stop_a
 
 #: Partners in a fleet; more are left out (ours).
 LARGEST = 2000
-#: s to wait for what the broker keeps, and s to wait for the bodies to stop (ours).
+#: How long to wait for the broker's stored messages, s, and for the bodies to stop, s (ours).
 _GREETING, _PATIENCE = 5.0, 5.0
 _LOOK = 0.05
 _TOPIC = re.compile(r"miburi/(?:([^/]+)/)?([^/]+)/(available|report)")

@@ -52,7 +52,7 @@ __all__ = ["BIRTH", "BURST", "RATE", "add_home", "check_free", "is_taken", "live
 BIRTH = "homeassistant/status"
 #: Wishes per second, and how many at once, not counting Stop (ours).
 RATE, BURST = 5.0, 10.0
-#: s between two looks at the partner (ours).
+#: Interval between two looks at the partner, s (ours).
 _PERIOD = 0.25
 _ONLINE, _OFFLINE = "online", "offline"
 #: Refusals published per second, and at once: no more than a person can read (ours).
@@ -62,9 +62,9 @@ _TOLD_RATE, _TOLD_BURST = 1.0, 10.0
 _REPORT_RATE, _URGENT_RATE, _REPORT_BURST = 3 / 60, 3 / 60, 2.0
 #: The name under which the history remembers what the home knows.
 _WHO = "home"
-#: s to wait for an answer when asking whether a name is taken (ours).
+#: How long to wait for an answer when asking whether a name is taken, s (ours).
 _ANSWER = 1.5
-#: s to wait at startup for a broker that is away (ours).
+#: How long to wait at startup for a broker that is away, s (ours).
 _PATIENCE = 4.0
 
 

@@ -66,12 +66,12 @@ __all__ = ["BURST", "RATE", "add_ros", "live_in_ros"]
 
 #: Wishes per second, and how many at once, not counting Stop (ours).
 RATE, BURST = 5.0, 10.0
-#: s between two looks at the partner; all steps between them are published.
+#: Interval between two looks at the partner, s; all steps between them are published.
 _PERIOD = 0.01
 _LOG = logging.getLogger(__name__)
-#: s between two diagnoses while nothing changes (as diagnostic_updater's default).
+#: Interval between two diagnoses while nothing changes, s (as diagnostic_updater's default).
 _DIAGNOSIS = 1.0
-#: s after which a door that has failed is reopened (ours).
+#: Time after which a door that has failed is reopened, s (ours).
 _PAUSE = 5.0
 #: The longest wish, characters.
 _LONGEST = 4_000

@@ -22,7 +22,7 @@ LARGEST_DOMAIN = 232
 _LARGEST_MESSAGE = 200_000
 #: Participants that are looked for on this computer (as rmw_cyclonedds).
 _PARTICIPANTS = 32
-#: s between two announcements (ours): a node that starts later waits no longer than this.
+#: Interval between two announcements, s (ours): a node that starts later waits no longer than this.
 _ANNOUNCED = 2
 _HERE = (
     '<General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>'

@@ -123,7 +123,8 @@ class ControlTable:
     def refusal(self, addresses: list[int], data: bytes) -> int:
         """Return the error with which the servo refuses a write; 0 if it takes it."""
         pairs = list(enumerate(addresses))
-        # Where an indirect address leads elsewhere, another write begins.
+        # Indirect addresses may point to registers that are not adjacent; each run of adjacent ones
+        # is one write.
         for _, run in groupby(pairs, key=lambda pair: pair[1] - pair[0]):
             places = list(run)
             own = bytes(data[index] for index, _ in places)

@@ -35,7 +35,7 @@ __all__ += ["Expression", "FeelingModel", "Stimulus"]
 #: Factor by which a contact lowers every mood (Section 4: decreased by 20 %).
 CONTACT_FACTOR = 0.8
 STATE_VERSION = 2
-_MOST_REST = 0.9  # as the temperament allows
+_MOST_REST = 0.9  # the largest resting mood that a temperament may have
 
 
 @dataclass(frozen=True)
@@ -224,8 +224,8 @@ class FeelingModel(ABC):
         """
         levels = (emotion, feeling, mood)
         values = [None if level is None else _row(level) for level in levels]
-        # The slowest level is set first. Setting a level drops the change that it has yet to take
-        # up, so the change due to a rise of a faster level must be added afterwards.
+        # The slowest level is set first. Setting a level discards the pending effect of earlier
+        # stimuli on it, so the effect of setting a faster level must be added afterwards.
         for row in (2, 1, 0):
             level, value = levels[row], values[row]
             if level is not None and value is not None:
@@ -275,7 +275,7 @@ class FeelingModel(ABC):
                 f"The state must have version {STATE_VERSION} and model {cls.kind!r}, got "
                 f"{header[0]!r} and {header[1]!r}; without a state the model starts afresh."
             )
-        names = state.get("feelings", list(PAPER))  # older states name no model
+        names = state.get("feelings", list(PAPER))  # older states do not name their feelings
         if names != list(FEELINGS):
             raise InputError(
                 f"The state must be of the feelings {', '.join(FEELINGS)}, got {names!r:.200}; "
@@ -285,7 +285,10 @@ class FeelingModel(ABC):
         model._time = _seconds(state.get("time"), "the state's time")
         saved = dict(state)
         if isinstance(stale := state.get("stale"), list) and len(stale) == len(SOURCES) - 1:
-            saved["stale"] = [*stale, [0.0] * len(FEELINGS)]  # older states lack the source talk
+            saved["stale"] = [
+                *stale,
+                [0.0] * len(FEELINGS),
+            ]  # older states have no values for the source "talk"
         model._restore(
             {
                 name: _read_array(saved.get(name), array, model._limits[name], name)
@@ -311,7 +314,7 @@ class FeelingModel(ABC):
         self._lowered *= np.exp(-dt / self.temperament.fading[2])
 
     def _inhibit_mood(self, remaining: Array) -> None:
-        """Multiply the shown mood by a share, (n,); the model does so with its slowest level."""
+        """Multiply the shown mood by a share, (n,); the model also multiplies its slowest level."""
         sunk = remaining * self._lowered + (1 - remaining) * self._rest()
         self._lowered = np.where(self._held[2], self._lowered, sunk)
 

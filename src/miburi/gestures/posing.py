@@ -57,7 +57,7 @@ _LOOKS: dict[Direction, tuple[float, float]] = {
     "down": (0.0, -0.35),
     "aside": (0.4, 0.3),
 }
-#: s from rest to rest (ours).
+#: Time from rest to rest, s (ours).
 _LOOK_TIME = 0.8
 
 

@@ -19,7 +19,7 @@ __all__ = ["as_toml", "check_name", "taught"]
 
 #: How far hands and head may be from a straight path between two key poses, m (ours).
 _NEAR = 0.02
-#: rad that a joint must move to show anything (ours).
+#: How far a joint must move to show anything, rad (ours).
 _LEAST = 0.1
 #: Weight of the head's path: it moves only a few mm, but people see where it looks (ours).
 _HEAD = 4.0

@@ -21,7 +21,7 @@ __all__ = ["by_link", "in_one_link", "in_poses", "over_the_range", "stops_hold"]
 
 #: mm³.
 _TOUCH = 0.5
-#: rad between two poses of a joint.
+#: The step between two poses of a joint, rad.
 _STEP = 0.12
 
 

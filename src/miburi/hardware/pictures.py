@@ -56,11 +56,13 @@ class BuildStep:
     title
         What is done, as the picture's heading.
     adds
-        The things added, by name, each with the offset from which it comes, mm on its own link.
+        The things added, by name; each is drawn at an offset, mm in its link's frame, from where it
+        belongs.
     shows
         The things that are there already and are shown; ``*`` for all.
     groups
-        Groups of screws that hold the additions, each with the one whose offset it shares, or "".
+        Groups of screws that hold the additions; each has the name of the thing whose offset it
+        shares, or "".
     words
         What else to do or to check.
     view

@@ -33,7 +33,7 @@ __all__ = [
 
 #: How far the head's servo leans back, rad, so that a bowed phone's lower edge clears it.
 HEAD_LEAN = 0.65
-#: mm between a yoke's plate and the torso's side.
+#: Gap between a yoke's plate and the torso's side, mm.
 SIDE_GAP = 0.5
 #: mm from the robot's middle to the back of each shoulder's servo: room for plugs and wires.
 _BACK_TO_BACK = 4.5

@@ -35,7 +35,7 @@ BODY = _record(
         ("lengths", _record([(name, np.float64) for name in Lengths.model_fields])),  # m
         ("lower", np.float64, 8),  # rad, Table 1
         ("upper", np.float64, 8),  # rad
-        ("enough", np.float64),  # m², Eq. 13 at which a search ends
+        ("enough", np.float64),  # m², the value of Eq. 13 at which a search ends
         ("reached", np.float64),  # m, the residual at which a target counts as reached
     ]
 )

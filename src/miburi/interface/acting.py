@@ -56,7 +56,7 @@ def shown_by(partner: LivePartner, wish: ExpressIn) -> list[KeyPose] | None:
 
 
 def look_of(partner: LivePartner, wish: LookIn) -> list[KeyPose]:
-    """Return the key poses of a look."""
+    """Return the key poses of a glance in a direction."""
     return gestures.look(partner.robot, wish.at, wish.seconds)
 
 
@@ -70,7 +70,7 @@ def poses_of(partner: LivePartner, wish: PosesIn) -> list[KeyPose]:
     """
     written = wish.model_dump(include=set(MovementFunction.model_fields) - {"feeling"})
     try:
-        # The feeling is only a name here: these poses show what the wish says.
+        # The class needs the name of a feeling, which does not affect these poses.
         function = MovementFunction.model_validate(
             {**written, "name": "poses", "feeling": FEELINGS[0]}
         )

@@ -156,7 +156,7 @@ def _now(partner: LivePartner) -> Cursor:
 def _hide_words(partner: LivePartner, events: list[LiveEvent]) -> list[LiveEvent]:
     if not partner.snapshot.state.words:
         return [without_words(event) for event in events]
-    # Words from before the last change of the user's setting stay hidden.
+    # Words that were said before the user last changed the setting of the words stay out of events.
     since = max((e.number for e in partner.history.after(0) if e.kind == "words"), default=0)
     return [event if event.number > since else without_words(event) for event in events]
 

@@ -91,7 +91,9 @@ class Arbiter:
         self._variations = None if life is None else np.random.default_rng(life)
         self._rest = None if life is None else Rest(robot, life)
         self._emotion = None if life is None else ShownEmotion()
-        self._strokes: deque[float] = deque()  # of what it says, s on the body's clock
+        self._strokes: deque[float] = (
+            deque()
+        )  # times for beats to the present sentence, s on the body's clock
         self._beats_until = -np.inf  # when the last beat has ended, s
 
     def prepare(
@@ -122,14 +124,14 @@ class Arbiter:
         self.asked, self.asked_at, self._interrupts = asked, time, interrupts
 
     def speak(self, time: float, strokes: Sequence[float]) -> None:
-        """Note when syllables of what it says stand out, s from ``time`` on; they must ascend."""
+        """Note the times of prominent syllables of a sentence, s from ``time`` on, ascending."""
         within = [at for at in strokes if at >= gestures.BEAT_LEAD]
         chosen = [] if self._rest is None else self._rest.choose(within)
         self._strokes = deque(time + at for at in chosen)
         self._beats_until = self._strokes[-1] + gestures.BEAT_LEAD if chosen else -np.inf
 
     def hurries(self, time: float) -> bool:
-        """Whether a body at rest may begin before the next period."""
+        """Whether something may begin now, before the next period, if the body is at rest."""
         self._drop_strokes(time)
         felt = self._felt(time)
         attends = self.company.attends is not None and felt is None

@@ -122,7 +122,7 @@ class ServoTable(Table):
 
 
 _Grant = Annotated[float, Strict(), Field(ge=0, le=1)]
-#: What the contact rule grants the eight motors, in s and rad.
+#: The contact rule's guards (allowed lags and deviations) for the eight motors, in s and rad.
 GuardsTable: TypeAlias = Guards[Annotated[list[_Grant], Field(min_length=8, max_length=8)]]
 
 

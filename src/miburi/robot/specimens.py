@@ -2,7 +2,7 @@
 
 A description and a seed give robots whose servos and masses vary as widely as may be expected of
 such servos, new and worn. Whoever drives them knows only the description. All ranges are ours. The
-two divisors are not: one is from the e-manual, the other was identified.
+P gain has one of two divisors: that of the e-manual, or the one that was identified.
 """
 
 from dataclasses import dataclass

@@ -56,7 +56,7 @@ class Course(NamedTuple):
     Attributes
     ----------
     angles, velocities
-        (8,) rad and (8,) rad/s, for the goals that the servos get, which allow for sag.
+        (8,) rad and (8,) rad/s. Like the goals that the servos get, they allow for sag.
     """
 
     angles: Array
@@ -64,7 +64,7 @@ class Course(NamedTuple):
 
     @classmethod
     def of(cls, robot: Robot, place: Steps, velocity: Steps) -> "Course":
-        """Return a course from places, (8,) 1/256 steps, and velocities, 1/256 steps/s."""
+        """Convert positions (8,), 1/256 steps, and velocities (8,), 1/256 steps/s, to a course."""
         step = robot.servo.step / FINE
         return cls(np.multiply(place, step), np.multiply(velocity, step))
 
@@ -92,8 +92,8 @@ def plan_move(robot: Robot, start: Array, end: Array, duration: float) -> Move:
     if not duration > 0:
         raise InputError(f"duration must be more than 0 s, got {duration!r}.")
     ramp, fastest = robot.servo.acceleration, robot.servo.max_speed
-    # Motors go from one goal to the next (goals allow for sag), and servos count whole steps: a
-    # fraction of a step must not change a speed.
+    # Distances are those between goals (which allow for sag) in whole steps, as the servos round
+    # them; otherwise a fraction of a step would change a speed.
     step = robot.servo.step
     distance = (
         np.abs(np.diff(to_steps(robot, aim(robot, np.array([start, end]))), axis=0)[0]) * step

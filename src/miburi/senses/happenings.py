@@ -23,7 +23,7 @@ Kind = Literal[
     "startle", "smile", "surprised_face", "sad_face", "angry_face", "scared_face", "disgusted_face",
     "greet",
 ]  # fmt: skip
-#: s after a contact stop within which a stroke makes up for it (ours).
+#: A caress within this time after a contact stop makes up for it, s (ours).
 MAKES_UP = 60.0
 
 

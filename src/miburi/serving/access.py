@@ -98,7 +98,7 @@ WRONG_RATE, WRONG_BURST = 0.2, 10.0
 SOCKETS = 200
 #: The most keys that one request may present: cookies of one name can exist for several paths.
 _LOOKED_AT = 4
-#: s between two checks of an open socket's key (ours).
+#: Interval between two checks of an open socket's key, s (ours).
 _KEY_LOOK = 1.0
 _FORGOTTEN = "this device was forgotten; pair it again."
 _PAGES = ("/", "/face")

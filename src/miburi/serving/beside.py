@@ -8,7 +8,7 @@ from fastapi import FastAPI
 
 __all__ = ["beside", "live_beside"]
 
-#: s between two cancellations of a task that does not end (ours).
+#: Interval between two cancellations of a task that does not end, s (ours).
 _CANCELLED_AGAIN = 1.0
 
 

@@ -10,7 +10,7 @@ from miburi.serving.relay import Guest
 
 __all__ = ["GRACE", "HANDSHAKES", "Crowd"]
 
-#: s in which a new connection does not have to give way to newer ones (ours).
+#: Time in which a new connection does not have to give way to newer ones, s (ours).
 GRACE = 0.5
 #: The most HTTPS handshakes, from all addresses, that may be under way: each takes 0.33 MB of the
 #: server's memory (ours).

@@ -23,9 +23,9 @@ __all__ = ["LIFE", "MOST", "Device", "Keys", "kept_token", "same"]
 
 #: Lifetime of a device's key, s, and the most devices that can hold one (ours).
 LIFE, MOST = 30 * 24 * 3600, 50
-#: s between two updates of a device's last visit (ours).
+#: Interval between two updates of a device's last visit, s (ours).
 _NOTED = 600.0
-#: s that the clock may have run ahead when a device was paired (ours).
+#: Time that the clock may have run ahead when a device was paired, s (ours).
 _CLOCK = 86_400.0
 _TOKEN = re.compile(r"[A-Za-z0-9_-]{32,}")
 _KEY = re.compile(r"([0-9a-f]{8})\.([A-Za-z0-9_-]{43})")

@@ -16,7 +16,8 @@ from miburi.serving.relay import Guest
 
 __all__ = ["BEAT", "SILENCE", "Lane"]
 
-#: s between two signs of life, and s after which a Stop is said to have reached nobody (ours).
+#: Interval between two signs of life, s, and time after which a Stop counts as having reached
+#: nobody, s (ours).
 BEAT, SILENCE = 1.0, 1.0
 _WISHES = {b"upgrade", b"expect"}
 _NO_ANSWER = "the partner cannot be reached; should it answer again, it will stop."

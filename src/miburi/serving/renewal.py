@@ -18,7 +18,7 @@ from miburi.serving.reach import Reach, pairing_url, qr_for_terminal
 
 __all__ = ["EVERY", "Renewal", "reach_of"]
 
-#: s between two looks (ours).
+#: Interval between two looks, s (ours).
 EVERY = 60.0
 
 

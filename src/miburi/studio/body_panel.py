@@ -27,7 +27,7 @@ __all__ = ["Update", "body_panel"]
 
 #: A motor is shown as warm from this many °C below the limit.
 _WARM = 5.0
-#: s between checks of the recordings, and the length of their list.
+#: Interval between checks of the recordings, s, and the length of their list.
 _LOOK, _LISTED = 0.5, 20
 #: Bodies whose servos are simulated, and the word for where their constants come from.
 _SIMULATED = ("simulated", "emulated-card")

@@ -35,9 +35,9 @@ PATIENCE = 8.0
 #: The largest answer of an endpoint, bytes.
 LARGEST_REPLY = 65_536
 
-#: s for which a slow request stays open: as long as a model may take to load (ours).
+#: How long a slow request stays open, s: as long as a model may take to load (ours).
 _LOADING = 120.0
-#: s to find the server.
+#: Time to find the server, s.
 _CONNECTING = 3.0
 #: Exchanges that are sent along.
 _REMEMBERED = 6

@@ -30,7 +30,7 @@ _UNKNOWN = (
 )
 #: A note in the store: whether events may contain people's words.
 _WORDS = "words"
-#: s to wait for the disk.
+#: How long to wait for the disk, s.
 _PATIENCE = 2.0
 
 

@@ -284,7 +284,7 @@ _SKIN = 0.02
 
 
 def _gaps(robot: Robot, ways: Array, obstacles: Array) -> Array:
-    """Return how far obstacles (m, 3) are from the links in poses (n, 8): (n, 5, m) m."""
+    """Return the distances (n, 5, k), m, of k obstacles from the five links in n poses."""
     size = robot.lengths
     short = robot.model_copy(update={"lengths": size.model_copy(update={"L34": 1e-9})})
     ends, bends = forward(robot, ways), forward(short, ways)

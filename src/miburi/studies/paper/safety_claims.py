@@ -30,8 +30,8 @@ _NOT_BUILT = "the emulated card has not been built here (`make firmware`)"
 #: Speed below which a motor counts as stopped, rad/s; time within which it must have stopped, s
 #: (ours).
 _STILL, _SOON = 0.1, 0.3
-#: A stop is direct if it comes within this time of the first touch, s: for 95 of 100 contacts, and
-#: for all (ours).
+#: Stops count as direct if 95 of 100 come within the first of these times after the first touch,
+#: and all within the second, s (ours).
 _DIRECT, _LATEST = 0.15, 0.3
 #: The weight of a person's hand, N: 0.56 % of 60 kg (de Leva 1996).
 _HAND = 3.3
@@ -139,7 +139,7 @@ def stops_at_once(runs: Runs) -> Claim:
 
 
 def period_and_limit(runs: Runs) -> Claim:
-    """Test the rule as printed on free moves, without and with a lag."""
+    """Apply the paper's printed rule to free moves, without and with a lag."""
     moves = fastest(runs.robot, runs.moves)
     ideal, lagging = (
         float(pass_map(moves, np.array([lag]), np.array([ramp]))[0, 0])

@@ -17,7 +17,7 @@ __all__ = ["FILMS", "draw_missing", "find_films"]
 
 #: The folder of films in a study's folder.
 FILMS = "films"
-#: A film's width and height; it shows every record, so that people see 50 pictures a second.
+#: A film's width and height. Every record of the recording becomes a picture, 50 a second.
 _PIXELS = 640
 #: The endings of a drawn film's name: without ffmpeg a film is a sheet of pictures.
 _ENDINGS = (".mp4", ".sheet.png")

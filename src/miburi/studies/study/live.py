@@ -129,7 +129,7 @@ def _hindrance(state: State) -> Ending | None:
 
 
 def _stopped(stop: StopOut | None) -> Ending:
-    """Return the outcome for a stop: by its reason, it ends by itself, or a person must end it."""
+    """Return the outcome for a stop. Its reason decides whether it ends by itself."""
     match stop.reason if stop is not None else None:
         case StopReason.CONTACT | StopReason.TOUCHED:
             return Ending.TOUCHED
@@ -170,7 +170,7 @@ class Turns:
     clock
         Returns the time, s.
     idle
-        If the participant asks for no page for this time, s, another one may begin.
+        Another participant may begin if the present one asks for no page for this time, s.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic, idle: float = IDLE) -> None:

@@ -72,7 +72,7 @@ def cronbach_alpha(values: ArrayLike) -> float | None:
 
 
 def right_order(moods: ArrayLike, ratings: ArrayLike) -> tuple[float, int]:
-    """Count the pairs with different moods: those rated in the order of the moods, and all.
+    """Return how many pairs of moods are rated in the right order, and how many there are.
 
     A tie of ratings counts one half, so that guessing gives one half of the pairs (the
     probability of superiority, as in Mann and Whitney 1947).
@@ -130,7 +130,7 @@ def share_interval(clusters: Sequence[Sequence[bool]]) -> tuple[float, float] | 
 
     It is Wilson's (1927), for the effective number of answers (their number divided by the design
     effect of :func:`mean_interval`'s variance, at least 1), with Student's quantile. Where all
-    answers are alike, each cluster counts as one.
+    answers are the same, each cluster counts as one answer.
     """
     kept = [np.asarray(values, dtype=np.float64) for values in clusters if len(values)]
     if len(kept) < 2:

@@ -1,7 +1,7 @@
 """Draw the conditions of one trial: the robot's moves, how it differs, and the person.
 
-The random numbers come from a given generator. All ranges are our assumptions; they are wide
-enough for a person's fingers and for a wall.
+The random numbers come from a given generator. All ranges are our assumptions; they cover obstacles
+from a person's fingers to a wall.
 """
 
 from dataclasses import dataclass

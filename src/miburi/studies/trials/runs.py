@@ -38,7 +38,7 @@ __all__ = [
     "write_parquet",
 ]
 
-#: s to wait for a cluster's address to answer.
+#: How long to wait for a cluster's address to answer, s.
 _KNOCK = 5.0
 
 Done = tuple[Chunk, list[Outcome]]
