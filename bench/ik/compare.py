@@ -278,10 +278,10 @@ def explanation(processes):
         "at random poses, 20 starts in all. The robotics toolbox makes its own restarts; "
         "EAIK, IK-Geo and Miburi get one call. "
         "Out of reach, no residual can show that a search has succeeded. There a solver makes up "
-        f"to {BEYOND_STARTS} starts, and stops early if {IN_VAIN} in a row have found nothing better "
-        "(by 1e-6 m). If a solver's pose is slightly outside the limits, it is moved onto them "
-        "before it is judged. The columns 1e-4 and 1e-6 give the share of targets solved to within "
-        "so many metres of the exact optimum.",
+        f"to {BEYOND_STARTS} starts, and stops early if {IN_VAIN} in a row have found nothing "
+        "better (by 1e-6 m). If a solver's pose is slightly outside the limits, it is moved onto "
+        "them before it is judged. The columns 1e-4 and 1e-6 give the share of targets solved to "
+        "within so many metres of the exact optimum.",
         "",
     ]
 

@@ -153,6 +153,19 @@ def test_what_is_said_sideways_is_heard(said: str, kind: str) -> None:
     assert hear(said).distress == kind
 
 
+@pytest.mark.parametrize(
+    "said",
+    [
+        "Good evening. It's only me, as if it would be anyone else.",
+        "For me it's George Best and I won't hear otherwise.",
+        "You'd tell me, wouldn't you, if I kept saying the same thing over and over?",
+    ],
+)
+def test_without_plain_words_a_death_wish_is_asked_about_first(said: str) -> None:
+    """These remarks of strangers were taken for one, and ten minutes of care followed."""
+    assert hear(said).distress is None
+
+
 def test_what_may_be_distress_is_asked_about() -> None:
     heard = hear("There's a funny smell from the cooker")
     assert (heard.distress, heard.worry, heard.feeling) == (None, "gas", None)

@@ -41,7 +41,7 @@ __all__ = ["Heard", "features", "hear_distress", "judge_distress"]
 #: are ours, chosen on lines by writers whose lines were not in the training of the tested model.
 _FINDS, _WONDERS = 0.7, 0.4
 #: A death wish without any plain word is asked about up to this likelihood: asking helps (ours).
-_SURE = 0.85
+_SURE = 0.95
 #: Longest text that is judged only as a whole, the length of the parts of a longer one, and the
 #: distance between two parts (ours). A cry for help has little weight in a minute's chatter.
 _LONG_WORDS, _LONG_LETTERS = (24, 14, 4), (34, 24, 6)
