@@ -179,9 +179,9 @@ def ends(x: Array, lower: Array, upper: Array) -> Array:
     """Return 2n clones of ``x``: each variable once at its least and once at its greatest value.
 
     This is ours, not the paper's. Where a local search is trapped, the way out often begins at a
-    bound. A joint at one limit escapes from the other limit, since after half a turn an arm bent
-    the other way is nearly where it was. A nearly straight arm escapes from the limit that bends it
-    the other way.
+    bound. A joint at one limit escapes from the other, since after half a turn an arm bent the
+    other way is nearly where it was. A nearly straight arm escapes from the limit that bends it
+    back.
     """
     clones, j = np.repeat(x[None], 2 * x.size, axis=0), np.arange(x.size)
     clones[2 * j, j], clones[2 * j + 1, j] = lower, upper

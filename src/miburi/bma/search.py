@@ -35,11 +35,9 @@ class Optimizer:
     Parameters
     ----------
     bounds
-        (n, 2): the least and greatest value of each variable; a variable is fixed where they are
-        equal.
+        (n, 2): the least and greatest value of each variable, which is fixed where they are equal.
     start
-        (n,) inside the bounds; where none is given, the first local search begins in the middle
-        of the box.
+        (n,) inside the bounds; by default the first local search begins in the middle of the box.
     settings
         How to search.
     seed

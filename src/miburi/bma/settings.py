@@ -165,8 +165,7 @@ class SearchResult:
     Parameters
     ----------
     x, value
-        The best point, (n,), inside the bounds, and the function's value there (for residuals, the
-        sum of squares).
+        The best point, (n,), inside the bounds, and its value (for residuals, the sum of squares).
     evaluations, generations
         How many points were evaluated, and how many generations were begun.
     status

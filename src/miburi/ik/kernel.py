@@ -32,8 +32,7 @@ def solve(
 
     Writes the angles, (8,), and the error of each extremity, (3,).
 
-    ``start`` is the present pose, (8,), or an empty array, (0,), if there is none: one more
-    argument would cost 0.1 µs.
+    ``start`` is the present pose, (8,), or empty, (0,): one more argument would cost 0.1 µs.
 
     Returns how the search ended, the residual in m, and the evaluations.
     """

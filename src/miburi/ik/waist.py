@@ -121,8 +121,7 @@ def _falls_inwards(left: Array, right: Array) -> bool:
 def _search_cell(body: Body, work: Work, left: Waist, right: Waist) -> None:
     """Find the floor of the valley in a cell, and of a second valley if there is one.
 
-    Halfway from the floor to an end of the cell, Eq. 13 rises towards the end unless another
-    valley lies there.
+    Halfway from the floor to an end, Eq. 13 rises towards the end if there is no other valley.
     """
     floor = _descend(body, work, left, right)
     halfway = _visit(body, work, 0.5 * (left.angle + floor))
