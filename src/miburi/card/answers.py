@@ -19,13 +19,13 @@ __all__ = [
 
 #: Why a card cannot be released.
 LOST = (
-    "The card cannot be reached. Check its cable and power; Miburi looks for it every second. It "
-    "stays stopped until you release it."
+    "The card cannot be reached. Check its cable and power; Miburi looks for it every second. The "
+    "body stays stopped until you release it."
 )
 UNREADABLE = (
-    "The card's settings were saved by another version of the firmware, and it cannot read them: "
-    "it does not know how its servos are mounted. Load its calibration (miburi card load), or "
-    "calibrate it again (miburi card calibrate --zeros)."
+    "The card's settings were saved by another version of the firmware, so the card cannot "
+    "read them and does not know how its servos are mounted. Load its calibration "
+    "(miburi card load), or calibrate it again (miburi card calibrate --zeros)."
 )
 
 

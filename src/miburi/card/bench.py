@@ -309,7 +309,9 @@ def _stops_of(card: Card, move: Move) -> list[str]:
     if stop is None:
         return []
     if stop.sign is None:
-        raise BodyError(f"Stopped: {stop.reason.spoken} ({stop.motor}). Mend that, then go on.")
+        raise BodyError(
+            f"Stopped: {stop.reason.spoken} ({stop.motor}). Put that right, then go on."
+        )
     card.step(REST)
     wake(card)
     return [f"{stop.motor}, {stop.sign}"]

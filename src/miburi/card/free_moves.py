@@ -145,7 +145,7 @@ def _check_free(card: Card) -> None:
         return
     where = "" if stop.motor is None else f" ({stop.motor})"
     met = stop.sign is not None or stop.reason is StopReason.TOUCHED
-    hint = _ROOM if met else "Mend that, then calibrate again."
+    hint = _ROOM if met else "Put that right, then calibrate again."
     raise BodyError(f"Stopped: {stop.reason.spoken}{where}. {hint}")
 
 

@@ -91,7 +91,13 @@ def _table(news: "FleetOut") -> "Table":
     from rich.table import Table
 
     heads = ("partner", "feels", "body", "stopped because", "stops today", "hottest")
-    table = Table(*heads, caption=None if news.connected else "No connection to the broker.")
+    table = Table(
+        *heads,
+        caption=None
+        if news.connected
+        else "No connection to the broker, so Stop reaches no robot from here: stop them at their "
+        "own pages, or switch them off.",
+    )
     for partner in news.partners:
         report, row = partner.report, [partner.name]
         if report is not None:

@@ -140,7 +140,7 @@ def run(
         str,
         typer.Option(
             envvar=VARIABLE,
-            help=f"The least level to log: {', '.join(LEVELS)}.",
+            help=f"The lowest level to log: {', '.join(LEVELS)}.",
             show_envvar=True,
         ),
     ] = "warning",

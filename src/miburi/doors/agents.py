@@ -203,7 +203,7 @@ def _wish(
         try:
             return await work(*args, **kwargs)
         except BodyError as error:
-            return f"Nothing was done: {error} Only a person can."
+            return f"Nothing was done: {error} Only a person can do that."
 
     return _in_words(answer)
 

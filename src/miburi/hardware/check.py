@@ -148,7 +148,7 @@ def _thinnest(solid: Manifold) -> float:
 
 def _shared(table: dict[str, list[Solid]]) -> Finding:
     pairs = [f"{one} and {other}" for one, other, _ in meetings.in_one_link(table)]
-    words = "; ".join(pairs) if pairs else "no two things of a link share room"
+    words = "; ".join(pairs) if pairs else "no two parts on a link overlap"
     return Finding("fit", not pairs, words)
 
 
@@ -213,7 +213,8 @@ def _loads(
     said = ", ".join(f"{key} = {mass:.3f}" for key, mass in (off or made).items())
     yield Finding(
         "masses", not off, f"in the robot's file, [masses] should be {said} kg" if off
-        else f"the description's are within {100 * _MASS:.0f} % of the parts': {said} kg",
+        else f"the masses in the description are within {100 * _MASS:.0f} % of the parts' masses: "
+        f"{said} kg",
     )  # fmt: skip
     stall = robot.servo.model.data_sheet.stall_torque
     anywhere = np.random.default_rng(0).uniform(robot.lower, robot.upper, (_POSES, len(JOINTS)))
@@ -233,8 +234,8 @@ def _loads(
     mass = sum(weight.mass for weight in table)
     yield Finding(
         "tipping", far < _EDGE * foot,
-        f"{mass:.2f} kg on a foot of {foot:.0f} mm radius: the zero-moment point leaves its middle "
-        f"by {far:.0f} mm at most",
+        f"{mass:.2f} kg on a foot of {foot:.0f} mm radius: the zero-moment point moves from "
+        f"the foot's middle by {far:.0f} mm at most",
     )  # fmt: skip
     high = 1000 * (robot.shape.pedestal_height + robot.lengths.L01 + arm_reach(robot))
     push = balance.push_that_tips(robot, table, high)

@@ -210,7 +210,7 @@ STEPS: tuple[BuildStep, ...] = (
         (("jaw", "jaw"),), "With washers; loose, until there is a phone.", (330.0, -15.0),
     ),
     BuildStep(
-        "Chest, when the first power-on is passed", (("chest", _UP[::-1]),), ("*",),
+        "Chest, after the first power-on has gone well", (("chest", _UP[::-1]),), ("*",),
         (("chest", "chest"),), "The end with the flat sides up. From the front.", (150.0, -15.0),
     ),
 )  # fmt: skip

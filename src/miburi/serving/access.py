@@ -260,7 +260,7 @@ class Gate:
         unlocked = path in (PAIRING, PRIVACY) or (self._https and path == AUTHORITY)
         if keys is not None and plain and not (unlocked and method in ("GET", "HEAD")):
             raise RefusedError(
-                426, "no token is accepted by plain http; use this partner's https address."
+                426, "no token is accepted over plain http; use this partner's https address."
             )
         if self.origin_of(path, headers) is not None:  # its pages bring a token, and no cookie
             headers.pop(b"cookie", None)

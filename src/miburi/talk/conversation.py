@@ -166,7 +166,7 @@ class Conversation:
             return None
         content = task.result()
         if not may_be_said(content.text):
-            self.trouble = "a reply that it does not say."
+            self.trouble = "a reply that it must not say."
             return None
         self._remember(said, content)
         feeling, strength = content.feeling, content.strength
