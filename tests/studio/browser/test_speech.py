@@ -76,7 +76,7 @@ def test_what_is_said_into_a_held_button_is_said_to_it(page: Page, url: str, the
 )
 def test_no_voice_goes_to_a_recogniser_elsewhere(page: Page, url: str, script: str) -> None:
     listen(page, url, script)
-    expect(page.locator(".senses output")).to_contain_text("Others would send your voice away")
+    expect(page.locator(".senses output")).to_contain_text("would send your voice to a company")
     expect(page.get_by_role("switch", name="Spoken words")).not_to_be_checked()
     assert page.locator(".speak").count() == 0
     assert not page.evaluate("window.begun?.length")
