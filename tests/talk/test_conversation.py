@@ -162,7 +162,7 @@ SILLY: dict[str, tuple[Callable[[Handler], None], str]] = {
     "refusal": (says(None), "no chat completion"),
     "wrong key": (raw(401, b"{}"), KEY),
     "echo": (lambda h: says(h.asked["messages"][0]["content"])(h), "without words"),
-    "unkind": (answers(LOVELY | {"reply": UNKIND}), "does not say"),
+    "unkind": (answers(LOVELY | {"reply": UNKIND}), "must not say"),
     "nothing said": (answers(LOVELY | {"reply": " \u202e\x00\n"}), "without words"),
     "only thoughts": (says("<think>The user is sad. {"), "without words"),
     "deep": (says(DEEP), "without words"),
