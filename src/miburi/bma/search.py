@@ -72,9 +72,8 @@ class Optimizer:
         self._evaluations = self._generations = self._idle = 0
         self._status: str | None = None
         self._told_shape: tuple[int, ...] = ()
-        self._totals = np.empty(
-            0
-        )  # the latest values passed to ``tell``; for residuals, their sums of squares
+        # The latest values passed to ``tell``; for residuals, their sums of squares.
+        self._totals = np.empty(0)
         self._asked = False
         self._requests = self._search()
         self._points: Array | None = next(self._requests)

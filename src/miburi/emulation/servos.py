@@ -302,9 +302,8 @@ class Servo:
             error = ACCESS_ERROR
         if error or self.deaf:
             return self._error(error)
-        self.shaft.position(
-            self, time
-        )  # the shaft's motion up to now is computed before the write takes effect
+        # The shaft's motion up to now is computed before the write takes effect.
+        self.shaft.position(self, time)
         written = self.table.behind(address, len(data))
         torque, mode = REGISTERS["torque_enable"].address, self.get("operating_mode")
         if torque in written:

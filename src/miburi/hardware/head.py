@@ -115,9 +115,8 @@ def cradle(robot: Robot) -> Manifold:
     """Return the part that nods: fork, plate behind the phone's lower third, shelf, fixed jaw."""
     c, holes = clamp(robot), dimensions().screws
     face = c.plate + _PLATE
-    narrow = (
-        c.half - _TRAVEL
-    )  # the plate's free edge: with the narrowest phone, the jaw moves beyond it
+    # The plate's free edge: with the narrowest phone, the jaw moves beyond it.
+    narrow = c.half - _TRAVEL
     lip = c.front + _FOAM
     grip = c.low + 50.0
     top = max(grip, 14.0)

@@ -177,9 +177,8 @@ class _Viewer:
             text = message.get("text")
             if (stop := _stop_in(text)) is not None:
                 self._runner.stop(press(stop.by, stop.press))
-                while (
-                    not self._commands.empty()
-                ):  # a release among the waiting commands would undo this Stop
+                # A release among the waiting commands would undo this Stop.
+                while not self._commands.empty():
                     self._commands.get_nowait()
             try:
                 self._commands.put_nowait((text, self._runner.read_until))

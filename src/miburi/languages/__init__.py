@@ -1,9 +1,10 @@
 """The languages that the partner hears and speaks: a folder of files for each.
 
-    language.toml how its text is recognised and reduced to plain words talk.toml       what people
-    say to a partner, and what it answers care.toml       what it says to somebody in distress, and
-    what it never says rhythm.toml how fast it is spoken, and what is stressed (English if there is
-    none) distress.toml   the words of distress (if there is none, no distress is heard)
+    language.toml   how its text is recognised and reduced to plain words
+    talk.toml       what people say to a partner, and what it answers
+    care.toml       what it says to somebody in distress, and what it never says
+    rhythm.toml     how fast it is spoken, and what is stressed (English if there is none)
+    distress.toml   the words of distress (if there is none, no distress is heard)
 
 A new language is a new folder. Its name is the code of the language, such as ``fr``.
 """

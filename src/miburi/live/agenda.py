@@ -47,10 +47,8 @@ class Agenda:
         self._open: dict[str, str] = {}  # wishes that have not ended, and what they are for
         self._interrupts = False  # whether the body's next act interrupts a gesture
         self._shown: dict[str, object] = {}  # the fields of the present gesture
-        self._stopped, self._returns = (
-            0.0,
-            False,
-        )  # the time, s; whether the body goes back to neutral
+        # The time, s; whether the body goes back to neutral.
+        self._stopped, self._returns = 0.0, False
 
     def perform(
         self,

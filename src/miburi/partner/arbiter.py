@@ -91,9 +91,8 @@ class Arbiter:
         self._variations = None if life is None else np.random.default_rng(life)
         self._rest = None if life is None else Rest(robot, life)
         self._emotion = None if life is None else ShownEmotion()
-        self._strokes: deque[float] = (
-            deque()
-        )  # times for beats to the present sentence, s on the body's clock
+        # Times for beats to the present sentence, s on the body's clock.
+        self._strokes: deque[float] = deque()
         self._beats_until = -np.inf  # when the last beat has ended, s
 
     def prepare(

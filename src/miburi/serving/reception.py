@@ -179,9 +179,8 @@ class Reception:
             line.setblocking(False)
             guest = Guest(line, (address[0], address[1]), kind, self._clock())
             self._crowd.enter(guest)
-            self._hear(
-                guest, selectors.EVENT_READ
-            )  # at once; other requests in the same data wait their turn
+            # At once; other requests in the same data wait their turn.
+            self._hear(guest, selectors.EVENT_READ)
             self._attend(guest)
 
     def _close(self, guest: Guest) -> None:

@@ -28,9 +28,8 @@ def _shapes(robot: Robot) -> list[dict[str, object]]:
     solids = shapes_if_it_can_be_built(robot)
     if not solids:
         return []
-    from miburi.hardware.files import (
-        triangles,
-    )  # imported here because it needs the extra ``hardware``
+    # Imported here because it needs the extra ``hardware``.
+    from miburi.hardware.files import triangles
 
     table: list[dict[str, object]] = []
     for (link, colour), solid in solids.items():

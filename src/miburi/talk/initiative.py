@@ -26,8 +26,7 @@ _THERE, _GLIMPSED = timedelta(minutes=10), timedelta(seconds=10)
 #: The shortest time between two first remarks, and the time without an answer after which one
 #: counts as ignored.
 _APART, _PATIENCE = timedelta(minutes=30), timedelta(minutes=10)
-#: After this many beginnings how many in a row were ignored that nobody took up, there are half as
-#: many a day.
+#: After this many first remarks in a row that nobody answered, there are half as many a day.
 _IGNORED = 2
 
 
@@ -90,7 +89,7 @@ class Initiative:
 
     manners: Manners = field(default_factory=Manners)
     _begun: list[datetime] = field(default_factory=list)  # today
-    _ignored: int = 0  # in a row
+    _ignored: int = 0  # how many in a row were ignored
     _open: datetime | None = None  # the latest first remark that nobody has answered yet
     _greeted: datetime | None = None  # when the latest person to be greeted came
 

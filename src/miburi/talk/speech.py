@@ -123,9 +123,8 @@ class Speech:
         grave = heard.distress is not None
         wanted = list(script(language).intents_of(said))
         if heard.worry == "help" and any(not match.cue.broad for match in wanted):
-            heard = replace(
-                heard, worry=None
-            )  # the kind of distress is unclear, and there is an answer to the words
+            # The kind of distress is unclear, and there is an answer to the words.
+            heard = replace(heard, worry=None)
         if not grave and heard.worry is None and any(match.cue.acts for match in wanted):
             heard = Impression(None, 0.0, "speech")  # an order shows nobody's feeling
         doubtful = heard.feeling in JOYS and heard.strength < _SURE_OF_JOY
@@ -308,8 +307,7 @@ class Speech:
 
 
 def _converse(endpoint: Endpoint) -> "Conversation":
-    from miburi.talk.conversation import (
-        Conversation,
-    )  # imported here because it loads the libraries of a client
+    # Imported here because it loads the libraries of a client.
+    from miburi.talk.conversation import Conversation
 
     return Conversation(endpoint)

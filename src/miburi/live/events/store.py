@@ -75,9 +75,8 @@ class EventStore:
                 self._file = self._open()
         except (sqlite3.Error, OSError) as error:
             raise OutputError(f"{path}: events cannot be kept there: {error}.") from error
-        weakref.finalize(
-            self, self._file.close
-        )  # when a log is garbage-collected, its file is closed
+        # When a log is garbage-collected, its file is closed.
+        weakref.finalize(self, self._file.close)
 
     def _open(self) -> sqlite3.Connection:
         file = sqlite3.connect(self._path, timeout=5.0, check_same_thread=False)
