@@ -34,6 +34,22 @@ def test_another_feeling_breaks_a_gesture_off_in_mid_move(robot: Robot, feeling:
     assert not of(Stopped, run(partner, 20.0))
 
 
+def test_a_fright_amid_fear_shows_before_the_fear_that_it_raises(robot: Robot) -> None:
+    partner = Partner(Simulated(robot), at_ease("still"), life=1, period=0.5)
+    partner.feelings.stimulate(Stimulus("fear", 0.9, "speech"))
+    run(partner, 0.5)
+    partner.feelings.stimulate(Stimulus("fright", 0.9, "speech"))
+    strongest = partner.feelings.express()
+    assert strongest is not None and strongest.feeling == "fear"
+    events = run(partner, 0.1)
+    (ended,), (started,) = of(GestureEnded, events), of(GestureStarted, events)
+    assert ended.expression is not None and started.expression is not None
+    assert (ended.expression.feeling, started.expression.feeling) == ("fear", "fright")
+    then = next(event for event in run(partner, 10.0) if isinstance(event, GestureStarted))
+    assert then.expression is not None
+    assert then.expression.feeling == "fear"
+
+
 def test_what_somebody_asked_for_is_not_broken_off_by_a_feeling(robot: Robot) -> None:
     partner = Partner(Simulated(robot), at_ease("still"), life=1, period=0.5)
     partner.perform(Expression("happiness", 0.9), wish="mine")

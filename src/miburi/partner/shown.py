@@ -13,6 +13,8 @@ __all__ = ["MOST", "ShownEmotion"]
 MOST = 3
 #: An emotion that rises by more than this above where it was counts as a new one (ours).
 _RISES = 0.05
+#: A feeling that rose last shows if it has at least this share of the strongest emotion (ours).
+_NEAR = 0.9
 
 
 class ShownEmotion:
@@ -29,13 +31,17 @@ class ShownEmotion:
         self._before: Array | None = None
         self._feeling: str | None = None
         self._lowest = 0.0
+        self._rose_last: int | None = None
 
-    def left(self, felt: Expression | None, emotion: Array) -> Expression | None:
+    def left(self, felt: Expression | None, emotion: Array, mood: Array) -> Expression | None:
         """Return what is felt if some of it is still to be shown, else None.
 
-        ``emotion`` is the fastest level of all feelings, (n,) from 0 to 1.
+        Of nearly equal emotions the one that rose last shows first: a fright raises an older fear
+        a little above itself, and yet it is the fright that is new.
+        ``emotion`` and ``mood`` are those levels of all feelings, (n,) from 0 to 1.
         """
         before, self._before = self._before, emotion.copy()
+        felt = self._newest(felt, emotion, mood, before)
         if felt is None:
             self._feeling = None
             return None
@@ -49,6 +55,19 @@ class ShownEmotion:
             self.shown, self._feeling, self._lowest = 0, felt.feeling, level
         self._lowest = min(self._lowest, level)
         return felt if self.shown < MOST else None
+
+    def _newest(
+        self, felt: Expression | None, emotion: Array, mood: Array, before: Array | None
+    ) -> Expression | None:
+        """Return the feeling that rose last if it is nearly as strong as ``felt``, else that."""
+        if before is not None and (emotion - before).max() > _RISES:
+            self._rose_last = int((emotion - before).argmax())
+        newest = self._rose_last
+        if felt is None or newest is None or felt.feeling == FEELINGS[newest]:
+            return felt
+        if emotion[newest] < _NEAR * emotion.max():
+            return felt
+        return Expression(FEELINGS[newest], float(mood[newest]))
 
     @property
     def rises(self) -> bool:
