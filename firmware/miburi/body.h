@@ -229,12 +229,14 @@ class Body {
     }
     // A motor that has been held stays at its goal; one that was moved, or had no torque, starts
     // from where it is.
+    bool creeps = false;
     for (uint8_t i = 0; i < MOTORS; i++) {
       const int16_t here = goal_here(controller_, i, readings_.angles());
       if (limp & (1u << i)) {
         hold_.unpin(static_cast<uint8_t>(1u << i));
       } else if (distance_between(here, controller_.origin[i]) > table_.joints[i].guards.arrival) {
         controller_.origin[i] = inside(table_.joints[i], here);
+        creeps = true;
       }
     }
     hold_.take_up();
@@ -265,7 +267,12 @@ class Body {
     }
     return_speeds(controller_.origin, goal,
                   return_speed(controller_, table_.settings.return_speed), speeds);
-    look_around();  // the motors carry their loads by now
+    // By now the motors carry their loads, unless some are on their way to other places: what these
+    // still lack would be taken for a load, and the return for a contact, at each release anew.
+    const int64_t until = now() + (creeps ? SETTLING : 0);
+    do {
+      look_around();
+    } while (now() < until);
     go(Phase::returning, goal, speeds);
     out.put(static_cast<uint64_t>(controller_.began), 8);
     return Result::ok;
@@ -350,6 +357,7 @@ class Body {
   // may have lost count of the turns; a held joint: more, as it hangs from a goal inside them.
   static const int16_t LIES_BEYOND = 8;
   static const int16_t HANGS_BEYOND = HANGS;
+  static const int32_t SETTLING = 120000;  // µs: the servos' lag, and GIVE_WAY steps at CREEP
   static const uint8_t COPIES = 3;  // how often an order is sent, at most, if bytes are lost
 
   // The clock: 64 bits that never wrap; must be called at least once every 71 minutes.

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
 
 import pytest
@@ -208,3 +209,21 @@ def test_no_range_comes_near_the_servos_seam(rig: Rig, end: str) -> None:
         else:
             with pytest.raises(BodyError, match="right_elbow: .* seam .* within 100 steps"):
                 rig.body.configure(settings)
+
+
+@pytest.mark.parametrize("motor", [0, 4])
+def test_a_reading_that_was_off_as_a_release_began_does_not_bar_the_next_ones(
+    firmware: Path, motor: int
+) -> None:
+    """What it was off by was kept as a load, and each release moved on by that, then stopped."""
+    rig = Rig(firmware, twin=False)
+    begin(rig, Phase.STOPPED, motor)
+    rig.line.run(rig.line.mega.time + 6800)
+    readings = count()
+    rig.servos[motor].lie = lambda place: place - 16 * (next(readings) % 2 == 0)
+    rig.body.release()
+    assert rig.settle() is Phase.STOPPED
+    rig.servos[motor].lie = lambda place: place
+    rig.run(0.3)
+    wake(rig.body)
+    rig.close()
