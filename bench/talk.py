@@ -34,8 +34,12 @@ def talk(said: list[str]) -> list[str]:
             feelings.stimulate(stimulus)
         felt = feelings.express()
         known = {} if memory.present is None else {"name": memory.present.name}
-        if (told := memory.recall(turn, language)) is not None:
-            known["told"] = told
+        slots = {
+            "told": memory.recall(turn, language),
+            "latest": memory.kept(language, 1),
+            "kept": memory.kept(language),
+        }
+        known |= {slot: text for slot, text in slots.items() if text is not None}
         answer = answerer.answer(
             turn, heard, None if felt is None else felt.feeling, language, now, known
         )
@@ -45,7 +49,7 @@ def talk(said: list[str]) -> list[str]:
         elif answer.do == "name" and answer.words:
             memory.meet(answer.words.capitalize())
         elif answer.do == "remember" and answer.words:
-            memory.remember(answer.words, language)
+            memory.remember(answer.words, language, asked=True)
         elif answer.cue is None or answer.cue.aside:
             for fact in script(language).facts_in(turn):
                 memory.remember(fact, language)

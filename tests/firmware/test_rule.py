@@ -68,11 +68,11 @@ def test_rule_on_the_avr_equals_the_reference(firmware: Path, rule_on_avr: Path)
     assert np.mean(brief) > 0.95
     expected = decide(traces)
     size = LOOKS * DECISION.itemsize
-    on_the_line = 10.0 * (traces.itemsize + size + 1)
+    limits = np.maximum(lasts, LOOKS * 20_000) + 10.0 * (traces.itemsize + size + 1)
     mega = Mega(rule_on_avr, firmware / "libmega.so")
     try:
         said, began = b"", 0.0
-        for index, limit in enumerate([1e6, *(np.maximum(lasts, LOOKS * 20_000) + on_the_line).tolist()]):
+        for index, limit in enumerate([1e6, *limits.tolist()]):
             # Decisions, then '>' when it is ready for the next trace.
             while len(said) < index * (size + 1) + 1:
                 assert mega.time < began + limit, f"trace {index - 1}"

@@ -37,7 +37,7 @@ _LATEST = 3
 
 
 class Fact(BaseModel):
-    """Something that somebody told."""
+    """Something that somebody told; ``asked`` if they asked that it be kept."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -46,6 +46,7 @@ class Fact(BaseModel):
     language: Language
     told: datetime
     due: datetime | None = None
+    asked: bool = False
 
 
 class Acquaintance(BaseModel):
@@ -213,19 +214,29 @@ class Memory:
         person.attachment = self._attachment.save()
         self._write()
 
-    def remember(self, text: str, language: Language, due: datetime | None = None) -> Fact | None:
+    def remember(
+        self,
+        text: str,
+        language: Language,
+        due: datetime | None = None,
+        *,
+        asked: bool = False,
+    ) -> Fact | None:
         """Keep a fact for the person who is there, or until they say who they are."""
         person, text = self.present, " ".join(text.split())[:_FACT]
         facts = self._facts_now()
         same = next((fact for fact in facts if fact.text == text), None)
-        if same is not None or not text:
+        if not text or (same is not None and same.asked >= asked):
             return same
         number = max((fact.number for fact in facts), default=0) + 1
-        fact = Fact(number=number, text=text, language=language, told=self._clock(), due=due)
+        fact = Fact(
+            number=number, text=text, language=language, told=self._clock(), due=due, asked=asked
+        )
+        facts = [*(each for each in facts if each is not same), fact][-MOST_FACTS:]
         if person is None:
-            self._untold = [*facts, fact][-MOST_FACTS:]
+            self._untold = facts
         else:
-            person.facts = [*facts, fact][-MOST_FACTS:]
+            person.facts = facts
             self._write()
         return fact
 
@@ -233,10 +244,14 @@ class Memory:
         """Return the answer to a question among things told by the person who is there, if any."""
         told = [fact.text for fact in self._facts_now() if fact.language == language]
         if told and asks_for_everything(question, language):
-            stop = ". " if is_spaced(language) else "。"
-            return stop.join(each.rstrip(".。") for each in told[-_LATEST:])
+            return _together(told[-_LATEST:], language)
         found = recall(question, told, language)
         return None if found is None else found.rstrip(".。")
+
+    def kept(self, language: Language, most: int = _LATEST) -> str | None:
+        """Return the latest things that this person asked it to keep, oldest first, if any."""
+        asked = [each.text for each in self._facts_now() if each.asked and each.language == language]
+        return _together(asked[-most:], language) or None
 
     def _facts_now(self) -> list[Fact]:
         if self.present is not None:
@@ -300,6 +315,11 @@ class Memory:
     def _write(self) -> None:
         if self.allowed and self._path is not None:
             write_whole(self._path, self._known.model_dump_json(indent=1), private=True)
+
+
+def _together(told: list[str], language: Language) -> str:
+    stop = ". " if is_spaced(language) else "。"
+    return stop.join(each.rstrip(".。") for each in told)
 
 
 def _read(path: Path) -> People:

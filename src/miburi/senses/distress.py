@@ -40,8 +40,12 @@ __all__ = ["Heard", "features", "hear_distress", "judge_distress"]
 #: Likelihoods above which it reports distress, and above which it asks whether there is any. They
 #: are ours, chosen on lines by writers whose lines were not in the training of the tested model.
 _FINDS, _WONDERS = 0.7, 0.4
-#: A death wish without any plain word is asked about up to this likelihood: asking helps (ours).
-_SURE = 0.95
+#: Between these likelihoods a death wish without any plain word is asked about: asking helps, but
+#: not somebody who spoke of the barber (ours).
+_WISHES, _SURE = 0.5, 0.95
+#: The same two for a long text without any plain word, as the gravest of its parts is judged, and
+#: of many parts one is grave by chance (ours).
+_CHATTERS, _SURE_OF_CHATTER = 0.6, 0.9
 #: Longest text that is judged only as a whole, the length of the parts of a longer one, and the
 #: distance between two parts (ours). A cry for help has little weight in a minute's chatter.
 _LONG_WORDS, _LONG_LETTERS = (24, 14, 4), (34, 24, 6)
@@ -129,12 +133,21 @@ def _model(language: Language) -> Callable[[str], Heard | None] | None:
         return likelihoods(features(said, language))
 
     def judge(said: str) -> Heard | None:
-        likely = min(map(weigh, (said, *_parts(said, language))), key=lambda each: each[-1])
+        parts = _parts(said, language)
+        likely = min(map(weigh, (said, *parts)), key=lambda each: each[-1])
         best, distress = int(likely[:-1].argmax()), 1 - likely[-1]
         if distress <= _WONDERS:
             return None
-        words = _fitting(said, language)[0].get(KINDS[best], "")
-        if distress <= (_SURE if KINDS[best] == "suicide" and not words else _FINDS):
+        found = _fitting(said, language)[0]
+        words = found.get(KINDS[best], "")
+        wonders, finds = _WONDERS, _FINDS
+        if KINDS[best] == "suicide" and not words:
+            wonders, finds = _WISHES, _SURE
+        if parts and not found:
+            wonders, finds = max(wonders, _CHATTERS), max(finds, _SURE_OF_CHATTER)
+        if distress <= wonders:
+            return None
+        if distress <= finds:
             return Heard(KINDS[best] if likely[best] > _WONDERS else "help", doubtful=True)
         return Heard(KINDS[best], words)
 

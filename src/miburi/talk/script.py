@@ -290,7 +290,9 @@ class Script(Table):
 
     @cached_property
     def _named(self) -> dict[str, list[Cue]]:
-        named = {cue.name: [cue] for cue in self.intent}
+        named: dict[str, list[Cue]] = {}
+        for cue in self.intent:
+            named.setdefault(cue.name, []).append(cue)
         if "not_told" in named:
             named["recall"] += named["not_told"]
         return named

@@ -236,6 +236,8 @@ class Speech:
         known = {
             "name": None if present is None else present.name,
             "told": told,
+            "latest": self.memory.kept(language, 1),
+            "kept": self.memory.kept(language),
             "before": self.memory.last_noted(),
         }
         return {slot: text for slot, text in known.items() if text is not None}
@@ -247,7 +249,9 @@ class Speech:
             memory.meet(words[:1].upper() + words[1:])
         elif answer.do == "remember" and words:
             fact = with_whom(words, memory.noted(), answer.language)
-            memory.remember(fact, answer.language, due_of(fact, answer.language, now))
+            memory.remember(
+                fact, answer.language, due_of(fact, answer.language, now), asked=True
+            )
         elif answer.do == "forget":
             memory.forget_noted()
         elif answer.cue is not None and answer.cue.name == "quiet":
