@@ -93,7 +93,7 @@ def lines(language: Language) -> list[str]:
         ("Remind me at home to ring Anna.", "remind"),
         ("Do you ever get fed up with me?", "tiring"),
         ("Did you sleep well?", "sleep"),
-        ("What was I supposed to do at four?", "not_told"),
+        ("What was I supposed to do at four?", "reminders"),
         ("Who did I say was coming?", "not_kept"),
         ("Have I told you about the wedding?", "not_told"),
         ("Am I boring you?", "tiring"),
@@ -246,7 +246,7 @@ def test_it_speaks_of_its_own_feeling_every_other_time_at_most() -> None:
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_every_answer_is_in_its_language_and_can_be_said(language: Language) -> None:
-    slots = {"it", "words", "name", "clock", "date", "last", "told", "before"}
+    slots = {"it", "words", "name", "clock", "date", "last", "told", "latest", "kept", "before"}
     for line in lines(language):
         used = {name for _, name, _, _ in Formatter().parse(line) if name}
         assert used <= slots, line
@@ -460,3 +460,32 @@ def test_remember_that_means_the_earlier_remark_and_no_thanks() -> None:
     known = {"before": "My tablets are in the blue tin"}
     said = "Please remember that. Thank you very much indeed."
     assert Answerer().answer(said, NOTHING, None, "en", NOW, known).words == known["before"]
+
+
+def test_a_word_by_the_way_is_not_what_a_long_remark_is_about() -> None:
+    said = (
+        "You know, I could tell you every stop on that route even now, "
+        "but ask me what I had for supper and I am stuck."
+    )
+    food = next(topic for topic in script("en").topic if topic.name == "food")
+    for seed in range(20):
+        assert answer(said, "en", Answerer(seed)).text not in food.say
+        assert answer("I had soup for supper.", "en", Answerer(seed)).text in food.say
+        about = answer(said + " My daughter Carol rang then.", "en", Answerer(seed)).text
+        assert "your daughter Carol" in about
+
+
+@pytest.mark.parametrize(
+    ("said", "intent"),
+    [
+        ("You've gone all droopy. Is that for Ken?", "why_moved"),
+        ("Do you think he's anywhere? I know you can't know.", "beyond"),
+        ("Does it get easier, do you think?", "gets_easier"),
+        ("Will you still know who I am in the morning?", "forgets"),
+        ("Well, you sure about that, or are you guessing?", "sure"),
+    ],
+)
+def test_it_knows_what_two_strangers_asked_first(said: str, intent: str) -> None:
+    cue = answer(said).cue
+    assert cue is not None
+    assert cue.name == intent

@@ -336,3 +336,14 @@ def test_it_shares_no_doubtful_joy_beside_illness(talk: Talk, said: str, shares:
     answer = talk.say(said)
     assert (answer.feeling == "happiness") is shares
     assert bool(answer.felt) is shares
+
+
+def test_what_somebody_asked_it_to_keep_is_said_back_before_what_was_told(talk: Talk) -> None:
+    asks = "Wasn't there something you were meant to remind me about?"
+    assert "nothing" in talk.say(asks).answer
+    talk.say("Remind me about the bins tonight, will you?")
+    talk.say("My daughter Anna lives in Leeds.")
+    assert "the bins tonight" in talk.say("Say it back to me.").answer
+    kept = talk.say(asks).answer
+    assert "the bins tonight" in kept
+    assert "Leeds" not in kept

@@ -44,8 +44,9 @@ _FINDS, _WONDERS = 0.7, 0.4
 #: not somebody who spoke of the barber (ours).
 _WISHES, _SURE = 0.5, 0.95
 #: The same two for a long text without any plain word, as the gravest of its parts is judged, and
-#: of many parts one is grave by chance (ours).
-_CHATTERS, _SURE_OF_CHATTER = 0.6, 0.9
+#: of many parts one is grave by chance; and how many parts are many. Japanese lost cries by it, as
+#: a plain sentence has several parts there (ours).
+_CHATTERS, _SURE_OF_CHATTER, _MANY = 0.6, 0.9, 5
 #: Longest text that is judged only as a whole, the length of the parts of a longer one, and the
 #: distance between two parts (ours). A cry for help has little weight in a minute's chatter.
 _LONG_WORDS, _LONG_LETTERS = (24, 14, 4), (34, 24, 6)
@@ -143,7 +144,7 @@ def _model(language: Language) -> Callable[[str], Heard | None] | None:
         wonders, finds = _WONDERS, _FINDS
         if KINDS[best] == "suicide" and not words:
             wonders, finds = _WISHES, _SURE
-        if parts and not found:
+        if is_spaced(language) and len(parts) >= _MANY and not found:
             wonders, finds = max(wonders, _CHATTERS), max(finds, _SURE_OF_CHATTER)
         if distress <= wonders:
             return None

@@ -31,6 +31,9 @@ _TAKES_UP = 0.5
 #: beside bad news is cruel.
 JOYS = ("happiness", "thrill")
 _GLAD, _SPOKEN_OF = (*JOYS, "surprise"), 0.6
+#: In a remark of more words than this, one word does not tell what it is about: "supper" may stand
+#: in it by the way. Only somebody who is spoken of, or a heavy topic, is taken up then (ours).
+_RAMBLES = 16
 #: Patterns for the punctuation around a sentence, for all sentences but the first, and for a clause
 #: with its punctuation.
 _SIGNS = " ,.;!?、。！？"
@@ -117,7 +120,8 @@ class Answerer:
         heavy = words.is_heavy(said)
         felt = None if heavy and felt in _GLAD else felt  # it does not speak of its own joy then
         topics = _sayable(words.topics_of(said), slots)
-        topic = next((one for one in topics if one.cue.heavy or not heavy), None)
+        rambles = len(said.split()) > _RAMBLES
+        topic = next((one for one in topics if _suits(one, heavy=heavy, rambles=rambles)), None)
         told = topic is not None and not said.rstrip().endswith(("?", "？"))
         feeling = heard.feeling
         if feeling in _GLAD and (heard.strength < _SPOKEN_OF or heavy or not glad):
@@ -292,6 +296,12 @@ def _sayable(matches: Iterable[Match], slots: dict[str, str]) -> Iterator[Match]
         fits = match.cue.without not in slots and match.cue.within in (None, *slots)
         if fits and any(_slots(line) <= known.keys() for line in match.cue.say):
             yield match
+
+
+def _suits(topic: Match, *, heavy: bool, rambles: bool) -> bool:
+    """Return whether a topic may be taken up beside heavy words, or in a long remark."""
+    named = topic.it and any("it" in _slots(line) for line in topic.cue.say)
+    return topic.cue.heavy or not (heavy or (rambles and not named))
 
 
 def _slots(line: str) -> set[str]:

@@ -329,7 +329,8 @@ class Script(Table):
 
     def wants_more(self, said: str) -> bool:
         """Return whether somebody only wants a repeat of what was done for fun."""
-        return bool(self._more.search(plain(said[:_READ], self.language)))
+        each = [*_SENTENCE.findall(said[:_READ]), said[:_READ]]
+        return any(self._more.search(plain(part, self.language)) for part in each)
 
     def _wants(self, said: str) -> bool:
         return any(not match.cue.aside for match in self.intents_of(said))
