@@ -1,12 +1,12 @@
 /* An Arduino Mega 2560 in virtual time: runs an ELF with libsimavr, hands UART bytes over.
  *
  * Copyright: the Miburi founders. Licence of this file: GPL-3.0-or-later, as it is linked with
- * libsimavr (GPL-3). It is tooling that is built where it is used; the miburi package neither
- * contains it nor needs it, but to emulate a card.
+ * libsimavr (GPL-3). It is built where it is used. The miburi package does not contain it, and
+ * needs it only to emulate a card.
  *
- * What libsimavr 1.6 gets wrong for us is put right here: bytes take 10 bit times, not 11; three
- * unread bytes are the most that an UART keeps; whether there is room for a byte to send cannot be
- * written, only read; sleep jumps to the next event instead of waiting.
+ * It corrects libsimavr 1.6 in four points: a byte takes 10 bit times, not 11; a UART keeps three
+ * unread bytes at most; the flag that there is room for a byte to send is read-only; sleep jumps to
+ * the next event instead of waiting.
  */
 #include <simavr/avr_eeprom.h>
 #include <simavr/avr_extint.h>
@@ -148,7 +148,7 @@ int mega_run(mega_t *m, uint64_t until) {
   return 0;
 }
 
-/* Bytes to an UART, back to back, the first not before a cycle. */
+/* Bytes to a UART, back to back, the first not before a cycle. */
 void mega_input(mega_t *m, int port, const uint8_t *bytes, unsigned count, uint64_t at) {
   port_t *p = &m->ports[port];
   const int idle = p->head == p->tail;
@@ -163,7 +163,7 @@ void mega_input(mega_t *m, int port, const uint8_t *bytes, unsigned count, uint6
   }
 }
 
-/* Takes what the card has sent on an UART. */
+/* Takes what the card has sent on a UART. */
 unsigned mega_output(mega_t *m, int port, uint8_t *bytes, unsigned room) {
   port_t *p = &m->ports[port];
   const unsigned n = p->count < room ? p->count : room;
@@ -173,13 +173,13 @@ unsigned mega_output(mega_t *m, int port, uint8_t *bytes, unsigned room) {
   return n;
 }
 
-/* Bytes on their way to an UART, and bytes lost because it was not read in time. */
+/* Bytes on their way to a UART, and bytes lost because it was not read in time. */
 unsigned mega_waiting(mega_t *m, int port) {
   return (m->ports[port].head - m->ports[port].tail) % QUEUE;
 }
 unsigned mega_dropped(mega_t *m, int port) { return m->ports[port].dropped; }
 
-/* Bits a second at which an UART speaks. */
+/* Bits a second at which a UART speaks. */
 unsigned mega_baud(mega_t *m, int port) {
   return (unsigned)(m->avr->frequency * 10 / byte_time(&m->ports[port]));
 }

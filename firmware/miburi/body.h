@@ -1,6 +1,6 @@
 // The body: polls the servos, lets the controller decide, takes orders; does not talk to the host.
 //
-// `Io` is what the servo layer and the memory need.
+// `Io` is what servo_xl330.h and memory.h need.
 #pragma once
 
 #include "controller.h"
@@ -122,7 +122,8 @@ class Body {
   // Sets the loads on the motors in the next move or release, and the most duty that each may use:
   // one limit until the ramp is over, and one for after it, which must be no higher than the first
   // and enough to hold the load at the end.
-  // The loads that a host sends shift what the rule expects, by less than 32 steps times the sag.
+  // The loads that a host sends shift what the rule expects, by less than 32 steps times the
+  // calibrated factor `sag`.
   Result set_loads(const Load* loads, Writer& out) {
     for (uint8_t i = 0; i < MOTORS; i++) {
       const Load& load = loads[i];
@@ -200,7 +201,8 @@ class Body {
         servos_.set_torque(table_.joints, false);
       }
     }
-    // A motor that was only just configured, or was turned, must be read again to be believed.
+    // A motor that has just been configured, or that somebody turned by hand, must be read again to
+    // be believed.
     const uint8_t limp = servos_.limp(table_.joints);
     for (uint8_t tries = 0; tries < SETTLED && !look_around(limp); tries++) {
     }
@@ -352,9 +354,10 @@ class Body {
  private:
   static const int32_t POLL = 20000;  // µs between two readings of the servos
   static const int32_t HOST_SILENT = 30000000;  // µs that a host may be silent if the body rests
-  static const int32_t APART = 19000;  // at least: sending to the host costs bytes from the servos
-  // How many steps outside its limits a joint may be at a release. A limp joint: few, as its servo
-  // may have lost count of the turns; a held joint: more, as it hangs from a goal inside them.
+  // µs between two readings, at least: while the card sends to the host, a servo's bytes get lost.
+  static const int32_t APART = 19000;
+  // How many steps outside its limits a joint may be at a release. For a limp joint they
+  // are few, as its servo may have lost count of its turns; a held joint hangs from a goal inside.
   static const int16_t LIES_BEYOND = 8;
   static const int16_t HANGS_BEYOND = HANGS;
   static const int32_t SETTLING = 120000;  // µs: the servos' lag, and GIVE_WAY steps at CREEP
@@ -386,7 +389,7 @@ class Body {
     if (look_around()) {
       update(controller_, rule_, readings_.angles(), time());
       if (yield(controller_, rule_, readings_.angles(), time())) {
-        // A hand may lead a joint beyond its limits: it is not held there.
+        // A hand may lead a joint beyond its limits; it is then held at the limit.
         for (uint8_t i = 0; i < MOTORS && led(controller_); i++) {
           controller_.origin[i] = inside(table_.joints[i], controller_.origin[i]);
         }
@@ -432,7 +435,8 @@ class Body {
     }
   }
 
-  // A servo that missed its ceiling is sent it once more; if it misses that too, it is deaf.
+  // A servo that did not take its duty limit is sent it once more; if it does not take that either,
+  // it is deaf.
   void look_at_ceiling(uint8_t motor) {
     const uint8_t bit = static_cast<uint8_t>(1u << motor);
     if (motor >= MOTORS) {
@@ -493,7 +497,7 @@ class Body {
     loaded_ = eased_ = false;
     unlimited_ = 0;
     hold_.move_on();
-    // The rule's clock starts with the copy that the servos took.
+    // The rule's clock starts with the copy of the order that the servos obeyed.
     int64_t began = 0;
     uint8_t waiting = ALL;
     uint8_t deaf = 0;
@@ -504,7 +508,7 @@ class Body {
       began = waiting == ALL ? sent : began;
       for (uint8_t i = 0; i < MOTORS; i++) {
         if (waiting & (1u << i)) {
-          // A motor that missed a copy which others took sets off later than they do.
+          // A motor that missed the copy that others obeyed sets off later than they do.
           late[i] = static_cast<int32_t>(sent - began);
           rule_.guards[i].lag = table_.joints[i].guards.lag + late[i];
         }
@@ -569,9 +573,9 @@ class Body {
   int64_t heard_ = 0;  // when the host last spoke
 
   bool loaded_ = false;          // loads_ has been set for the next move
-  bool eased_ = false;           // the motors have been told their ceilings after the ramp
+  bool eased_ = false;           // the motors have their duty limits for the time after the ramp
   uint8_t unlimited_ = 0;        // motors that were without their ceiling at their latest check
-  Gains gains_ = {};             // as last written; p 0: none yet
+  Gains gains_ = {};             // as last written; p is 0 before that
 };
 
 }  // namespace miburi

@@ -1,4 +1,5 @@
-// Little-endian numbers in byte arrays, in order: excess bytes are dropped, missing ones read as 0.
+// Puts little-endian numbers one after another into a byte array, or takes them out. Excess bytes
+// are dropped; missing ones read as 0.
 #pragma once
 
 #include <stdint.h>

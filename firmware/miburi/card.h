@@ -34,7 +34,8 @@ class Card {
         report();
       }
     } else if (waits_ != 0 && io_.host_is_quiet()) {
-      // Sending to the host costs a servo's byte now and then: one interrupt delays another.
+      // While the card sends to the host, a byte from a servo gets lost now and then: one interrupt
+      // delays another.
       look_after();
     } else {
       rest();
@@ -79,7 +80,8 @@ class Card {
       return;
     }
     body_.host_spoke();
-    // A frame that is repeated because its answer was lost gets it again, but is not obeyed again.
+    // If a frame is repeated because its answer was lost, the answer is sent again; the frame is
+    // not obeyed again.
     const uint16_t crc = crc16(frame.payload, frame.count);
     const bool again = answered_ && frame.sequence == last_sequence_ && frame.kind == last_kind_ &&
                        crc == last_crc_ && frame.kind != Kind::hello;

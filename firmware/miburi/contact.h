@@ -12,13 +12,13 @@ namespace miburi {
 
 const int64_t WHOLE_RATIO = 10000;  // what stands for a ratio of 1
 const int64_t LAG_DOUBT = 2000;     // µs by which a servo's lag may differ from move to move
-const int64_t SETTLES = 200000;     // µs until a motor that swings at the start has come to rest
-const int32_t FAST = 512 * FINE;    // 1/256 steps/s: a motor this fast is granted its full guards
+const int64_t SETTLES = 200000;     // µs after which a motor that swung at the start no longer does
+const int32_t FAST = 512 * FINE;    // 1/256 steps/s: the speed from which on Guards count in full
 
 // What the rule grants a motor; found by calibration.
 struct Guards {
   int32_t lag;       // µs by which it lags its profile
-  int16_t slack;     // steps that may always be missing
+  int16_t slack;     // steps of travel that may always be missing
   int16_t least;     // steps expected before it is judged
   int16_t behind;    // steps that it may be behind its profile
   int16_t ahead;     // steps that it may be ahead of it
@@ -70,8 +70,8 @@ struct Watch {
   int32_t doubt[MOTORS];  // travel within LAG_DOUBT at the move's top speed
   int32_t early_doubt[MOTORS];  // the same until SETTLES
   int16_t early[MOTORS];  // the share until SETTLES: a motor that swings is granted more
-  int16_t share[MOTORS];  // of slack, behind and ahead, in 1/256: the model misses less at slow speeds
-  int64_t modelled;       // µs into the move up to which the free servos have been modelled
+  int16_t share[MOTORS];  // 1/256 of slack, behind and ahead: the model is more exact at low speeds
+  int64_t modelled;       // up to when the free servos have been modelled, µs into the move
   Loading loading[MOTORS];
   FreeMotion free[MOTORS];
   int32_t profile_then[MOTORS];  // where the profiles were at that time, from the start
@@ -118,11 +118,12 @@ inline void follow(Watch& watch, const Rule& rule, uint8_t motor, int32_t steps)
   const Profile& profile = watch.profile[motor];
   const int32_t went =
       static_cast<int32_t>(travel(profile, watch.modelled - rule.guards[motor].lag));
-  // The load changes linearly between its values at both ends; the share is in 1/256. Division is
-  // slow, and most loads do not change.
+  // The load changes linearly along the motor's way; `share` is the part gone, in 1/256. Division
+  // is slow, and most loads do not change.
   int32_t sag = loading.begin;
   if (loading.end != loading.begin && profile.distance > 0) {
-    // If a motor comes back from beyond an end of its way, its share would be below 0 or above 1.
+    // A motor that comes back from beyond an end of its way has gone less than nothing, or more
+    // than all of it.
     const int32_t share = clipped(went / profile.distance, static_cast<int32_t>(FINE));
     sag += ((loading.end - loading.begin) * share) >> 8;
   }
@@ -132,10 +133,11 @@ inline void follow(Watch& watch, const Rule& rule, uint8_t motor, int32_t steps)
   watch.profile_then[motor] = now;
 }
 
-// How far a reading is into the model's next step, in 1/256; and what a motor should have travelled.
+// How far a reading is into the model's next step, in 1/256.
 inline int32_t into_step(const Watch& watch, int64_t time) {
   return static_cast<int32_t>(time - watch.modelled) * static_cast<int32_t>(FINE) / MODEL_STEP;
 }
+// What a motor should have travelled by then.
 inline int32_t expected_of(const FreeMotion& free, int32_t into) {
   return (free.x >> 8) + (((free.v >> 8) * into) >> 8);
 }
@@ -144,7 +146,8 @@ inline int32_t expected_of(const FreeMotion& free, int32_t into) {
 // in the other direction. Nothing is forgotten, so a hand that holds a motor back is seen however
 // often moves replace one another. Only the window of a motor that turns round starts again, at its
 // turning point: otherwise it would add up travel in both directions.
-// `seen` and `elapsed`: µs from the earlier start to the latest reading, and to the new start.
+// `seen` is the time from the earlier start to the latest reading, `elapsed` that to the new start;
+// both in µs.
 inline void go_on(Watch& watch, uint8_t motor, int16_t start, int8_t direction, int64_t seen,
                   int64_t elapsed) {
   const int32_t fine = static_cast<int32_t>(FINE);
@@ -175,8 +178,8 @@ inline void go_on(Watch& watch, uint8_t motor, int16_t start, int8_t direction, 
   watch.direction[motor] = direction;
 }
 
-// Grants a motor at first no less than it was granted `elapsed` µs into the move that was replaced:
-// it may still be as far behind.
+// Grants a motor at first as much as the replaced move granted it at its end, `elapsed` µs after
+// its start: it may still be as far behind its profile.
 inline void grant_on(Watch& watch, uint8_t motor, int64_t elapsed) {
   const bool early = elapsed < SETTLES;
   const int16_t share = early ? watch.early[motor] : watch.share[motor];
@@ -222,7 +225,7 @@ inline Contact look(Watch& watch, const Rule& rule, const int16_t* positions, in
     const int32_t measured = travelled(watch, motor, positions);
     const int32_t share = time < SETTLES ? watch.early[motor] : watch.share[motor];
     if ((watch.turned & (1u << motor)) && expected < watch.expected[motor]) {
-      watch.expected[motor] = expected;  // on the way to where it turns
+      watch.expected[motor] = expected;  // the motor is still on its way to the turning point
       watch.measured[motor] = measured;
       watch.since[motor] = time;
     }

@@ -1,5 +1,5 @@
 // One body's states and rule: idle → moving → stopped (latched) → returning → idle. A move may
-// replace one that is still running. A body at rest also stops if somebody leads it by the hand.
+// replace one that is still running. A body at rest also becomes stopped if somebody pushes it.
 //
 // The twin of miburi/safety/controller.py. It knows joint positions in encoder steps and a clock
 // in µs; the caller commands the servos.
@@ -16,41 +16,43 @@ enum class Reason : uint8_t {
   started,     // the card has just been switched on or reset
   asked,       // by the host
   contact,     // the rule saw one: motor, sign, measured, expected, length
-  silent,      // a servo does not answer: motor
-  deaf,        // a servo does not take its commands: motor
-  faulty,      // a servo reports a hardware error: motor
-  hot,         // a servo is too warm: motor
-  low_voltage,  // the servos' supply is too low: motor
-  astray,      // a servo reports a place where it cannot be: motor
-  misnamed,    // a servo answers with another's id: motor
-  restarted,   // a servo has restarted, and has no torque: motor
-  outside,     // at a release, a joint is outside its limits: motor
+  // From here on the stop's contact names the motor, except for `alone`.
+  silent,      // a servo does not answer
+  deaf,        // a servo does not take its commands
+  faulty,      // a servo reports a hardware error
+  hot,         // a servo is too warm
+  low_voltage,  // the servos' supply is too low
+  astray,      // a servo reports a place where it cannot be
+  misnamed,    // a servo answers with another's id
+  restarted,   // a servo has restarted, and has no torque
+  outside,     // at a release, a joint is outside its limits
   alone,       // idle, and the host has been silent for too long
-  touched      // idle, and pushed from where it rested: motor
+  touched      // idle, and pushed from where it rested
 };
 
 const uint8_t NO_MOTOR = 0xff;
 
-// After a contact all motors go back the way they came, until the one that met something has given
-// way by GIVE_WAY steps, but none further than FURTHEST steps: held where it stopped, the robot
-// would go on pressing.
+// Held where it stopped, a robot would go on pressing. So after a contact all motors go back the
+// way they came, until the one that met something has given way by GIVE_WAY steps; no motor goes
+// back further than FURTHEST steps.
 const int32_t GIVE_WAY = 16;
 const int32_t FURTHEST = 48;
 
-// A motor that somebody still keeps from its place this many µs after a contact stays where it is:
-// it must not push back. Only once per contact, so that no load can pull it further and further.
-// A motor at rest that is pushed away for as long stops the body, which then keeps yielding: it is
-// led.
+// To yield is to stay where one is pushed instead of pushing back. A motor yields if somebody still
+// keeps it from its place this many µs after a contact; it does so once per contact, so that no
+// load can pull it further and further. If a motor of a body at rest is pushed away for the same
+// time, the body becomes stopped and yields again and again: it is led.
 const int64_t YIELD_AFTER = 150000;
-// The most yields in a row. Without a limit, a motor that turns backwards or reports a wrong place
-// would go on for ever.
+// How often a led body yields in a row, at most. Without a limit, a motor that turns backwards or
+// reports a wrong place would go on for ever.
 const uint8_t YIELDS = 20;
-// Only a displacement larger than this, in steps, makes it yield: encoders count whole steps.
+// A led motor yields to a displacement of more than this many steps: an encoder's last step
+// flickers.
 const int32_t NOTICED = 1;
 
-// A motor that goes further than MOVES steps between two readings is moving. Readings that are more
-// than TELLS µs apart, or older, do not tell its speed. A motor that seems faster than SWINGS steps/s
-// has not moved: its joint was found elsewhere.
+// A motor that goes further than MOVES steps between two readings is moving. Two readings tell its
+// speed if they are at most TELLS µs apart, and the latest is no older than that. A motor that
+// seems faster than SWINGS steps/s did not move that fast: its believed place was corrected.
 const int32_t MOVES = 2;
 const int32_t TELLS = 60000;
 const int32_t SWINGS = 4000;
@@ -62,14 +64,14 @@ const int64_t EASES_AFTER = 60000;
 struct Stop {
   Reason reason;
   int64_t time;
-  Contact contact;  // contact.motor is the motor of every reason that has one
+  Contact contact;  // contact.motor is set whenever the reason concerns a motor
 };
 
 struct Controller {
   Phase phase;
   Stop latched;  // meaningful while stopped
   int64_t yields_at;  // when it yields next, while stopped by a contact or a touch; 0: never
-  uint8_t yields;      // how many are left; YIELDS again once no motor is kept away
+  uint8_t yields;      // how many yields are left; back to YIELDS once no motor is kept away
   int64_t kept_since;  // when a motor at rest was first kept from its place; 0: none is
   int16_t rest[MOTORS];  // where the motors came to rest
   int16_t origin[MOTORS];
@@ -145,11 +147,11 @@ inline void lose(Controller& c, Reason reason, uint8_t motor, int64_t time) {
   c.yields_at = 0;
 }
 
-// Whether a hand leads the body, or led it last.
+// Whether the latest stop is a touch: a hand leads the body, or has led it.
 inline bool led(const Controller& c) { return c.latched.reason == Reason::touched; }
 
-// Stop, and hold the motors where they are. A latched stop keeps its reason, except for a touch: the
-// partner ends that one by itself, so any other reason replaces it.
+// Stops, and holds the motors where they are. A latched stop keeps its reason. Only a touch gives
+// way to any other reason, since the host releases a touch by itself.
 inline void stop(Controller& c, Reason reason, uint8_t motor, const int16_t* positions,
                  int64_t time) {
   if (c.phase != Phase::stopped) {
@@ -159,8 +161,8 @@ inline void stop(Controller& c, Reason reason, uint8_t motor, const int16_t* pos
   }
 }
 
-// The error that a motor's load causes at a move's beginning and end, in quarters of a step of the
-// joint's angle; and how much duty the motor may use: until all have sped up, and after that.
+// The position error that a motor's load causes at a move's beginning and end, in quarters of a
+// step; and how much duty the motor may use: `pwm` until all have sped up, `cruise` after that.
 struct Load {
   int8_t begin;
   int8_t end;
@@ -197,7 +199,7 @@ inline void start(Controller& c, const Rule& rule, Phase phase, const int16_t* g
     c.late[motor] = late[motor];
     c.goal[motor] = goal[motor];
     const int32_t way = static_cast<int32_t>(goal[motor]) - c.origin[motor];
-    // A motor's direction depends on where it would stop.
+    // A motor's direction depends on where it would stop if it braked now.
     int8_t direction = way * fine < stopping(velocity, acceleration) ? -1 : 1;
     if (goes_on && way == 0 && velocity == 0) {
       direction = c.watch.direction[motor];
@@ -271,8 +273,8 @@ inline void give_way(const Watch& watch, const Contact& contact, const int16_t* 
     longest = way[motor] > longest ? way[motor] : longest;
   }
   if ((watch.turned & (1u << met)) && way[met] < GIVE_WAY) {
-    // It has not come back far, if at all, from its way in the replaced move. What it met lies
-    // in the direction in which the free servo would be by now.
+    // The motor has turned round, and has hardly come back along the path of the replaced move.
+    // What it met lies where the free servo would be by now.
     const int32_t back = contact.measured < contact.expected ? GIVE_WAY : -GIVE_WAY;
     goals[met] = static_cast<int16_t>(goals[met] - watch.direction[met] * back);
     return;
@@ -334,7 +336,8 @@ inline bool yield(Controller& c, const Rule& rule, const int16_t* positions, int
   bool kept = false;
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
     const int16_t here = goal_here(c, motor, positions);
-    // At rest a motor is granted half its slack; if a hand leads, hardly any, as the hand feels it.
+    // At rest a motor may stray by half its slack. While a hand leads it, it may hardly stray,
+    // since the hand would feel it push.
     const int32_t away = distance_between(here, c.origin[motor]);
     if (led(c) ? away > NOTICED : 2 * away > rule.guards[motor].slack) {
       c.origin[motor] = c.yields > 0 ? here : c.origin[motor];

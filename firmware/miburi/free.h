@@ -11,15 +11,15 @@ namespace miburi {
 const int32_t MODEL_STEP = 5000;  // µs
 
 // The model's limits, so that nothing overflows: 128 steps in 5 ms (six turns a second), and four
-// turns from the start. No free servo reaches them; one without friction, at its ceiling, would.
+// turns from the start. No free servo reaches them; one without friction would, at full duty.
 const int32_t MODEL_FASTEST = 0x7FFFFF;
 const int32_t MODEL_FARTHEST = 0x40000000;
 
 // A motor with its joint; found by calibration.
 struct FreeServo {
-  uint16_t pull;      // 1/65536: how much an error changes the speed in a step
-  uint16_t brake;     // 1/65536: how much a speed reduces itself in a step
-  uint16_t friction;  // how much dry friction reduces the speed in a step
+  uint16_t pull;      // 1/65536: how much an error changes the speed in a MODEL_STEP
+  uint16_t brake;     // 1/65536: by how much damping reduces the speed in a MODEL_STEP
+  uint16_t friction;  // by how much dry friction reduces the speed in a MODEL_STEP
   uint8_t lost;       // 1/256: the share of the motor's torque that the gears take
 };
 
@@ -54,12 +54,13 @@ inline FreeMotion set_off(const Loading& loading) {
   return FreeMotion{loading.gone * 256, loading.velocity * 32 / 25};
 }
 
-// Lets `steps` steps pass while the profile goes from `before` to `now`.
+// Advances the model by `steps` MODEL_STEPs, while the profile goes from `before` to `now`.
 inline void advance(FreeMotion& motion, const FreeServo& servo, int32_t before, int32_t now,
                     int32_t steps, int32_t sag, int32_t most) {
   const int32_t weight = (servo.pull * sag) >> 8;
-  // The k-th part of the profile's way is (now - before) · k / steps; a division for each would take
-  // the card as long as everything else. The remainder is kept from being negative on a way back.
+  // The k-th part of the profile's way is (now - before) · k / steps; a division for each would
+  // take the card as long as everything else. Where the profile runs backwards, the remainder is
+  // made positive.
   int32_t part = (now - before) / steps;
   int32_t left = (now - before) % steps;
   if (left < 0) {

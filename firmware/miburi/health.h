@@ -22,9 +22,9 @@ class HealthWatch {
 
   // After a reading of the motors, checks whatever is due; returns what speaks against going on,
   // and sets `motor`. A servo that lost its power for a moment answers as before, but is limp and
-  // has its own gains, so the servos are checked in turn, in every phase. `motor` may come in as
-  // one to check now. Motors that are `loose` have no torque to lose; `gains` are those that
-  // were written.
+  // has its own gains, so the servos are checked in turn, in every phase. The caller may set
+  // `motor` to one that is to be checked now. Motors that are `loose` have no torque to lose;
+  // `gains` are those that were written.
   Reason look(const Table& table, const Gains& gains, uint8_t loose, bool rests,
               uint8_t& motor) {
     if (motor == NO_MOTOR) {

@@ -1,7 +1,7 @@
 // Holds a stopped body softly where it is, and knows whether all servos have confirmed that.
 //
-// A motor whose place is not known gets no goal. One that was silent too long is held where it is
-// found again: nobody knows how far it went on.
+// A motor whose place is not known gets no goal. A motor that was silent too long is held where it
+// is found again, since nobody knows how far it went meanwhile.
 #pragma once
 
 #include "controller.h"
@@ -16,11 +16,11 @@ class Hold {
   Hold(Servos& servos, const Readings<Servos>& readings, Controller& controller)
       : servos_(servos), readings_(readings), controller_(controller) {}
 
-  // The servos are known to hold, with torque.
+  // Whether the servos are known to have their orders, and torque.
   bool holds() const { return told_ && loose_ == 0; }
-  // They are known to have their orders.
+  // Whether they are known to have their orders.
   bool told() const { return told_; }
-  // Torque was taken off on purpose.
+  // Whether torque was taken off on purpose.
   bool limp() const { return limp_; }
   // The motors that are not known to have torque.
   uint8_t loose() const { return loose_; }
@@ -38,7 +38,7 @@ class Hold {
     told_ = false;
     loose_ = ALL;
   }
-  // Before a release: the servos may have been stopped by their own watchdogs.
+  // Prepares a release. The servos' own watchdogs may have stopped them.
   void take_up() {
     limp_ = told_ = false;
     stopped_themselves_ = true;
@@ -60,7 +60,7 @@ class Hold {
   }
 
   // Tells the servos where to hold, until they are known to do so. They go there at no more than
-  // `speed`, but without a ramp, which would carry them further.
+  // `speed`, and without a ramp: with one they would overshoot.
   void tell(const Table& table, Order* orders, uint16_t speed) {
     if (told_ || limp_) {
       return;
@@ -73,7 +73,7 @@ class Hold {
     if (stopped_themselves_) {
       servos_.set_bus_watchdog(table.joints, false);
     }
-    // A motor that gets no goal goes on softly, if it hears.
+    // A motor that gets no goal finishes its motion, softly if it hears the new duty limit.
     if (pinned_ != ALL) {
       servos_.set_pwm(table.joints, orders);
     }
@@ -104,9 +104,9 @@ class Hold {
  private:
   static const uint16_t CREEP = 187;  // steps/s (0.29 rad/s) to where a motor was found again
 
-  // Sets motors that were found again to be held where they are. A motor with torque hangs from the
-  // setpoint of its servo's own profile, or is going there by itself, so its place is moved towards
-  // that setpoint.
+  // Chooses where to hold the motors that were `found` again. A motor with torque hangs from the
+  // setpoint of its servo's own profile, or is going there by itself, so the place where it is held
+  // lies closer to that setpoint than its angle does.
   void adopt_places(const Table& table, uint8_t found) {
     if (found == 0) {
       return;
@@ -120,8 +120,8 @@ class Hold {
       const Joint& joint = table.joints[i];
       int32_t here = readings_.angles()[i];
       if (known & (1u << i)) {
-        // Its lag and the time since it was read come to 1/16 s in all. A motor that is kept
-        // further away must not push.
+        // Its lag and the time since it was read come to 1/16 s in all. A motor further from its
+        // setpoint than it travels in that time is kept away by something, and must not push.
         const int16_t speed = readings_.speed(i);
         const int32_t most = GIVE_WAY + (speed < 0 ? -speed : speed) / 16;
         here += clamped(to_joint(joint, setpoints[i]) - here, most);

@@ -15,10 +15,10 @@ const uint8_t LINK_VERSION = 8;
 const uint8_t MAX_PAYLOAD = 96;
 
 enum class Kind : uint8_t {
-  hello = 1,       // → link version, firmware version (3), motors, complete, stored, CRC of settings
+  hello = 1,       // → link version, 3 of firmware version, motors, 2 flags, CRC of settings
   settings = 2,    // Settings, without the joints
   joint = 3,       // index, Joint
-  read = 4,        // index of a joint, or 8 for the settings → the same as above
+  read = 4,        // index of a joint, or 8 for the settings → a Joint, or Settings
   save = 5,        // settings and joints to EEPROM
   move = 6,        // 8 positions, 8 speeds → time at which the move began; uses up the loads
   stop = 7,

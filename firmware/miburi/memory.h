@@ -38,7 +38,8 @@ class Memory {
     }
   }
 
-  // Whether it holds this table, or what another version of the firmware saved.
+  // Whether nothing needs saving: it holds this table already, or one that another version of the
+  // firmware saved, which is not to be overwritten.
   Stored has(const Table& table) {
     uint8_t bytes[SIZE];
     image(table, bytes);

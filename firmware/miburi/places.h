@@ -8,11 +8,11 @@
 
 namespace miburi {
 
-const int32_t JERK = 48;            // steps that play, noise and a knock may add
-const int64_t LONGEST_GAP = 60000;  // µs; a longer silence allows no more travel
+const int32_t JERK = 48;            // largest jump in steps that comes from play, noise or a knock
+const int64_t LONGEST_GAP = 60000;  // µs; a longer silence does not make more travel believable
 const int32_t FARTHEST = 1L << 20;  // an XL330 counts no further, in either direction
-const uint8_t BAD_READING = 2;      // what an impossible reading adds to the doubt …
-const uint8_t TOO_DOUBTFUL = 4;     // … and how much is too much: two in a row, or every other
+const uint8_t BAD_READING = 2;      // what an impossible reading adds to the doubt
+const uint8_t TOO_DOUBTFUL = 4;     // this much doubt is a fault: two bad readings, or every second
 const uint8_t SETTLED = 3;          // readings that agree on another place
 const int32_t HANGS = 128;          // steps from its goal at which a held joint may hang
 const uint8_t FIRST = 2;            // readings that agree on a place, at first or after silence
@@ -28,13 +28,13 @@ struct Place {
 
 inline int32_t reach(int64_t time, uint16_t speed) {
   const int32_t gap = static_cast<int32_t>(time < LONGEST_GAP ? time : LONGEST_GAP);
-  return JERK + ((gap >> 10) * speed >> 10);  // 2^20 µs is nearly a second, and a division is slow
+  return JERK + ((gap >> 10) * speed >> 10);  // 2^20 µs is about a second, and a division is slow
 }
 
-// Where else a joint may be, if readings agree on it. A `limp` joint: anywhere, since somebody may
-// have turned it. A held one: where it is held, since it is pulled back there; until then it is
-// astray.
-// One that was `lost` for a while: on the way to its goal, since nobody watched it.
+// Where a joint may be although it cannot have gone there, if several readings agree. A `limp`
+// joint may be anywhere, since somebody may have turned it. A held joint may be where it is held,
+// since it is pulled back there; anywhere else it is astray. A joint that was `lost` for a while
+// may be on the way to its goal, since nobody watched it.
 struct Elsewhere {
   bool limp;
   bool lost;

@@ -21,7 +21,7 @@ struct Profile {
   int8_t slows;     // -1 if the first ramp slows down from that speed, else 1
   int64_t ramp;     // to the cruising speed
   int64_t fall;     // from there to rest
-  int64_t shift;    // twice its delay behind a move that begins at cruising speed
+  int64_t shift;    // twice the profile's delay behind a move that begins at cruising speed
   int64_t total;
 };
 
@@ -39,7 +39,8 @@ inline uint64_t square_root(uint64_t n) {
   return root;
 }
 
-// The speed that the motor reaches between its ramps, 1/256 steps/s: at the tip, if a triangle.
+// The top speed, 1/256 steps/s. A short move has no cruise: its profile is a triangle, and this is
+// the speed at its tip.
 inline int32_t tip_of(const Profile& p) {
   const int32_t tip = static_cast<int32_t>(p.acceleration * p.fall * FINE / SECOND);
   return tip < p.speed ? tip : p.speed;
@@ -60,8 +61,8 @@ inline int32_t stopping(int32_t speed, int32_t acceleration) {
   return static_cast<int32_t>(square / (2 * FINE * acceleration));
 }
 
-// Speed and acceleration are at least 1. A motor with an initial speed must be able to stop within
-// the distance: if it cannot, initial speed and distance are passed as negative, and it comes back.
+// Speed and acceleration are at least 1. If a motor with an initial speed cannot stop within the
+// distance, the caller negates both, and the motor overshoots and comes back.
 inline Profile plan(int32_t distance, int32_t speed, int32_t acceleration, int32_t initial = 0) {
   const int64_t full = speed * SECOND / (acceleration * FINE);
   const int64_t halt = initial * SECOND / (acceleration * FINE);  // from that speed to rest
@@ -111,7 +112,7 @@ inline int64_t over_two_seconds(uint64_t n) {
   return (static_cast<int64_t>(high / odd) << 16) + low / odd;
 }
 
-// A speed times half of `twice` µs, in 1/256 steps, rounded towards zero.
+// What a motor at `speed` travels in twice/2 µs, in 1/256 steps, rounded towards zero.
 inline int64_t way_of(int32_t speed, int64_t twice) {
   const int64_t way = speed * twice;
   return way < 0 ? -over_two_seconds(static_cast<uint64_t>(-way))

@@ -66,7 +66,7 @@ class Readings {
     if (time_ - last_heard_[motor] > SILENCE) {
       return missing(motor);
     }
-    // A motor that is missing now and then blinds the rule, which needs all of them.
+    // The rule needs readings of all motors, so one that is missing every now and then blinds it.
     if (time_ - whole_ > SILENCE && !(heard_ & (1u << motor))) {
       return fault_now(motor);
     }
@@ -86,7 +86,7 @@ class Readings {
 
   int64_t time() const { return time_; }
   const int16_t* angles() const { return angles_; }
-  int16_t speed(uint8_t motor) const { return motion_[motor].speed; }  // the servo's own
+  int16_t speed(uint8_t motor) const { return motion_[motor].speed; }  // as the servo reports it
   uint8_t heard() const { return heard_; }
   uint8_t known() const { return known_; }
 

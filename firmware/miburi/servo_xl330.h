@@ -28,7 +28,7 @@ struct Health {
 
 // What one servo is to do; acceleration 0 means: without a ramp.
 struct Order {
-  uint16_t pwm;           // the limit of the duty, of FULL_PWM
+  uint16_t pwm;           // the limit of the duty; FULL_PWM is all
   uint16_t speed;         // steps/s
   uint16_t acceleration;  // steps/s²
   int32_t goal;
@@ -49,7 +49,7 @@ class Xl330 {
 
   // What the servo really does when asked for so many steps/s or steps/s²: it counts in units of
   // 0.229 turns/min and 214.577 turns/min² (at least 1 unit; 0 would mean no limit). The speed is
-  // returned in 1/256 steps/s: whole steps would drift away from the servo's in a slow move.
+  // returned in 1/256 steps/s: with whole steps/s a slow move's computed place would drift away.
   static uint32_t real_speed(uint16_t speed) {
     return (speed_units(speed) * 400207UL + 50) / 100;
   }
@@ -59,8 +59,8 @@ class Xl330 {
 
   explicit Xl330(Io& io) : io_(io) {}
 
-  // This and read_health return a bit per motor that answered. The motions are those `late` µs
-  // after the call.
+  // This and read_health return a bit per motor that answered. `late` becomes the µs from the
+  // call to the moment at which the motions were read.
   uint8_t read_motion(const Joint* joints, Motion* motion, uint32_t& late) {
     const uint32_t began = io_.micros();
     uint8_t heard = 0;
@@ -85,7 +85,7 @@ class Xl330 {
       }
       if (heard & (1u << i)) {
         Reader in(answers_[i].parameters, 8);
-        motion[i].speed = static_cast<int16_t>((clamped(in.i32(), FASTEST) * 16005L) >> 10);  // 15.63
+        motion[i].speed = static_cast<int16_t>((clamped(in.i32(), FASTEST) * 16005L) >> 10);  // × 15.63
         motion[i].position = in.i32();
         motion[i].alert = (answers_[i].error & protocol2::ALERT) != 0;
       }
@@ -188,7 +188,8 @@ class Xl330 {
     return taken;
   }
 
-  // While on, servos stop by themselves after 0.2 s without a packet; off also ends such a stop.
+  // While its watchdog is on, a servo stops by itself after 0.2 s without a packet. Switching it
+  // off also ends such a stop.
   void set_bus_watchdog(const Joint* joints, bool on) {
     write_all(joints, BUS_WATCHDOG, on ? PATIENCE_OF_SERVOS : 0, 1);
   }
@@ -244,7 +245,8 @@ class Xl330 {
   }
 
   // Whether a servo answers that its torque is off or, if the body `rests`, that it has other gains
-  // or a feed-forward, which only comes back with the factory's gains. p 0: any gains will do.
+  // or a feed-forward; that comes back only together with the factory's gains. With gains.p = 0 the
+  // gains are not checked.
   bool restarted(uint8_t id, const Gains& gains, bool rests) {
     if (!read(id, TORQUE_ENABLE, 1)) {
       return false;
@@ -275,8 +277,8 @@ class Xl330 {
     return heard;
   }
 
-  // Makes sure that a servo works in the mode that this layer needs, and starts limp after a loss of
-  // power; to change either, it switches torque off.
+  // Makes sure that a servo works in the mode that this layer needs, and starts limp after a loss
+  // of power; to change either, it switches torque off.
   bool set_mode(uint8_t id) {
     // A byte is lost now and then: a silent servo is asked, or told, once more.
     if (!read(id, RETURN_DELAY, 3) && !read(id, RETURN_DELAY, 3)) {
@@ -310,8 +312,9 @@ class Xl330 {
   // Gives the only servo on the bus, new or not, an id and our bus speed. It may have one of them
   // already: an attempt that was interrupted is completed.
   bool identify(uint8_t old_id, uint8_t new_id) {
-    // Other projects use 2 Mbit/s, or the last two of `speeds`. At 2 Mbit/s the card may miss
-    // answers, so it switches such a servo to its own speed without waiting for one.
+    // Servos from other projects may be set to 2 Mbit/s, 115,200 or 9,600 bit/s. At 2 Mbit/s the
+    // card may miss answers, so it switches such a servo to the card's speed without waiting for
+    // any.
     patience_ = LONG_PATIENCE;
     io_.bus_speed(2000000);
     tell_all(TORQUE_ENABLE, 0);
@@ -342,7 +345,7 @@ class Xl330 {
  private:
   static const uint8_t ID = 7;
   static const uint8_t BAUD_RATE = 8;
-  static const uint8_t RETURN_DELAY = 9;  // then drive mode and operating mode
+  static const uint8_t RETURN_DELAY = 9;  // followed by drive mode and operating mode
   static const uint8_t DRIVE_MODE = 10;
   static const uint8_t OPERATING_MODE = 11;
   static const uint8_t STARTUP = 60;  // may bring back torque, and a goal from a backup, by itself
@@ -352,7 +355,7 @@ class Xl330 {
   static const uint8_t GAINS_SIZE = 6;
   static const uint8_t FEED_FORWARD = 88;  // of acceleration and speed, 2 bytes each
   static const uint8_t FEED_SIZE = 4;
-  static const uint8_t GOAL_PWM = 100;  // then goal current and goal speed, then PROFILE_AND_GOAL
+  static const uint8_t GOAL_PWM = 100;  // followed by goal current, goal speed, PROFILE_AND_GOAL
   static const uint8_t PROFILE_AND_GOAL = 108;
   static const uint8_t SPEED_AND_POSITION = 128;
   static const uint8_t POSITION_TRAJECTORY = 140;
@@ -368,7 +371,7 @@ class Xl330 {
   static const uint8_t START_LIMP = 0;
   static const uint16_t PATIENCE = 2000;  // µs of silence after which no answer will come
   static const uint16_t LONGEST = 12000;  // µs that listening may take on a noisy bus
-  static const uint16_t LONG_PATIENCE = 36000;  // the same after a write to EEPROM
+  static const uint16_t LONG_PATIENCE = 36000;  // as PATIENCE, after a write to EEPROM
 
   static uint16_t speed_units(uint16_t speed) {
     const uint32_t units = (speed * 1000UL + 7816) / 15633;

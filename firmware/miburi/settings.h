@@ -26,7 +26,7 @@ struct Settings {
   uint16_t acceleration;  // steps/s²
   uint16_t max_speed;     // steps/s
   uint16_t return_speed;  // steps/s
-  uint16_t hold_pwm;      // of FULL_PWM: the most duty of a stopped body
+  uint16_t hold_pwm;      // the most duty of a stopped body; FULL_PWM is all
   uint16_t p_gain;        // of the servos' position control
   uint16_t d_gain;
   uint16_t error_per_pwm;  // 1/65536 steps of error for each unit of duty
@@ -40,7 +40,7 @@ const uint8_t FREE_SERVO_SIZE = 7;
 const uint8_t JOINT_SIZE = 10 + GUARDS_SIZE + FREE_SERVO_SIZE + 2;
 const uint16_t FULL_PWM = 885;
 const uint16_t STEPS_PER_TURN = 4096;
-const int32_t SEAM = 100;  // steps that a joint's range keeps from the servo's wrap at 0
+const int32_t SEAM = 100;  // steps between a joint's range and the servo's wrap at 0
 const uint8_t IN_RANGE = 0xff;
 
 inline bool within(int32_t value, int32_t least, int32_t most) {
