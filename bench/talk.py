@@ -38,6 +38,7 @@ def talk(said: list[str]) -> list[str]:
             "told": memory.recall(turn, language),
             "latest": memory.kept(language, 1),
             "kept": memory.kept(language),
+            "before": memory.last_noted(),
         }
         known |= {slot: text for slot, text in slots.items() if text is not None}
         answer = answerer.answer(
@@ -53,6 +54,7 @@ def talk(said: list[str]) -> list[str]:
         elif answer.cue is None or answer.cue.aside:
             for fact in script(language).facts_in(turn):
                 memory.remember(fact, language)
+        memory.note("" if heard.distress is not None else turn)
         answers.append(text)
         now += timedelta(seconds=30)
         feelings.step(30.0)

@@ -40,10 +40,12 @@ def test_a_fright_amid_fear_shows_before_the_fear_that_it_raises(robot: Robot) -
     run(partner, 0.5)
     partner.feelings.stimulate(Stimulus("fright", 0.9, "speech"))
     strongest = partner.feelings.express()
-    assert strongest is not None and strongest.feeling == "fear"
+    assert strongest is not None
+    assert strongest.feeling == "fear"
     events = run(partner, 0.1)
     (ended,), (started,) = of(GestureEnded, events), of(GestureStarted, events)
-    assert ended.expression is not None and started.expression is not None
+    assert ended.expression is not None
+    assert started.expression is not None
     assert (ended.expression.feeling, started.expression.feeling) == ("fear", "fright")
     then = next(event for event in run(partner, 10.0) if isinstance(event, GestureStarted))
     assert then.expression is not None

@@ -250,7 +250,8 @@ class Memory:
 
     def kept(self, language: Language, most: int = _LATEST) -> str | None:
         """Return the latest things that this person asked it to keep, oldest first, if any."""
-        asked = [each.text for each in self._facts_now() if each.asked and each.language == language]
+        known = (fact for fact in self._facts_now() if fact.language == language)
+        asked = [fact.text for fact in known if fact.asked]
         return _together(asked[-most:], language) or None
 
     def _facts_now(self) -> list[Fact]:

@@ -32,7 +32,7 @@ _TAKES_UP = 0.5
 JOYS = ("happiness", "thrill")
 _GLAD, _SPOKEN_OF = (*JOYS, "surprise"), 0.6
 #: In a remark of more words than this, one word does not tell what it is about: "supper" may stand
-#: in it by the way. Only somebody who is spoken of, or a heavy topic, is taken up then (ours).
+#: in it by the way. Only somebody who is spoken of is taken up then (ours).
 _RAMBLES = 16
 #: Patterns for the punctuation around a sentence, for all sentences but the first, and for a clause
 #: with its punctuation.
@@ -301,7 +301,7 @@ def _sayable(matches: Iterable[Match], slots: dict[str, str]) -> Iterator[Match]
 def _suits(topic: Match, *, heavy: bool, rambles: bool) -> bool:
     """Return whether a topic may be taken up beside heavy words, or in a long remark."""
     named = topic.it and any("it" in _slots(line) for line in topic.cue.say)
-    return topic.cue.heavy or not (heavy or (rambles and not named))
+    return (topic.cue.heavy or not heavy) and bool(named or not rambles)
 
 
 def _slots(line: str) -> set[str]:

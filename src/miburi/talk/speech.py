@@ -249,9 +249,7 @@ class Speech:
             memory.meet(words[:1].upper() + words[1:])
         elif answer.do == "remember" and words:
             fact = with_whom(words, memory.noted(), answer.language)
-            memory.remember(
-                fact, answer.language, due_of(fact, answer.language, now), asked=True
-            )
+            memory.remember(fact, answer.language, due_of(fact, answer.language, now), asked=True)
         elif answer.do == "forget":
             memory.forget_noted()
         elif answer.cue is not None and answer.cue.name == "quiet":
