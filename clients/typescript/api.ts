@@ -16,7 +16,7 @@ export interface paths {
         put?: never;
         /**
          * Stop
-         * @description Stop all motors until they are released; a person's Stop, until a person releases it.
+         * @description Stop all motors; after a person's Stop, only a person can release them.
          */
         post: operations["stop"];
         delete?: never;
@@ -222,7 +222,9 @@ export interface paths {
         put?: never;
         /**
          * Face
-         * @description Turn slowly to a face while nothing is felt; repeat within 5 s, or it counts as gone.
+         * @description Turn slowly to a face while nothing is felt.
+         *
+         *     Repeat this within 5 s, or the face counts as gone.
          */
         post: operations["face"];
         delete?: never;
@@ -242,7 +244,7 @@ export interface paths {
         put?: never;
         /**
          * Attend
-         * @description Face somebody who talks with it, and look aside now and then, as people do.
+         * @description Face the person who is talking, and look aside now and then, as people do.
          */
         post: operations["attend"];
         delete?: never;
@@ -342,7 +344,7 @@ export interface paths {
         put?: never;
         /**
          * Speak
-         * @description Let the partner say something aloud, where a page has its voice on; the latest wins.
+         * @description Say something aloud, if a page's voice is on; a new sentence replaces the last.
          */
         post: operations["speak"];
         delete?: never;
@@ -490,7 +492,7 @@ export interface paths {
         put?: never;
         /**
          * Words
-         * @description Let events repeat what is said to the partner from now on, or forget what was said.
+         * @description Include what people say in events from now on; or stop, and delete it.
          */
         post: operations["words"];
         delete?: never;
@@ -636,10 +638,10 @@ export interface paths {
         };
         /**
          * Log
-         * @description Return the events after the one named, the oldest first; without one, the latest.
+         * @description Return the events after a given event, oldest first; if none is given, the latest events.
          *
-         *     At most 1,000 at once; ask again with the last one's id. Where events before the first are
-         *     no longer kept, the first is a `gap`.
+         *     At most 1,000 are returned; ask again with the id of the last one. If earlier events are no
+         *     longer kept, the list begins with a `gap`.
          */
         get: operations["log"];
         put?: never;
@@ -752,7 +754,7 @@ export interface components {
         };
         /**
          * Brought
-         * @description One thing that spoke for a feeling.
+         * @description One piece of evidence for a feeling.
          */
         Brought: {
             /**
@@ -768,17 +770,17 @@ export interface components {
         };
         /**
          * DistressOut
-         * @description A distress that was heard; Miburi is no alarm and calls nobody.
+         * @description Distress that was heard. Miburi is not an alarm and calls nobody.
          */
         DistressOut: {
             /**
              * Number
-             * @description Of its entry in the log.
+             * @description Number of its entry in the log.
              */
             number: number;
             /**
              * Time
-             * @description s on the body's clock.
+             * @description Time on the body's clock, s.
              */
             time: number;
             /**
@@ -994,7 +996,7 @@ export interface components {
             do: "gesture";
             /**
              * Offset
-             * @description When it is due, s after the performance's beginning.
+             * @description When it is due, in s after the performance begins.
              * @default 0
              */
             offset?: number;
@@ -1017,7 +1019,7 @@ export interface components {
             feeling: "happiness" | "sadness" | "fright" | "fear" | "thrill" | "disgust" | "anger" | "surprise";
             /**
              * Duration
-             * @description s at tempo 1, repeats not counted.
+             * @description Duration at tempo 1 without repeats, s.
              */
             duration: number;
             /** @description Laban's effort at full intensity. */
@@ -1070,7 +1072,7 @@ export interface components {
         Hand: {
             /**
              * Position
-             * @description m in the base frame.
+             * @description Position in the base frame, m.
              */
             position: number[];
             /**
@@ -1098,7 +1100,7 @@ export interface components {
         HandIn: {
             /**
              * Position
-             * @description The middle of the fingers, m in the base frame.
+             * @description Middle of the fingers in the base frame, m.
              */
             position: number[] | null;
             /**
@@ -1225,7 +1227,7 @@ export interface components {
             detail?: string | null;
             /**
              * Why
-             * @description What spoke for a stimulus: words, or the name of a sign.
+             * @description What indicated the stimulus: words, or the name of a sign.
              */
             why?: components["schemas"]["Brought"][] | null;
             /** @description What is known about a stop. */
@@ -1237,7 +1239,7 @@ export interface components {
             limit?: number | null;
             /**
              * Id
-             * @description BOOT:NUMBER, which names it over restarts.
+             * @description BOOT:NUMBER, which identifies it across restarts.
              */
             readonly id: string;
         };
@@ -1269,7 +1271,7 @@ export interface components {
             do: "look";
             /**
              * Offset
-             * @description When it is due, s after the performance's beginning.
+             * @description When it is due, in s after the performance begins.
              * @default 0
              */
             offset?: number;
@@ -1307,7 +1309,7 @@ export interface components {
         Manners: {
             /**
              * On
-             * @description Whether it begins at all.
+             * @description Whether it starts conversations at all.
              * @default false
              */
             on?: boolean;
@@ -1390,12 +1392,12 @@ export interface components {
             settings: string | null;
             /**
              * Hottest
-             * @description A hotter motor stops the body, °C.
+             * @description Temperature above which a motor stops the body, °C.
              */
             hottest: number | null;
             /**
              * Lowest
-             * @description A lower supply stops the body, V.
+             * @description Voltage below which the supply stops the body, V.
              */
             lowest: number | null;
             /** @description The contact rule in force. */
@@ -1468,7 +1470,7 @@ export interface components {
         };
         /**
          * PeopleOut
-         * @description Everything that is known of people.
+         * @description Everything that is known about people.
          */
         PeopleOut: {
             /**
@@ -1491,8 +1493,8 @@ export interface components {
          * PerformanceIn
          * @description Gestures, looks, key poses and sentences together.
          *
-         *     Acts of the body follow one another, each once it is due and the one before it has
-         *     ended; sentences run alongside them.
+         *     Acts of the body follow one another: each begins when it is due and the one before has ended.
+         *     Sentences run alongside them.
          * @example {
          *       "acts": [
          *         {
@@ -1592,7 +1594,7 @@ export interface components {
             pose: components["schemas"]["Posture"][];
             /**
              * Duration
-             * @description s from neutral to neutral at tempo 1.
+             * @description Time from neutral to neutral at tempo 1, s.
              * @example 2
              */
             duration: number;
@@ -1633,7 +1635,7 @@ export interface components {
             do: "poses";
             /**
              * Offset
-             * @description When it is due, s after the performance's beginning.
+             * @description When it is due, in s after the performance begins.
              * @default 0
              */
             offset?: number;
@@ -1673,7 +1675,7 @@ export interface components {
             pose: components["schemas"]["Posture"][];
             /**
              * Duration
-             * @description s from neutral to neutral at tempo 1.
+             * @description Time from neutral to neutral at tempo 1, s.
              * @example 2
              */
             duration: number;
@@ -1752,7 +1754,7 @@ export interface components {
         };
         /**
          * PresentIn
-         * @description Who is there now.
+         * @description The person who is with the partner now.
          * @example {
          *       "name": "Anna"
          *     }
@@ -1830,9 +1832,9 @@ export interface components {
         };
         /**
          * Repeat
-         * @description Play the key poses ``first`` to ``last``, counted from 1, ``times`` times in all.
+         * @description Repeat the key poses ``first`` to ``last``, counted from 1, in ``times`` rounds.
          *
-         *     Going ``back`` from the last to the first takes that share of the gesture's duration. Each
+         *     ``back`` is the time from the last pose to the first, as a share of the gesture's duration. Each
          *     repeat makes the gesture longer.
          */
         Repeat: {
@@ -1956,7 +1958,7 @@ export interface components {
         Sample: {
             /**
              * Time
-             * @description s on the body's clock.
+             * @description Time on the body's clock, s.
              */
             time: number;
             /**
@@ -1966,12 +1968,12 @@ export interface components {
             mood: number[];
             /**
              * Hand Speed
-             * @description As in the state, m/s.
+             * @description The hand's velocity, as in the state, m/s.
              */
             hand_speed: number;
             /**
              * Extent
-             * @description As in the state, m.
+             * @description The hand's position, as in the state, m.
              */
             extent: number;
             /**
@@ -2008,7 +2010,7 @@ export interface components {
         };
         /**
          * SayOut
-         * @description What was heard in a remark, why, and what the partner felt.
+         * @description The feeling heard in a remark, the evidence for it, and the partner's own feeling.
          */
         SayOut: {
             /**
@@ -2049,7 +2051,7 @@ export interface components {
             distress?: ("suicide" | "child" | "breathing" | "heart" | "stroke" | "poison" | "fire" | "gas" | "abuse" | "fraud" | "lost" | "fall" | "injury" | "help") | null;
             /**
              * Worry
-             * @description What somebody may need help with: the answer asks.
+             * @description What somebody may need help with; the answer asks about it.
              */
             worry?: ("suicide" | "child" | "breathing" | "heart" | "stroke" | "poison" | "fire" | "gas" | "abuse" | "fraud" | "lost" | "fall" | "injury" | "help") | null;
             /**
@@ -2119,7 +2121,7 @@ export interface components {
             do: "speech";
             /**
              * Offset
-             * @description When it is due, s after the performance's beginning.
+             * @description When it is due, in s after the performance begins.
              * @default 0
              */
             offset?: number;
@@ -2167,7 +2169,7 @@ export interface components {
             serial: number;
             /**
              * Time
-             * @description s on the body's clock.
+             * @description Time on the body's clock, s.
              */
             time: number;
             /**
@@ -2352,7 +2354,7 @@ export interface components {
         StopOut: {
             /**
              * Time
-             * @description s on the body's clock.
+             * @description Time on the body's clock, s.
              */
             time: number;
             /** @description A contact, a request, or a fault. */
@@ -2430,7 +2432,7 @@ export interface components {
         TemperamentIn: {
             /**
              * Name
-             * @description A shipped one, or the one that the partner began with.
+             * @description One that ships with Miburi, or the one that the partner began with.
              */
             name: string;
             /**
@@ -2441,7 +2443,7 @@ export interface components {
         };
         /**
          * WhyOut
-         * @description A word, and how much it spoke for the feeling (log-odds over none).
+         * @description A word, and its evidence for the feeling (log-odds against no feeling).
          */
         WhyOut: {
             /**
@@ -2451,7 +2453,7 @@ export interface components {
             what: string;
             /**
              * Weight
-             * @description How much it spoke for the feeling.
+             * @description How strongly it indicated the feeling.
              */
             weight: number;
         };

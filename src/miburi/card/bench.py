@@ -334,7 +334,7 @@ STEPS = (
         "What PWM and current does a servo report while held? You press the right hand down.",
         _measure_stall,
     ),
-    BenchStep("friction", "How much do the servos rub, cold and warm?", _measure_friction),
+    BenchStep("friction", "How much friction have the servos, cold and warm?", _measure_friction),
     BenchStep(
         "false_stops",
         "How often is free motion stopped? The robot makes sixty moves, then gestures.",

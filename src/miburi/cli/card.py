@@ -147,7 +147,9 @@ def upload(
 @app.command()
 def monitor(
     port: Port,
-    seconds: Annotated[float, typer.Option(help="How long to print, s.", min=0)] = 60.0,
+    seconds: Annotated[
+        float, typer.Option(help="How long to print the readings, in seconds.", min=0)
+    ] = 60.0,
     robot: RobotFile = None,
 ) -> None:
     """Print the card's state five times a second; nothing moves."""
@@ -223,7 +225,9 @@ def measure_servos(
     ),
     gestures: Annotated[
         int,
-        typer.Option(help="Gestures to count stops in; half as many more warm the servos.", min=1),
+        typer.Option(
+            help="How many gestures to watch for stops. Half as many before them warm it up.", min=1
+        ),
     ] = 200,
     robot: RobotFile = None,
 ) -> None:
@@ -262,7 +266,10 @@ def measure_servos(
 def load(
     port: Port,
     file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="From `card calibrate`, `calibrate` or `tune`.")
+        Path,
+        typer.Argument(
+            metavar="FILE", help="A file that `card calibrate`, `calibrate` or `tune` wrote."
+        ),
     ],
     robot: RobotFile = None,
 ) -> None:
@@ -314,7 +321,9 @@ def _open_card(port: str, robot: "Robot") -> Iterator["Card"]:
 
 @app.command()
 def emulate(
-    seconds: Annotated[float, typer.Option(help="How long, s; 0 for ever.", min=0)] = 0.0,
+    seconds: Annotated[
+        float, typer.Option(help="How long, in seconds; 0: until Ctrl-C.", min=0)
+    ] = 0.0,
     robot: RobotFile = None,
 ) -> None:
     """Run an emulated card with eight servos in real time, and print its port."""

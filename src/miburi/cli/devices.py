@@ -55,7 +55,9 @@ def devices(context: typer.Context, folder: Folder = None, as_json: AsJson = Fal
 @devices_app.command()
 def forget(
     context: typer.Context,
-    name: Annotated[str | None, typer.Argument(help="As `miburi devices` shows it.")] = None,
+    name: Annotated[
+        str | None, typer.Argument(help="The device's name, as `miburi devices` shows it.")
+    ] = None,
     every: Annotated[bool, typer.Option("--all", help="Forget all devices.")] = False,
     folder: Folder = None,
 ) -> None:

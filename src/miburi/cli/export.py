@@ -21,7 +21,7 @@ def export(
     meshes: Annotated[
         Path | None,
         typer.Option(
-            help="Folder to write the printed parts to; the model then shows them.",
+            help="Folder for the files of the printed parts; the model then shows the parts.",
             show_default=False,
             callback=a_folder,
         ),

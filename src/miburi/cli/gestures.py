@@ -139,7 +139,7 @@ _GAP = 0.5
 
 @gesture_app.command()
 def record(
-    name: Annotated[str, typer.Argument(help="Of the new gesture, such as wave.")],
+    name: Annotated[str, typer.Argument(help="Name of the new gesture, such as wave.")],
     feeling: Annotated[str, typer.Option(help="The feeling that it shows.")] = "happiness",
     out: Annotated[Path, typer.Option(help="Folder for its file.", callback=a_folder)] = Path(
         "mine"
@@ -211,7 +211,7 @@ def _shown(states: "Iterable[State]") -> "tuple[Array, Array]":
 @gesture_app.command()
 def classify(
     variations: Annotated[
-        int, typer.Option(help="Variations of each gesture, to learn and to name.", min=1)
+        int, typer.Option(help="Variations of each gesture, to train and to test with.", min=1)
     ] = 8,
     seed: Annotated[int, typer.Option(help="0 or more.", min=0)] = 0,
     robot: RobotFile = None,

@@ -29,7 +29,10 @@ def forward(
     robot: RobotFile = None,
     as_json: AsJson = False,
     printed: Annotated[
-        bool, typer.Option("--as-printed", help="Use Eqs. 3–11 with their misprints.")
+        bool,
+        typer.Option(
+            "--as-printed", help="Use the paper's Eqs. 3–11 as printed, misprints and all."
+        ),
     ] = False,
 ) -> None:
     """Print where hands and head are, for eight angles or for JSON lines on standard input."""
@@ -107,7 +110,7 @@ def _warn_of_limits(robot: "Robot", angles: list[float]) -> None:
     for name, angle, low, high in zip(JOINTS, angles, robot.lower, robot.upper, strict=True):
         if not low <= angle <= high:
             print(
-                f"miburi: {name} is outside its limits: {angle:g} rad; allowed are {low:g} to "
+                f"miburi: {name} is outside its limits: {angle:g} rad; it must be from {low:g} to "
                 f"{high:g}.",
                 file=sys.stderr,
             )

@@ -41,7 +41,9 @@ def run(
     ] = None,
     https: Annotated[
         bool,
-        typer.Option("--https", help="Let phones in by token, with camera, microphone and motion."),
+        typer.Option(
+            "--https", help="Let phones connect by a token, and lend their camera and microphone."
+        ),
     ] = False,
     host: Annotated[
         str | None,
@@ -123,7 +125,7 @@ def run(
             show_default=False,
         ),
     ] = None,
-    seed: Annotated[int, typer.Option(help="Varies the gestures; 0 or more.")] = 0,
+    seed: Annotated[int, typer.Option(help="The seed of the gestures' variations; 0 or more.")] = 0,
     programs_may_release: Annotated[
         bool,
         typer.Option("--programs-may-release", help="Let programs end a person's Stop, too."),

@@ -135,7 +135,7 @@ def text(
 @study_app.command()
 def withdraw(
     folder: Folder,
-    code: Annotated[str, typer.Argument(help="As a participant sent it to you.")],
+    code: Annotated[str, typer.Argument(help="The code that a participant sent to you.")],
 ) -> None:
     """Delete the answers of a participant who asks for it, as the withdrawal page does."""
     from miburi.studies.study.plan import load_study

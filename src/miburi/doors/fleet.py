@@ -40,7 +40,7 @@ class PartnerOut(BaseModel):
     lost: bool = Field(description="Whether it is gone, or its broker is.")
     report: HomeReport | None
     hottest: float | None = Field(description="The highest temperature of its motors, °C.")
-    age: float | None = Field(description="s since its report, by the two computers' clocks.")
+    age: float | None = Field(description="Time since its report by the two computers' clocks, s.")
 
 
 class FleetOut(BaseModel):

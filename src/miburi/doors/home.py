@@ -115,8 +115,8 @@ async def live_at_home(
         # Two with the same name would keep disconnecting each other; Stop would reach one of them.
         if await is_taken(broker, name, home.instance):
             raise InputError(
-                f"another partner has taken the name {name!r} there, so this one is not at home, "
-                "and the home's Stop does not reach it. Start it with another --name."
+                f"another partner has taken the name {name!r} there, so this one is not connected "
+                "to it, and the home's Stop does not reach it. Start it with another --name."
             )
 
     await stay_at(broker, f"miburi-{about.key}", home.live, home.will, admit)

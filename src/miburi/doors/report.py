@@ -51,7 +51,9 @@ class HomeReport(BaseModel):
     motor: str | None = Field(description="The motor that met something.")
     held: bool = Field(description="Whether it waits for a person to release it.")
     stops_today: int = Field(description="Stops since midnight, or since the partner woke.")
-    temperatures: dict[str, float] = Field(description="°C, of the motors that report one.")
+    temperatures: dict[str, float] = Field(
+        description="Temperatures of the motors, where reported, °C."
+    )
     studio: str | None = Field(default=None, description="Where other devices find its pages.")
     wall: Wall | None = Field(default=None, description="When this was so, UTC.")
 
@@ -63,7 +65,7 @@ class StopNews(BaseModel):
     id: str = Field(description="BOOT:NUMBER; no other event has it, even after a restart.")
     wall: Wall = Field(description="When, UTC.")
     motor: str | None
-    force: float | None = Field(description="On the hand, N; simulation only.")
+    force: float | None = Field(description="Force on the hand, N; in the simulation only.")
 
 
 class DistressNews(BaseModel):
@@ -78,7 +80,7 @@ class DistressNews(BaseModel):
 class GapNews(BaseModel):
     """Events before this one are missing: the partner does not have them any more."""
 
-    id: str = Field(description="BOOT:NUMBER of where it goes on.")
+    id: str = Field(description="BOOT:NUMBER from which the stream goes on.")
     wall: Wall = Field(description="When, UTC.")
     why: str
 

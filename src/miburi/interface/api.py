@@ -87,11 +87,11 @@ The WebSocket `/api/v1/live?rate=30&events=new` sends states, and events as `{"e
 `{"do": "release"}` and `{"do": "rate", "rate": 10}`, and answers what it refuses with
 `{"refused": "…"}`."""
 _TAGS = {
-    "stop": "Requests that no limit delays.",
+    "stop": "Requests that are not rate-limited.",
     "look": "The partner's state, body and gestures.",
     "events": "What has happened, and events as they happen.",
-    "ask": "What it is to feel, notice and do.",
-    "show": "What it is to show and say; each wish has an id, which its events carry.",
+    "ask": "What to make it feel, notice and do.",
+    "show": "What to make it show and say; each wish has an id, which its events carry.",
     "recordings": "Files of its motion and feelings (MCAP).",
     "privacy": "Whether events may repeat what people say.",
     "people": "Whom it knows, and when it may begin to speak by itself.",

@@ -188,7 +188,7 @@ class PosesIn(Message):
         min_length=1, max_length=32, description="The key poses, in the order of their phases."
     )
     duration: float = Field(
-        ge=0.2, le=20, description="s from neutral to neutral at tempo 1.", examples=[2.0]
+        ge=0.2, le=20, description="Time from neutral to neutral at tempo 1, s.", examples=[2.0]
     )
     effort: EffortIn = Field(
         default=EffortIn(space=1.0, weight=0.5, time=0.5, flow=0.5),
@@ -205,7 +205,7 @@ class PosesIn(Message):
 
 
 _Offset = Annotated[
-    float, Field(ge=0, le=60, description="When it is due, s after the performance's beginning.")
+    float, Field(ge=0, le=60, description="When it is due, in s after the performance begins.")
 ]
 
 
@@ -290,7 +290,7 @@ class HandIn(Message):
         }
     )
 
-    position: Point | None = Field(description="The middle of the fingers, m in the base frame.")
+    position: Point | None = Field(description="Middle of the fingers in the base frame, m.")
     along: Point = Field(default=[0.0, 0.0, 1.0], description="The direction of the fingers.")
 
 
@@ -318,7 +318,9 @@ class TemperamentIn(Message):
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"name": "calm", "rest": "still"}]})
 
-    name: Name = Field(description="A shipped one, or the one that the partner began with.")
+    name: Name = Field(
+        description="One that ships with Miburi, or the one that the partner began with."
+    )
     rest: RestLevel | None = Field(
         default=None,
         description="How much the partner moves while it shows nothing; default: the temperament's "
@@ -339,7 +341,7 @@ class GestureOut(BaseModel):
 
     name: str = Field(description="Its name.")
     feeling: TheirFeeling = Field(description="The feeling that it shows.")
-    duration: float = Field(description="s at tempo 1, repeats not counted.")
+    duration: float = Field(description="Duration at tempo 1 without repeats, s.")
     effort: EffortIn = Field(description="Laban's effort at full intensity.")
 
 

@@ -267,7 +267,7 @@ def _change_temperament(wish: wishes.ChangeTemperament, inside: Inside) -> Comma
 def _change_body(wish: wishes.ChangeBody, inside: Inside) -> Command:
     name, port = wish.name, wish.port
     if port is not None and port == inside.port:
-        raise BodyError(f"the card at {port} is in use; if lost, it is found again by itself.")
+        raise BodyError(f"the card at {port} is in use; if it is lost, it is looked for again.")
     if port is not None and port not in inside.ports:
         check_port(port)
     body = make_body(name, inside.robot, port, inside.rule)

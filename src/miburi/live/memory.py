@@ -95,5 +95,5 @@ def keep(
 
 def _moment(value: object) -> float:
     if not isinstance(value, float) or not 0 <= value < float("inf"):
-        raise ValueError(f"when must be seconds since 1970, got {value!r:.80}")
+        raise ValueError(f"“when” must be in seconds since 1970, got {value!r:.80}")
     return value

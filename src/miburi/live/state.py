@@ -54,7 +54,7 @@ class Expressed(BaseModel):
 class StopOut(BaseModel):
     """A stop, and what is known about it."""
 
-    time: float = Field(description="s on the body's clock.")
+    time: float = Field(description="Time on the body's clock, s.")
     reason: StopReason = Field(description="A contact, a request, or a fault.")
     motor: str | None = Field(default=None, description="The motor that met something.")
     sign: str | None = Field(
@@ -103,8 +103,8 @@ class Spoken(BaseModel):
 class DistressOut(BaseModel):
     """Distress that was heard. Miburi is not an alarm and calls nobody."""
 
-    number: int = Field(description="Of its entry in the log.")
-    time: float = Field(description="s on the body's clock.")
+    number: int = Field(description="Number of its entry in the log.")
+    time: float = Field(description="Time on the body's clock, s.")
     kind: Distress = Field(description="What somebody needs help with.")
     words: str | None = Field(description="What was said, if the user lets others hear it.")
 
@@ -137,7 +137,7 @@ class RuleOut(BaseModel):
 class Hand(BaseModel):
     """The simulated human hand's pose."""
 
-    position: list[float] = Field(description="m in the base frame.")
+    position: list[float] = Field(description="Position in the base frame, m.")
     quaternion: list[float] = Field(description="w, x, y, z.")
 
 
@@ -145,7 +145,7 @@ class State(BaseModel):
     """The partner at one moment; arrays follow the order in ``GET /robot``."""
 
     serial: int = Field(description="Counts up by one at each step.")
-    time: float = Field(description="s on the body's clock.")
+    time: float = Field(description="Time on the body's clock, s.")
     body: str = Field(description="The kind of body.")
     phase: Literal["idle", "moving", "stopped", "returning"] = Field(
         description="What the body does."
@@ -212,10 +212,10 @@ class State(BaseModel):
 class Sample(BaseModel):
     """One moment of the last minutes, for plots."""
 
-    time: float = Field(description="s on the body's clock.")
+    time: float = Field(description="Time on the body's clock, s.")
     mood: Levels = Field(description="The moods.")
-    hand_speed: float = Field(description="As in the state, m/s.")
-    extent: float = Field(description="As in the state, m.")
+    hand_speed: float = Field(description="The hand's velocity, as in the state, m/s.")
+    extent: float = Field(description="The hand's position, as in the state, m.")
     ratios: list[float | None] = Field(description="As in the state.")
     stopped: bool = Field(description="Whether the body was stopped.")
 
@@ -252,8 +252,8 @@ class MotorsOut(BaseModel):
         description="Whether the guards differ from those that ship with the robot."
     )
     settings: str | None = Field(description="The checksum of a card's settings.")
-    hottest: float | None = Field(description="A hotter motor stops the body, °C.")
-    lowest: float | None = Field(description="A lower supply stops the body, V.")
+    hottest: float | None = Field(description="Temperature above which a motor stops the body, °C.")
+    lowest: float | None = Field(description="Voltage below which the supply stops the body, V.")
     rule: RuleOut = Field(description="The contact rule in force.")
     motors: list[MotorOut] = Field(description="Each motor, in the order of the joints.")
 

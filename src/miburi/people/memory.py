@@ -290,7 +290,7 @@ class Memory:
         if text is None:
             del facts[place]
         elif not 0 < len(text.strip()) <= _FACT:
-            raise InputError(f"a fact must have 1 to {_FACT} letters, got {len(text.strip())}.")
+            raise InputError(f"a fact must have 1 to {_FACT} characters, got {len(text.strip())}.")
         else:
             facts[place] = facts[place].model_copy(update={"text": text.strip(), "due": due})
         self.forget_noted()  # the fact may have been told in these remarks

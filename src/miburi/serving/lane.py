@@ -20,7 +20,7 @@ __all__ = ["BEAT", "SILENCE", "Lane"]
 #: nobody, s (ours).
 BEAT, SILENCE = 1.0, 1.0
 _WISHES = {b"upgrade", b"expect"}
-_NO_ANSWER = "the partner cannot be reached; should it answer again, it will stop."
+_NO_ANSWER = "the partner cannot be reached; as soon as it can, its body will stop."
 
 
 class Lane:

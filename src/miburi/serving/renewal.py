@@ -108,5 +108,5 @@ class Renewal:
         self._reach.fingerprint = found.fingerprint
         if moved and found.addresses and self._reach.token is not None:
             url = pairing_url(found.addresses[0], self._reach.token)
-            print(f"Its address has changed. On a phone, scan this or open {url}")
+            print(f"The partner's address has changed. On a phone, scan this or open {url}")
             print(qr_for_terminal(url), flush=True)

@@ -94,7 +94,7 @@ class Beginning:
             try:
                 await self.look()
             except MiburiError as error:
-                log_once("the partner could not begin by itself", error)
+                log_once("the partner could not start a conversation", error)
 
     async def look(self) -> None:
         """Speak first if there is a reason; the log gives the reason with the sentence."""

@@ -37,7 +37,7 @@ class Manners(BaseModel):
         frozen=True, extra="forbid", json_schema_extra={"examples": [{"on": True, "most": 6}]}
     )
 
-    on: bool = Field(default=False, description="Whether it begins at all.")
+    on: bool = Field(default=False, description="Whether it starts conversations at all.")
     most: Annotated[int, Field(ge=1, le=10)] = Field(default=6, description="Times a day, at most.")
     quiet_from: Annotated[int, Field(ge=0, le=23)] = Field(
         default=21, description="The hour at which quiet hours begin."

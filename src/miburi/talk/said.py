@@ -14,7 +14,7 @@ class WhyOut(BaseModel):
     """A word, and its evidence for the feeling (log-odds against no feeling)."""
 
     what: str = Field(description="The word.")
-    weight: float = Field(description="How much it spoke for the feeling.")
+    weight: float = Field(description="How strongly it indicated the feeling.")
 
 
 class FeltOut(BaseModel):
@@ -40,7 +40,7 @@ class SayOut(BaseModel):
         default=None, description="What somebody needs help with now; it calls nobody."
     )
     worry: Distress | None = Field(
-        default=None, description="What somebody may need help with: the answer asks."
+        default=None, description="What somebody may need help with; the answer asks about it."
     )
     answer: str = Field(description="What it answered, aloud where a page has its voice on.")
     trouble: str | None = Field(

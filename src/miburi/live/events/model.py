@@ -106,12 +106,12 @@ class LiveEvent(BaseModel):
     reason: EndReason | None = Field(default=None, description="Why a recording ended by itself.")
     detail: str | None = Field(default=None, description="More about it, in words.")
     why: tuple[Brought, ...] | None = Field(
-        default=None, description="What spoke for a stimulus: words, or the name of a sign."
+        default=None, description="What indicated the stimulus: words, or the name of a sign."
     )
     stop: StopOut | None = Field(default=None, description="What is known about a stop.")
     limit: float | None = Field(default=None, description="The rule's limit at that stop.")
 
-    @computed_field(description="BOOT:NUMBER, which names it over restarts.")  # type: ignore[prop-decorator]
+    @computed_field(description="BOOT:NUMBER, which identifies it across restarts.")  # type: ignore[prop-decorator]
     @property
     def id(self) -> str:
         """Return the id that names it across restarts."""

@@ -218,5 +218,5 @@ def kept_events(folder: Path, *, quiet: bool = False) -> EventStore | None:
         return EventStore(folder / "events.sqlite")
     except OutputError as error:
         if not quiet:
-            print(f"miburi: {error} Events will be forgotten at the end.", file=sys.stderr)
+            print(f"miburi: {error} Events are forgotten when the program ends.", file=sys.stderr)
         return None

@@ -50,7 +50,7 @@ def distributions(outcomes: Sequence[Outcome], path: Path) -> None:
         late.set(xlabel="latency from touch (ms)", ylabel="share of trials", xlim=(0, 300))
         late.legend(frameon=False, fontsize=8, loc="lower right")
         hard.set(xlabel="peak force (N)", xlim=(0, 30))
-        fast.set(xlabel="speed of part met (m/s)", ylabel="peak force (N)")
+        fast.set(xlabel="speed of the part that was touched (m/s)", ylabel="peak force (N)")
         fast.axhline(ISO_LIMITS["face"], color=_CORAL, linewidth=0.9, linestyle="--")
         fast.text(
             0.03, ISO_LIMITS["face"] - 5, "face, 65 N", fontsize=8, color=_CORAL,
