@@ -241,7 +241,7 @@ def test_forward_says_which_angles_are_outside_their_limits() -> None:
     out = miburi("forward", "0", "0.1", "1.3", "0.25", "0.1", "1.3", "-0.25", "2")
     assert out.returncode == 0
     elbow, head = out.stderr.splitlines()
-    assert "left_elbow is outside its limits: 1.3 rad; allowed are -1.744 to 0.174" in elbow
+    assert "left_elbow is outside its limits: 1.3 rad; it must be from -1.744 to 0.174" in elbow
     assert "head is outside" in head
     assert miburi("forward", "0", "0.1", "1.3", "0.25", "0.1", "-1.3", "-0.25", "1").stderr == ""
 

@@ -489,3 +489,9 @@ def test_it_knows_what_two_strangers_asked_first(said: str, intent: str) -> None
     cue = answer(said).cue
     assert cue is not None
     assert cue.name == intent
+
+
+def test_what_never_lets_somebody_forget_is_no_reminder() -> None:
+    said = "I came off my bicycle in 1961 and it's never let me forget it."
+    assert answer(said).do != "remember"
+    assert answer("Never let me forget to ring Carol.").words == "ring Carol"

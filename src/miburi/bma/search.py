@@ -150,7 +150,7 @@ class Optimizer:
     def _checked_values(self, values: ArrayLike, points: Array) -> Array:
         """Return the values in the form the search takes; InputError says what is wrong."""
         by_residual = self._problem.by_residual
-        wanted = "real numbers, or residuals, (m,), the same number each time"
+        wanted = "real numbers, or residuals of the same shape (m,) each time"
         told = real_numbers(values, "the function's values", wanted)
         if told.ndim == 2 and told.shape[1] == 1 and not by_residual:
             told = told[:, 0].copy()  # an array of one number is that number
