@@ -136,7 +136,8 @@ def test_a_robot_that_cannot_be_calibrated_makes_no_trials_and_the_others_do(
     monkeypatch.setattr("miburi.cli.trials.ProcessPoolExecutor", ThreadPoolExecutor)
     options = [*TRIALS, "--servos", "3", "--play", "0.25", "--free", "1", "--blocked", "0"]
     told = CliRunner().invoke(app, options)
-    assert json.loads(told.stdout)["free"] == 1
+    counted = json.loads(told.stdout)
+    assert (counted["free"], counted["robots"], counted["left_out"]) == (1, 3, 2)
     assert told.stderr.count("is left out. Look at its horn.") == 2
     assert "Robot 1 of 3" in told.stderr
     assert calibrated == pytest.approx([radians(0.25)] * 3)

@@ -131,15 +131,10 @@ def trials(
     rate = (counts[-1] - counts[0]) / (perf_counter() - began)
     summary = summarise(outcomes)
     if as_json:
-        print(
-            json.dumps(
-                {
-                    "servo": body.servo.model.name,
-                    **summary.as_json(),
-                    "trials_per_second": round(rate, 2),
-                }
-            )
-        )
+        drawn = {"robots": len(built), "left_out": len(built) - len(watched)} if built else {}
+        speed = {"trials_per_second": round(rate, 2)}
+        name = {"servo": body.servo.model.name}
+        print(json.dumps({**name, **drawn, **summary.as_json(), **speed}))
         return
     from miburi.studies.trials.report import in_words
 
