@@ -64,6 +64,7 @@ class Simulated:
         gears = 1 - robot.servo.model.friction.motor_load
         self._hold_torque = robot.servo.hold_torque / gears
         self._planned: tuple[object, int, Array] = (None, 0, np.empty((0, 8)))
+        self._measured = (0, *self._measure())
         self.touch = Touch()
 
     @property
@@ -74,16 +75,24 @@ class Simulated:
     @property
     def state(self) -> BodyState:
         """The latest state, as the encoders measure it."""
-        span = (len(self._history) - 1) * READING
-        step = self._robot.servo.step
-        moved = np.multiply(self._history[-1] - self._history[0], step, dtype=np.float64)
+        if self._measured[0] != self._readings:
+            self._measured = (self._readings, *self._measure())
         return BodyState(
-            time=self._readings * READING,
-            angles=np.multiply(self._history[-1], step, dtype=np.float64),
-            velocities=moved / max(span, READING),
-            phase=self._controller.phase,
-            stop=self._controller.latched,
+            self._readings * READING,
+            *self._measured[1:],
+            self._controller.phase,
+            self._controller.latched,
         )
+
+    def _measure(self) -> tuple[Array, Array]:
+        """Return the angles and velocities at the latest reading; many ask for them."""
+        step, span = self._robot.servo.step, (len(self._history) - 1) * READING
+        angles = np.multiply(self._history[-1], step, dtype=np.float64)
+        moved = np.multiply(self._history[-1] - self._history[0], step, dtype=np.float64)
+        velocities = moved / max(span, READING)
+        for shared in (angles, velocities):
+            shared.flags.writeable = False
+        return angles, velocities
 
     @property
     def phase(self) -> Phase:
