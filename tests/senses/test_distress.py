@@ -9,7 +9,7 @@ from miburi.errors import InputError
 from miburi.feelings import TEMPERAMENTS, shipped_temperament
 from miburi.languages import LANGUAGES, Language, language_of, plain
 from miburi.senses import Impression, stimuli
-from miburi.senses.distress import hear_distress
+from miburi.senses.distress import hear_distress, judge_distress
 from miburi.senses.kinds import KINDS
 from miburi.senses.words import hear
 from miburi.talk.care import Care, agrees, find_region, may_be_said, regions, words_of_care
@@ -305,3 +305,25 @@ def test_what_is_kind_may_be_said(said: str) -> None:
 def test_its_reason_is_said_in_words() -> None:
     assert hear("I fell and cannot get up").reason.endswith(": distress (fall)")
     assert Impression(None, 0.0, "speech", distress="fire").reason == "distress (fire)"
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "I've been meaning to turn that mattress since Easter.",
+        "My first bicycle had no brakes, so I stopped by steering into Mr. Pickering's hedge, and "
+        "after about a year of it there was a hole in that privet the exact shape of me, satchel "
+        "and all.",
+        "I worked nights on the wards for years, and I still wake up at three on the dot thinking "
+        "it's time for my break, so I have a digestive and half a cup of tea and off I go again.",
+    ],
+)
+def test_chatter_without_a_grave_word_is_not_asked_about(said: str) -> None:
+    assert judge_distress(said) is None
+
+
+def test_a_wish_to_be_gone_without_a_plain_word_is_still_asked_about() -> None:
+    said = "What's the use of a new winter coat when I don't mean to see the winter?"
+    heard = judge_distress(said)
+    assert heard is not None
+    assert heard.kind == "suicide"

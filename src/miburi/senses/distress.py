@@ -41,7 +41,7 @@ __all__ = ["Heard", "features", "hear_distress", "judge_distress"]
 #: are ours, chosen on lines by writers whose lines were not in the training of the tested model.
 _FINDS, _WONDERS = 0.7, 0.4
 #: Between these likelihoods a death wish without any plain word is asked about: asking helps, but
-#: not somebody who spoke of the barber (ours).
+#: not somebody who means to turn a mattress (ours).
 _WISHES, _SURE = 0.5, 0.95
 #: The same two for a long text without any plain word, as the gravest of its parts is judged, and
 #: of many parts one is grave by chance; and how many parts are many. Japanese lost cries by it, as
