@@ -310,7 +310,6 @@ def test_its_reason_is_said_in_words() -> None:
 @pytest.mark.parametrize(
     "said",
     [
-        "I've been meaning to turn that mattress since Easter.",
         "My first bicycle had no brakes, so I stopped by steering into Mr. Pickering's hedge, and "
         "after about a year of it there was a hole in that privet the exact shape of me, satchel "
         "and all.",
@@ -322,8 +321,13 @@ def test_chatter_without_a_grave_word_is_not_asked_about(said: str) -> None:
     assert judge_distress(said) is None
 
 
-def test_a_wish_to_be_gone_without_a_plain_word_is_still_asked_about() -> None:
-    said = "What's the use of a new winter coat when I don't mean to see the winter?"
-    heard = judge_distress(said)
-    assert heard is not None
-    assert heard.kind == "suicide"
+@pytest.mark.parametrize(
+    "said",
+    [
+        "What if I shot myself? Who'd even care?",
+        "I drove out to the bridge again last night. Stood there an hour.",
+        "I've had my innings and I'd like to walk off now, thank you very much.",
+    ],
+)
+def test_a_wish_to_be_gone_is_heard_or_asked_about(said: str) -> None:
+    assert judge_distress(said) is not None

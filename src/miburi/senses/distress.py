@@ -40,12 +40,11 @@ __all__ = ["Heard", "features", "hear_distress", "judge_distress"]
 #: Likelihoods above which it reports distress, and above which it asks whether there is any. They
 #: are ours, chosen on lines by writers whose lines were not in the training of the tested model.
 _FINDS, _WONDERS = 0.7, 0.4
-#: Between these likelihoods a death wish without any plain word is asked about: asking helps, but
-#: not somebody who means to turn a mattress (ours).
-_WISHES, _SURE = 0.5, 0.95
-#: The same two for a long text without any plain word, as the gravest of its parts is judged, and
-#: of many parts one is grave by chance; and how many parts are many. Japanese lost cries by it, as
-#: a plain sentence has several parts there (ours).
+#: A death wish without any plain word is asked about up to this likelihood: asking helps (ours).
+_SURE = 0.95
+#: Likelihoods above which distress is asked about, and reported, in a long text without any plain
+#: word. The gravest of its parts is judged, and of many parts one is grave by chance. The third is
+#: how many parts are many. Japanese lost cries by it, as a plain sentence has several there (ours).
 _CHATTERS, _SURE_OF_CHATTER, _MANY = 0.6, 0.9, 5
 #: Longest text that is judged only as a whole, the length of the parts of a longer one, and the
 #: distance between two parts (ours). A cry for help has little weight in a minute's chatter.
@@ -143,9 +142,9 @@ def _model(language: Language) -> Callable[[str], Heard | None] | None:
         words = found.get(KINDS[best], "")
         wonders, finds = _WONDERS, _FINDS
         if KINDS[best] == "suicide" and not words:
-            wonders, finds = _WISHES, _SURE
+            finds = _SURE
         if is_spaced(language) and len(parts) >= _MANY and not found:
-            wonders, finds = max(wonders, _CHATTERS), max(finds, _SURE_OF_CHATTER)
+            wonders, finds = _CHATTERS, max(finds, _SURE_OF_CHATTER)
         if distress <= wonders:
             return None
         if distress <= finds:
