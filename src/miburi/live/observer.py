@@ -51,6 +51,7 @@ class Observer:
         self._feelings = feelings
         self._robot = partner.body.robot
         self._home = forward(self._robot, self._robot.neutral)[:6].reshape(2, 3)
+        self._computed = (self._robot.neutral.copy(), self._home)
         self._hands: deque[tuple[float, Array]] = deque(maxlen=_SPEED_STEPS + 1)
         self._stop: StopOut | None = None
         self._peak = 0.0
@@ -73,7 +74,7 @@ class Observer:
         body, feelings = self._partner.body, self._feelings
         state = body.state
         touch = self._touch
-        hands = forward(self._robot, state.angles)[:6].reshape(2, 3)
+        hands = self._hands_at(state.angles)
         self._hands.append((state.time, hands))
         before, then = self._hands[0]
         way = float(np.linalg.norm(hands - then, axis=1).mean())
@@ -106,6 +107,12 @@ class Observer:
             face=self._face(felt, shown),
             **more,
         )
+
+    def _hands_at(self, angles: Array) -> Array:
+        """Return both hands, (2, 3) m; a body at rest is not computed anew at each step."""
+        if not np.array_equal(angles, self._computed[0]):
+            self._computed = (angles.copy(), forward(self._robot, angles)[:6].reshape(2, 3))
+        return self._computed[1]
 
     def _eyes(self) -> tuple[float, float]:
         """Return where the eyes look: they go first, and come back as the head follows."""

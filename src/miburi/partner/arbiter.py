@@ -199,7 +199,7 @@ class Arbiter:
         felt = None if self.company.calm else self._feelings.express()
         if self._emotion is None:
             return felt
-        left = self._emotion.left(felt, self._feelings.emotion, self._feelings.mood)
+        left = self._emotion.left(felt, self._feelings)
         return None if time < self._beats_until and self._emotion.shown else left
 
     def _drop_strokes(self, time: float) -> None:

@@ -4,7 +4,7 @@ As long as an emotion lasted, the same gesture used to repeat: fourteen times fo
 The paper's experiment still does so; a partner with life does not.
 """
 
-from miburi.feelings import FEELINGS, Expression
+from miburi.feelings import FEELINGS, Expression, FeelingModel
 from miburi.robot import Array
 
 __all__ = ["MOST", "ShownEmotion"]
@@ -33,15 +33,15 @@ class ShownEmotion:
         self._lowest = 0.0
         self._rose_last: int | None = None
 
-    def left(self, felt: Expression | None, emotion: Array, mood: Array) -> Expression | None:
+    def left(self, felt: Expression | None, feelings: FeelingModel) -> Expression | None:
         """Return what is felt if some of it is still to be shown, else None.
 
         Of nearly equal emotions the one that rose last shows first: a fright raises an older fear
         a little above itself, and yet it is the fright that is new.
-        ``emotion`` and ``mood`` are those levels of all feelings, (n,) from 0 to 1.
         """
+        emotion = feelings.emotion
         before, self._before = self._before, emotion.copy()
-        felt = self._newest(felt, emotion, mood, before)
+        felt = self._newest(felt, feelings, emotion, before)
         if felt is None:
             self._feeling = None
             return None
@@ -57,7 +57,11 @@ class ShownEmotion:
         return felt if self.shown < MOST else None
 
     def _newest(
-        self, felt: Expression | None, emotion: Array, mood: Array, before: Array | None
+        self,
+        felt: Expression | None,
+        feelings: FeelingModel,
+        emotion: Array,
+        before: Array | None,
     ) -> Expression | None:
         """Return the feeling that rose last if it is nearly as strong as ``felt``, else that."""
         if before is not None and (emotion - before).max() > _RISES:
@@ -67,7 +71,7 @@ class ShownEmotion:
             return felt
         if emotion[newest] < _NEAR * emotion.max():
             return felt
-        return Expression(FEELINGS[newest], float(mood[newest]))
+        return Expression(FEELINGS[newest], float(feelings.mood[newest]))
 
     @property
     def rises(self) -> bool:
