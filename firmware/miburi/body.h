@@ -269,8 +269,8 @@ class Body {
     }
     return_speeds(controller_.origin, goal,
                   return_speed(controller_, table_.settings.return_speed), speeds);
-    // By now the motors carry their loads, unless some are on their way to other places: what these
-    // still lack would be taken for a load, and the return for a contact, at each release anew.
+    // A motor that was given another place must reach it first. Otherwise the rest of its way would
+    // be taken for its load, and every release would end as a contact.
     const int64_t until = now() + (creeps ? SETTLING : 0);
     do {
       look_around();

@@ -137,7 +137,7 @@ inline void follow(Watch& watch, const Rule& rule, uint8_t motor, int32_t steps)
 inline int32_t into_step(const Watch& watch, int64_t time) {
   return static_cast<int32_t>(time - watch.modelled) * static_cast<int32_t>(FINE) / MODEL_STEP;
 }
-// What a motor should have travelled by then.
+// How far a motor should have travelled by then.
 inline int32_t expected_of(const FreeMotion& free, int32_t into) {
   return (free.x >> 8) + (((free.v >> 8) * into) >> 8);
 }

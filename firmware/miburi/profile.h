@@ -112,7 +112,7 @@ inline int64_t over_two_seconds(uint64_t n) {
   return (static_cast<int64_t>(high / odd) << 16) + low / odd;
 }
 
-// What a motor at `speed` travels in twice/2 µs, in 1/256 steps, rounded towards zero.
+// How far a motor at `speed` goes in half of `twice` µs, in 1/256 steps, rounded towards zero.
 inline int64_t way_of(int32_t speed, int64_t twice) {
   const int64_t way = speed * twice;
   return way < 0 ? -over_two_seconds(static_cast<uint64_t>(-way))

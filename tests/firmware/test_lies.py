@@ -215,7 +215,7 @@ def test_no_range_comes_near_the_servos_seam(rig: Rig, end: str) -> None:
 def test_a_reading_that_was_off_as_a_release_began_does_not_bar_the_next_ones(
     firmware: Path, motor: int
 ) -> None:
-    """What it was off by was kept as a load, and each release moved on by that, then stopped."""
+    """The error was kept as a load; each release moved the joint by it, and stopped."""
     rig = Rig(firmware, twin=False)
     begin(rig, Phase.STOPPED, motor)
     rig.line.run(rig.line.mega.time + 6800)

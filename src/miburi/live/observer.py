@@ -109,7 +109,7 @@ class Observer:
         )
 
     def _hands_at(self, angles: Array) -> Array:
-        """Return both hands, (2, 3) m; a body at rest is not computed anew at each step."""
+        """Return both hands, (2, 3) m; they are only computed when the body has moved."""
         if not np.array_equal(angles, self._computed[0]):
             self._computed = (angles.copy(), forward(self._robot, angles)[:6].reshape(2, 3))
         return self._computed[1]

@@ -37,7 +37,7 @@ _LATEST = 3
 
 
 class Fact(BaseModel):
-    """Something that somebody told; ``asked`` if they asked that it be kept."""
+    """Something that somebody told; ``asked`` says whether they asked to have it kept."""
 
     model_config = ConfigDict(frozen=True)
 
