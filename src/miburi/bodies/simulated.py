@@ -64,7 +64,7 @@ class Simulated:
         gears = 1 - robot.servo.model.friction.motor_load
         self._hold_torque = robot.servo.hold_torque / gears
         self._planned: tuple[object, int, Array] = (None, 0, np.empty((0, 8)))
-        self._measured = (0, *self._measure())
+        self._state = (self._readings, self._measure())
         self.touch = Touch()
 
     @property
@@ -75,24 +75,27 @@ class Simulated:
     @property
     def state(self) -> BodyState:
         """The latest state, as the encoders measure it."""
-        if self._measured[0] != self._readings:
-            self._measured = (self._readings, *self._measure())
-        return BodyState(
-            self._readings * READING,
-            *self._measured[1:],
-            self._controller.phase,
-            self._controller.latched,
-        )
+        of, state = self._state
+        controller = self._controller
+        if of != self._readings:
+            state = self._measure()
+        elif state.phase is not controller.phase or state.stop is not controller.latched:
+            state = replace(state, phase=controller.phase, stop=controller.latched)
+        self._state = (self._readings, state)
+        return state
 
-    def _measure(self) -> tuple[Array, Array]:
-        """Return the angles and velocities at the latest reading; many ask for them."""
+    def _measure(self) -> BodyState:
+        """Return the state at the latest reading; many ask for it."""
         step, span = self._robot.servo.step, (len(self._history) - 1) * READING
         angles = np.multiply(self._history[-1], step, dtype=np.float64)
         moved = np.multiply(self._history[-1] - self._history[0], step, dtype=np.float64)
         velocities = moved / max(span, READING)
         for shared in (angles, velocities):
             shared.flags.writeable = False
-        return angles, velocities
+        controller = self._controller
+        return BodyState(
+            self._readings * READING, angles, velocities, controller.phase, controller.latched
+        )
 
     @property
     def phase(self) -> Phase:

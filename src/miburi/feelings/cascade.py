@@ -16,7 +16,7 @@ than a step of a millisecond. x + p never exceeds 1, so every level stays in [0,
 """
 
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +53,7 @@ class EmotionalModel(FeelingModel):
         self._levels = np.zeros((3, len(FEELINGS)))
         # The part that each level has yet to take up; 0 for the emotion.
         self._pending = np.zeros((3, len(FEELINGS)))
+        self._latest: tuple[Temperament, float, _Passage] | None = None
 
     def _current_levels(self) -> Array:
         return self._levels
@@ -75,13 +76,26 @@ class EmotionalModel(FeelingModel):
 
     def _pass(self, dt: float) -> None:
         self._heal(dt)
-        rates = 1 / self.temperament.fading
-        pending, levels = _take_up(
-            self._pending[1:], self._levels[1:], self._supply(), rates[:2], rates[1:], dt
-        )
-        self._pending[1:] = pending
-        levels = np.vstack([self._levels[:1] * np.exp(-rates[:1] * dt), levels])
-        self._levels = np.where(self._held, self._levels, levels)
+        held = bool(self._held.any())
+        passage = self._passage(dt, held=held)
+        levels = np.empty_like(self._levels)
+        np.multiply(self._levels[0], passage.faded, out=levels[0])
+        self._pending[1:], levels[1:] = passage.take(self._pending[1:], self._levels[1:])
+        self._levels = np.where(self._held, self._levels, levels) if held else levels
+
+    def _passage(self, dt: float, *, held: bool) -> "_Passage":
+        """Return what ``dt`` seconds do; the latest is kept, since most steps are equally long.
+
+        Without a held level it depends on the temperament and ``dt`` alone.
+        """
+        if not held and self._latest is not None:
+            temperament, length, passage = self._latest
+            if temperament is self.temperament and length == dt:
+                return passage
+        passage = _Passage.of(self.temperament.fading, self._supply(), dt)
+        if not held:
+            self._latest = (self.temperament, dt, passage)
+        return passage
 
     def _supply(self) -> Array:
         """Return the rates, 1/s, at which held levels raise feeling and mood, (2, n)."""
@@ -116,29 +130,55 @@ class EmotionalModel(FeelingModel):
             raise InputError("The state's levels and pending must not exceed 1 together.")
 
 
-def _take_up(
-    pending: Array, level: Array, supply: Array, arriving: Array, leaving: Array, dt: float
-) -> tuple[Array, Array]:
-    """Let a level take up what is pending; return both after ``dt`` seconds, exactly.
+class _Passage(NamedTuple):
+    """How levels change in some seconds, exactly: the emotion fades, (n,), the others are (2, n).
 
     The equations are p' = s (1 − x − p) − αp and x' = αp − βx, with s the supply, α the rate of
-    arriving and β that of leaving, each (2, n) 1/s. With y the distance from where both come to
-    rest, y(t) = e^(λ₂t) y + φ (A − λ₂) y, φ = (e^(λ₁t) − e^(λ₂t)) / (λ₁ − λ₂), where λ₁ and λ₂ are
-    the eigenvalues of the matrix A.
+    arriving and β that of leaving, in 1/s. With y the distance from where both come to rest,
+    y(t) = e^(λ₂t) y + φ (A − λ₂) y, φ = (e^(λ₁t) − e^(λ₂t)) / (λ₁ − λ₂), where λ₁ and λ₂ are the
+    eigenvalues of the matrix A.
     """
-    rest_level = supply / (leaving + supply + supply * leaving / arriving)
-    rest_pending = leaving / arriving * rest_level
-    p, x = pending - rest_pending, level - rest_level
-    middle = -(supply + arriving + leaving) / 2
-    half = np.sqrt((middle + leaving) ** 2 - supply * arriving + (0j if supply.any() else 0.0))
-    slow, fast = middle + half, middle - half
-    apart = np.where(half == 0, 1e-300, 2 * half)
-    # Written with the slow eigenvalue, so that it stays finite when the two are far apart.
-    phi = -np.exp(slow * dt) * np.expm1(-apart * dt) / apart
-    kept = np.exp(fast * dt)
-    p, x = (
-        kept * p + phi * ((-supply - arriving - fast) * p - supply * x),
-        kept * x + phi * (arriving * p + (-leaving - fast) * x),
-    )
-    # Clipping removes rounding errors only.
-    return np.clip(p.real + rest_pending, 0, 1), np.clip(x.real + rest_level, 0, 1)
+
+    faded: Array
+    rest_pending: Array
+    rest_level: Array
+    kept: Array  # e^(λ₂t)
+    phi: Array
+    supply: Array
+    arriving: Array
+    staying: Array  # the diagonal of A − λ₂: for what is pending, ...
+    staying_level: Array  # ... and for the level
+
+    @classmethod
+    def of(cls, fading: Array, supply: Array, dt: float) -> "_Passage":
+        """Return the change in ``dt`` seconds, from the time constants (3, n) s and the supply."""
+        rates = 1 / fading
+        arriving, leaving = rates[:2], rates[1:]
+        rest_level = supply / (leaving + supply + supply * leaving / arriving)
+        middle = -(supply + arriving + leaving) / 2
+        root = (middle + leaving) ** 2 - supply * arriving
+        half = np.sqrt(root + (0j if supply.any() else 0.0))
+        slow, fast = middle + half, middle - half
+        apart = np.where(half == 0, 1e-300, 2 * half)
+        return cls(
+            np.exp(-rates[0] * dt),
+            leaving / arriving * rest_level,
+            rest_level,
+            np.exp(fast * dt),
+            # Written with the slow eigenvalue, so that it stays finite when the two are far apart.
+            -np.exp(slow * dt) * np.expm1(-apart * dt) / apart,
+            supply,
+            arriving,
+            -supply - arriving - fast,
+            -leaving - fast,
+        )
+
+    def take(self, pending: Array, level: Array) -> tuple[Array, Array]:
+        """Return what is pending, and the level, afterwards."""
+        p, x = pending - self.rest_pending, level - self.rest_level
+        p, x = (
+            self.kept * p + self.phi * (self.staying * p - self.supply * x),
+            self.kept * x + self.phi * (self.arriving * p + self.staying_level * x),
+        )
+        # Clipping removes rounding errors only.
+        return (p.real + self.rest_pending).clip(0, 1), (x.real + self.rest_level).clip(0, 1)

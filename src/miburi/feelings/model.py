@@ -191,8 +191,8 @@ class FeelingModel(ABC):
         The result is None (neutral) while no emotion reaches the temperament's threshold. Of
         equally strong emotions the first in the order of ``FEELINGS`` wins.
         """
-        emotion = self.emotion
-        strongest = int(np.argmax(emotion))
+        emotion = self._current_levels()[0]
+        strongest = int(emotion.argmax())
         if emotion[strongest] < self.temperament.threshold:
             return None
         return Expression(FEELINGS[strongest], float(self.mood[strongest]))

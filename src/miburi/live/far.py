@@ -8,9 +8,11 @@ from concurrent.futures import Future
 from contextlib import suppress
 from functools import partial
 from multiprocessing.connection import wait
+from operator import attrgetter, itemgetter
 from pathlib import Path
 from typing import Any, cast
 
+from miburi.ground.newer import newer
 from miburi.live.archive import Kept
 from miburi.live.crossing import (
     LONG,
@@ -119,11 +121,11 @@ class FarPartner:
 
     def samples_after(self, serial: int) -> list[tuple[int, Sample]]:
         """Return the samples after a step (two minutes are kept), with their steps' serials."""
-        return [taken for taken in self._samples.copy() if taken[0] > serial]
+        return newer(self._samples, serial, itemgetter(0))
 
     def steps_after(self, serial: int) -> list[Snapshot]:
         """Return the states after a serial, the oldest first."""
-        return [step for step in self._steps.copy() if step.serial > serial]
+        return newer(self._steps, serial, attrgetter("serial"))
 
     def stop(self, press: Press = PRESSED) -> Future[None]:
         """Stop the body before anything else is done.

@@ -52,6 +52,7 @@ class Observer:
         self._robot = partner.body.robot
         self._home = forward(self._robot, self._robot.neutral)[:6].reshape(2, 3)
         self._computed = (self._robot.neutral.copy(), self._home)
+        self._human = (np.full(7, np.nan), Hand(position=[0.0] * 3, quaternion=[0.0] * 4))
         self._hands: deque[tuple[float, Array]] = deque(maxlen=_SPEED_STEPS + 1)
         self._stop: StopOut | None = None
         self._peak = 0.0
@@ -103,7 +104,7 @@ class Observer:
             stop=self._stop,
             held=self._partner.held,
             force=None if touch is None else round(touch.force, 2),
-            hand=_hand(body.touchable),
+            hand=self._hand(body.touchable),
             face=self._face(felt, shown),
             **more,
         )
@@ -113,6 +114,16 @@ class Observer:
         if not np.array_equal(angles, self._computed[0]):
             self._computed = (angles.copy(), forward(self._robot, angles)[:6].reshape(2, 3))
         return self._computed[1]
+
+    def _hand(self, body: Touchable | None) -> Hand | None:
+        """Return the human hand, which mostly rests where it was."""
+        if body is None:
+            return None
+        pose = body.configuration[1]
+        if not np.array_equal(pose, self._human[0]):
+            rounded = pose.round(4).tolist()
+            self._human = (pose.copy(), Hand(position=rounded[:3], quaternion=rounded[3:]))
+        return self._human[1]
 
     def _eyes(self) -> tuple[float, float]:
         """Return where the eyes look: they go first, and come back as the head follows."""
@@ -243,13 +254,6 @@ def _expressed(expression: Expression | None) -> Expressed | None:
     return Expressed.model_validate(
         {"feeling": expression.feeling, "mood": round(expression.mood, 5)}
     )
-
-
-def _hand(body: Touchable | None) -> Hand | None:
-    if body is None:
-        return None
-    pose = body.configuration[1].round(4).tolist()
-    return Hand(position=pose[:3], quaternion=pose[3:])
 
 
 def _share(angle: float) -> float:

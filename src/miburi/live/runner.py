@@ -9,6 +9,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
+from operator import attrgetter, itemgetter
 from typing import Any
 
 from miburi.bodies import Body
@@ -16,6 +17,7 @@ from miburi.errors import BodyError
 from miburi.feelings import TEMPERAMENTS, FeelingModel
 from miburi.gestures import Repertoire, shipped_repertoire
 from miburi.ground.log import log_once
+from miburi.ground.newer import newer
 from miburi.live.archive import Archive
 from miburi.live.bodies import make_body
 from miburi.live.commands import Commands
@@ -178,11 +180,11 @@ class Runner:
 
     def steps_after(self, serial: int) -> list[Snapshot]:
         """Return the states after a serial, oldest first; only the last five seconds are kept."""
-        return [step for step in self._steps.copy() if step.serial > serial]
+        return newer(self._steps, serial, attrgetter("serial"))
 
     def samples_after(self, serial: int) -> list[tuple[int, Sample]]:
         """Return the samples since a step, with their steps' serials; two minutes are kept."""
-        return [taken for taken in self._samples.copy() if taken[0] > serial]
+        return newer(self._samples, serial, itemgetter(0))
 
     def ask(self, wish: Wish[Granted]) -> Future[Granted]:
         """Let the loop grant a wish between two steps; the future brings the answer or an error.

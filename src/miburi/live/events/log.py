@@ -11,11 +11,13 @@ import threading
 from collections import deque
 from collections.abc import Callable, Iterable
 from datetime import UTC, datetime, timedelta
+from operator import attrgetter
 from queue import SimpleQueue
 from typing import Any
 from uuid import uuid4
 
 from miburi.ground.log import log_once
+from miburi.ground.newer import newer
 from miburi.live.events.model import Cursor, LiveEvent, without_words
 from miburi.live.events.store import EventStore
 
@@ -72,7 +74,7 @@ class History:
 
     def after(self, number: int) -> list[LiveEvent]:
         """Return the events in memory above a number, the oldest first."""
-        return [event for event in self._events.copy() if event.number > number]
+        return newer(self._events, number, attrgetter("number"))
 
     def reaches(self, cursor: Cursor) -> bool:
         """Whether all events after a cursor are in memory, so that no reader waits for the disk."""

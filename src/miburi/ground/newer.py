@@ -1,0 +1,22 @@
+"""Find the newest entries of a deque without reading all of it."""
+
+from collections import deque
+from collections.abc import Callable
+from itertools import takewhile
+from typing import TypeVar
+
+__all__ = ["newer"]
+
+Entry = TypeVar("Entry")
+
+
+def newer(kept: deque[Entry], than: int, number: Callable[[Entry], int]) -> list[Entry]:
+    """Return the entries whose number, which rises, is above ``than``; the oldest comes first.
+
+    Another thread may append meanwhile.
+    """
+    if not kept or number(kept[-1]) <= than:
+        return []
+    found = [*takewhile(lambda entry: number(entry) > than, reversed(kept.copy()))]
+    found.reverse()
+    return found
