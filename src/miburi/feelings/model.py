@@ -109,6 +109,7 @@ class FeelingModel(ABC):
         self._lowered = np.zeros(n)  # mood lost to contact and inhibition, not healed yet
         self._leaning = np.zeros(n)  # the person's shift of the resting mood
         self._stale = np.zeros((len(SOURCES), n))
+        self._find_rest()
 
     @property
     def temperament(self) -> Temperament:
@@ -148,7 +149,7 @@ class FeelingModel(ABC):
     @property
     def mood(self) -> Array:
         """The slowest level, (n,) in [0, 1]; it comes to rest at the temperament's mood."""
-        return np.clip(self._risen_mood() - self._lowered, 0, 1)
+        return (self._risen_mood() - self._lowered).clip(0, 1)
 
     def stimulate(self, stimulus: Stimulus) -> None:
         """Let a stimulus act now.
@@ -231,7 +232,8 @@ class FeelingModel(ABC):
             if level is not None and value is not None:
                 self._held[row] = [hold and name in level for name in FEELINGS]
                 if row == 2:
-                    rest = self._rest()
+                    self._find_rest()
+                    rest = self._rest
                     self._set(row, np.maximum(value - rest, 0) / (1 - rest))
                     self._lowered = self._risen_mood() - value
                 else:
@@ -298,15 +300,14 @@ class FeelingModel(ABC):
         model.step(away)
         return model
 
-    def _rest(self) -> Array:
-        """Return the moods to which the slowest level is added; 0 for a held mood."""
+    def _find_rest(self) -> None:
+        """Find the moods to which the slowest level is added; 0 for a held mood."""
         rest = np.clip(self.temperament.rest + self._leaning, 0.0, _MOST_REST)
-        return np.where(self._held[2], 0.0, rest)
+        self._rest: Array = np.where(self._held[2], 0.0, rest)
 
     def _risen_mood(self) -> Array:
         """Return the mood as it would be if contact and inhibition had taken nothing."""
-        rest = self._rest()
-        mood: Array = rest + (1 - rest) * self._current_levels()[2]
+        mood: Array = self._rest + (1 - self._rest) * self._current_levels()[2]
         return mood
 
     def _heal(self, dt: float) -> None:
@@ -315,7 +316,7 @@ class FeelingModel(ABC):
 
     def _inhibit_mood(self, remaining: Array) -> None:
         """Multiply the shown mood by a share, (n,); the model also multiplies its slowest level."""
-        sunk = remaining * self._lowered + (1 - remaining) * self._rest()
+        sunk = remaining * self._lowered + (1 - remaining) * self._rest
         self._lowered = np.where(self._held[2], self._lowered, sunk)
 
     @abstractmethod
@@ -341,6 +342,7 @@ class FeelingModel(ABC):
     def _restore(self, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Restore the arrays that :meth:`_state` returned; a subclass first restores its own."""
         self._held, self._stale = arrays["held"], arrays["stale"]
+        self._find_rest()
         self._lowered = self._risen_mood() - arrays["mood"]
 
 

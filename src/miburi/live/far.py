@@ -7,9 +7,9 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
 from functools import partial
-from multiprocessing.connection import wait
 from operator import attrgetter, itemgetter
 from pathlib import Path
+from selectors import EVENT_READ, DefaultSelector
 from typing import Any, cast
 
 from miburi.ground.newer import newer
@@ -226,11 +226,14 @@ class FarPartner:
 
         An answer is held back until the state that shows its effect has arrived.
         """
-        ends = asking, stopping = self._ends
+        asking, stopping = self._ends
+        ends = DefaultSelector()
         asked: float | None = None  # when the partner was asked for news that has not come yet
         due = time.monotonic()
         told: list[Answer] = []
         try:
+            for end in self._ends:
+                ends.register(end, EVENT_READ)
             while True:
                 seen = [answer for answer in told if answer.serial <= self._serial]
                 told = [answer for answer in told if answer.serial > self._serial]
@@ -241,12 +244,12 @@ class FarPartner:
                     self._look()
                     asked, due = now, now + STEP
                 until = due if asked is None else asked + SILENCE
-                there = wait(ends, None if self._silent else max(until - now, 0.0))
+                there = ends.select(None if self._silent else max(until - now, 0.0))
                 # Messages that came while this process itself slept have arrived by now.
-                there = there or wait(ends, 0.0)
+                there = there or ends.select(0.0)
                 self._silent = not there and asked is not None
-                for ready in there:
-                    if ready is stopping:
+                for key, _ in there:
+                    if key.fileobj is stopping:
                         stopping.recv()
                         self._take_stopped()
                         continue
@@ -259,6 +262,7 @@ class FarPartner:
         except (OSError, EOFError):
             pass  # the partner's process has ended
         finally:
+            ends.close()
             self._lose()
 
     def _take_stopped(self) -> None:
