@@ -41,10 +41,13 @@ class Reader {
 
  private:
   uint32_t take(uint8_t width) {
+    // Shifts by a byte are quick; a shift by a variable number of bits is a loop on an AVR.
     uint32_t value = 0;
-    for (uint8_t i = 0; i < width && at_ < count_; i++) {
-      value |= static_cast<uint32_t>(bytes_[at_++]) << (8 * i);
+    for (uint8_t i = width; i-- > 0;) {
+      const uint16_t at = static_cast<uint16_t>(at_ + i);
+      value = value << 8 | (at < count_ ? bytes_[at] : 0u);
     }
+    at_ = static_cast<uint16_t>(at_ + width);
     return value;
   }
 

@@ -118,13 +118,14 @@ inline void follow(Watch& watch, const Rule& rule, uint8_t motor, int32_t steps)
   const Profile& profile = watch.profile[motor];
   const int32_t went =
       static_cast<int32_t>(travel(profile, watch.modelled - rule.guards[motor].lag));
-  // The load changes linearly along the motor's way; `share` is the part gone, in 1/256. Division
-  // is slow, and most loads do not change.
+  // The load changes linearly along the motor's way; `share` is the part gone, in 1/256.
   int32_t sag = loading.begin;
   if (loading.end != loading.begin && profile.distance > 0) {
     // A motor that comes back from beyond an end of its way has gone less than nothing, or more
     // than all of it.
-    const int32_t share = clipped(went / profile.distance, static_cast<int32_t>(FINE));
+    const int32_t fine = static_cast<int32_t>(FINE);
+    const int32_t gone = clipped(went, profile.distance * fine);
+    const int32_t share = small_quotient(gone, profile.distance, 9);
     sag += ((loading.end - loading.begin) * share) >> 8;
   }
   const int32_t now = loading.offset + went;

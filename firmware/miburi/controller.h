@@ -36,7 +36,7 @@ const uint8_t NO_MOTOR = 0xff;
 // way they came, until the one that met something has given way by GIVE_WAY steps; no motor goes
 // back further than FURTHEST steps.
 const int32_t GIVE_WAY = 16;
-const int32_t FURTHEST = 48;
+const int32_t FURTHEST = 48;  // below 2^6
 
 // To yield is to stay where one is pushed instead of pushing back. A motor yields if somebody still
 // keeps it from its place this many µs after a contact; it does so once per contact, so that no
@@ -292,7 +292,7 @@ inline void give_way(const Watch& watch, const Contact& contact, const int16_t* 
   }
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
     if (way[motor] > 0) {
-      const int32_t back = way[motor] * part / whole;
+      const int32_t back = small_quotient(way[motor] * part, whole, 6);
       goals[motor] = static_cast<int16_t>(goals[motor] - watch.direction[motor] * back);
     }
   }

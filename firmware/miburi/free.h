@@ -59,10 +59,10 @@ inline void advance(FreeMotion& motion, const FreeServo& servo, int32_t before, 
                     int32_t steps, int32_t sag, int32_t most) {
   const int32_t weight = (servo.pull * sag) >> 8;
   // The k-th part of the profile's way is (now - before) · k / steps; a division for each would
-  // take the card as long as everything else. Where the profile runs backwards, the remainder is
-  // made positive.
-  int32_t part = (now - before) / steps;
-  int32_t left = (now - before) % steps;
+  // take the card as long as everything else. The usual four steps need none at all. Where the
+  // profile runs backwards, the remainder is made positive.
+  int32_t part = steps == 4 ? (now - before) >> 2 : (now - before) / steps;
+  int32_t left = now - before - part * steps;
   if (left < 0) {
     left += steps;
     part--;

@@ -134,7 +134,7 @@ def stops_at_once(runs: Runs) -> Claim:
         f"{found.blocked} trials: mean {1e3 * (found.latency_mean or np.inf):.0f} ms, 95 % within "
         f"{1e3 * p95:.0f} ms, the latest {1e3 * latest:.0f} ms; {found.late} later than 250 ms",
         "the condition is a contact that is neither soft nor near a joint's axis "
-        "([contact safety](safety.md)); the stop reaches the servos about 16 ms later",
+        "([contact safety](safety.md)); the stop reaches the servos about 15 ms later",
     )
 
 
