@@ -13,7 +13,7 @@ from datetime import datetime, timedelta
 from pathlib import Path
 
 from miburi.feelings import EmotionalModel, shipped_temperament
-from miburi.languages import language_of
+from miburi.languages import language_of, with_whom
 from miburi.people import Memory
 from miburi.senses import stimuli
 from miburi.senses.words import hear
@@ -38,6 +38,7 @@ def talk(said: list[str]) -> list[str]:
             "told": memory.recall(turn, language),
             "latest": memory.kept(language, 1),
             "kept": memory.kept(language),
+            "corrected": memory.corrected(turn, language),
             "before": memory.last_noted(),
         }
         known |= {slot: text for slot, text in slots.items() if text is not None}
@@ -50,11 +51,15 @@ def talk(said: list[str]) -> list[str]:
         elif answer.do == "name" and answer.words:
             memory.meet(answer.words.capitalize())
         elif answer.do == "remember" and answer.words:
-            memory.remember(answer.words, language, asked=True)
+            fact = with_whom(answer.words, memory.noted(), language)
+            memory.remember(fact, language, asked=True)
+        elif answer.do == "amend" and answer.words:
+            memory.amend(answer.words, language)
         elif answer.cue is None or answer.cue.aside:
             for fact in script(language).facts_in(turn):
                 memory.remember(fact, language)
-        memory.note("" if heard.distress is not None else turn)
+        plain = "" if heard.distress is not None else turn
+        memory.note(plain, script(language).told_in(plain))
         answers.append(text)
         now += timedelta(seconds=30)
         feelings.step(30.0)

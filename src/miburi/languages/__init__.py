@@ -26,6 +26,8 @@ __all__ = [
     "LANGUAGES",
     "Language",
     "asks_for_everything",
+    "clues_in",
+    "clues_of",
     "common_words",
     "compile_phrases",
     "find_phrase",
@@ -36,6 +38,7 @@ __all__ = [
     "read",
     "same_words",
     "subjects_of",
+    "tells_of_oneself",
     "with_whom",
 ]
 
@@ -65,6 +68,13 @@ class _Whom(Table):
     means: str
 
 
+class _Clue(Table):
+    """Patterns for words of a question, and for words that answer it although they differ."""
+
+    asks: str
+    tells: str
+
+
 class _Rules(Table):
     """One language's ``language.toml``."""
 
@@ -78,6 +88,8 @@ class _Rules(Table):
     same: list[str] = Field(default_factory=list)
     subject: str | None = None
     everything: str = "(?!)"
+    own: str = ""
+    clues: list[_Clue] = Field(default_factory=list)
     elsewhere: list[str] = Field(default_factory=list)
     whom: list[_Whom] = Field(default_factory=list)
     parts: dict[str, str] = Field(default_factory=dict)
@@ -166,6 +178,32 @@ def asks_for_everything(question: str, language: Language) -> bool:
     True
     """
     return bool(re.search(_rules(language).everything, plain(question, language)))
+
+
+def tells_of_oneself(told: str, language: Language) -> bool:
+    """Return whether somebody tells something about their own life."""
+    return bool(re.search(_rules(language).own, plain(told, language)))
+
+
+def clues_in(question: str, language: Language) -> tuple[set[int], str]:
+    """Return the numbers of the clues that a question asks for, and its other words, plain.
+
+    >>> clues_in("When is my appointment?", "en")[1]
+    'when is my'
+    """
+    words, found = plain(question, language), set()
+    for number, clue in enumerate(_rules(language).clues):
+        words, times = re.subn(clue.asks, " ", words)
+        if times:
+            found.add(number)
+    return found, " ".join(words.split())
+
+
+def clues_of(told: str, language: Language) -> set[int]:
+    """Return the numbers of the clues that words give."""
+    words = plain(told, language)
+    clues = enumerate(_rules(language).clues)
+    return {number for number, clue in clues if re.search(clue.tells, words)}
 
 
 def with_whom(told: str, earlier: Iterable[str], language: Language) -> str:

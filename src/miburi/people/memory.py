@@ -7,7 +7,7 @@ unless somebody has allowed one; without it, everything is forgotten when the pa
 import json
 import re
 from collections import deque
-from collections.abc import Callable, Iterator, Set
+from collections.abc import Callable, Iterator, Sequence, Set
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ from miburi.errors import InputError
 from miburi.feelings import Stimulus, Temperament
 from miburi.feelings.temperament import Array
 from miburi.ground.files import write_whole
-from miburi.languages import Language, asks_for_everything, is_spaced
+from miburi.languages import Language, asks_for_everything, is_spaced, tells_of_oneself
 from miburi.people.attachment import Attachment
 from miburi.people.recall import recall
 
@@ -30,8 +30,14 @@ STAYS = timedelta(hours=2)
 #: go (ours).
 MOST_PEOPLE, MOST_FACTS = 50, 500
 _NAME, _FACT = 40, 200  # letters
-#: How many remarks are kept to tell what "she" and "that" mean, and how old they may be (ours).
-_REMARKS, _MEANT = 3, timedelta(minutes=5)
+#: How many remarks are kept while somebody is there; and for how long "she" and "that" may mean
+#: something in the latest few of them (ours).
+_REMARKS, _FEW, _MEANT = 60, 3, timedelta(minutes=5)
+#: The share of a question's weight that an answer must have if it was only said by the way (ours).
+_SURER = 0.6
+#: The share of a correction's weight that the fact must have which it corrects; and for how long
+#: after it was asked to keep something a correction is of that (both ours).
+_SAME, _JUST = 0.25, timedelta(minutes=1)
 #: How many of the latest facts are told to somebody who asks for all of them (ours).
 _LATEST = 3
 
@@ -100,8 +106,9 @@ class Memory:
         self._present: Acquaintance | None = None
         #: What was told by somebody who has not said who they are; it is never written.
         self._untold: list[Fact] = []
-        #: Remarks of the person who is there, each with its time; these are never written either.
-        self._remarks: deque[tuple[datetime, str]] = deque(maxlen=_REMARKS)
+        #: Remarks of the person who is there, each with its time, and with its sentences that ask
+        #: nothing; these are never written either.
+        self._remarks: deque[tuple[datetime, str, list[str]]] = deque(maxlen=_REMARKS)
         #: How often something was deleted; other rooms that remember the talk watch this, to forget
         #: it, too.
         self.deleted = 0
@@ -178,9 +185,9 @@ class Memory:
         self._untold = []
         self._remarks.clear()
 
-    def note(self, said: str) -> None:
-        """Keep a remark, to tell what "she" and "that" mean in the next ones."""
-        self._remarks.append((self._clock(), said))
+    def note(self, said: str, told: Sequence[str] = ()) -> None:
+        """Keep a remark, and its sentences that ask nothing, for the rest of the talk."""
+        self._remarks.append((self._clock(), said, [*told]))
 
     def noted(self) -> Iterator[str]:
         """Yield what was said of late, sentence by sentence, newest first."""
@@ -193,7 +200,8 @@ class Memory:
 
     def _remarks_now(self) -> Iterator[str]:
         since = self._clock() - _MEANT
-        return (said for when, said in reversed(self._remarks) if when >= since)
+        latest = [*self._remarks][-_FEW:]
+        return (said for when, said, _ in reversed(latest) if when >= since)
 
     def forget_noted(self) -> None:
         """Forget what was said of late."""
@@ -242,11 +250,41 @@ class Memory:
 
     def recall(self, question: str, language: Language) -> str | None:
         """Return the answer to a question among things told by the person who is there, if any."""
-        told = [fact.text for fact in self._facts_now() if fact.language == language]
-        if told and asks_for_everything(question, language):
-            return _together(told[-_LATEST:], language)
-        found = recall(question, told, language)
+        facts = [fact for fact in self._facts_now() if fact.language == language]
+        if facts and asks_for_everything(question, language):
+            facts.sort(key=lambda fact: (fact.asked, tells_of_oneself(fact.text, language)))
+            best = sorted(facts[-_LATEST:], key=lambda fact: fact.number)
+            return _together([fact.text for fact in best], language)
+        since = self._clock() - STAYS
+        said = [each for when, _, told in self._remarks if when >= since for each in told]
+        found = recall(question, [fact.text for fact in facts], language)
+        found = found or recall(question, said, language, _SURER)
         return None if found is None else found.rstrip(".。")
+
+    def amend(self, text: str, language: Language, due: datetime | None = None) -> None:
+        """Add a correction to what it corrects."""
+        old = self._corrected(text, language)
+        if old is not None:
+            joined = _together([old.text, " ".join(text.split())], language)
+            facts = self._facts_now()
+            facts[facts.index(old)] = old.model_copy(
+                update={"text": joined[:_FACT], "due": due or old.due}
+            )
+            self._write()
+
+    def corrected(self, text: str, language: Language) -> str | None:
+        """Return what a correction would be about, if anything."""
+        old = self._corrected(text, language)
+        return None if old is None else old.text
+
+    def _corrected(self, text: str, language: Language) -> Fact | None:
+        """Return a fact of this talk about the same thing, else what it was just asked to keep."""
+        now = self._clock()
+        age = {fact.text: now - fact.told for fact in self._facts_now()}
+        known = {fact.text: fact for fact in self._facts_now() if fact.language == language}
+        same = recall(text.lower(), [told for told in known if age[told] <= STAYS], language, _SAME)
+        just = [fact for fact in known.values() if fact.asked and age[fact.text] <= _JUST]
+        return known[same] if same is not None else just[-1] if just else None
 
     def kept(self, language: Language, most: int = _LATEST) -> str | None:
         """Return the latest things that this person asked it to keep, oldest first, if any."""
@@ -320,7 +358,8 @@ class Memory:
 
 def _together(told: list[str], language: Language) -> str:
     stop = ". " if is_spaced(language) else "。"
-    return stop.join(each.rstrip(".。") for each in told)
+    whole = [each.rstrip(".。") for each in told]
+    return stop.join([*whole[:1], *(each[:1].upper() + each[1:] for each in whole[1:])])
 
 
 def _read(path: Path) -> People:

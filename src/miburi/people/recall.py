@@ -3,7 +3,8 @@
 Of the things told, the one that shares most of the question's rare words is the answer; there may
 be none. Whatever the question is about ("my dog") must be in it. Words are compared by their
 beginnings, and words that ask the same thing, such as "comes" and "coming", count as one; a
-language without spaces is compared by pairs of letters.
+language without spaces is compared by pairs of letters. Some words ask for a clue instead: "my
+job" is answered by "I was a cook for ten years".
 """
 
 from collections import Counter
@@ -11,7 +12,16 @@ from collections.abc import Sequence
 from itertools import pairwise
 from math import log
 
-from miburi.languages import Language, common_words, is_spaced, plain, same_words, subjects_of
+from miburi.languages import (
+    Language,
+    clues_in,
+    clues_of,
+    common_words,
+    is_spaced,
+    plain,
+    same_words,
+    subjects_of,
+)
 
 __all__ = ["recall"]
 
@@ -20,24 +30,36 @@ __all__ = ["recall"]
 _STEM, _ENOUGH, _UNTOLD = 6, 0.45, 0.3
 
 
-def recall(question: str, told: Sequence[str], language: Language) -> str | None:
+def recall(
+    question: str, told: Sequence[str], language: Language, enough: float = _ENOUGH
+) -> str | None:
     """Return the fact that answers a question, the latest of equals; None if no fact does.
+
+    It must have at least a share of the question's weight, ``enough``.
 
     >>> told = ["My daughter Anna comes on Sunday.", "I take my tablets at eight."]
     >>> recall("When does Anna come?", told, "en")
     'My daughter Anna comes on Sunday.'
     """
-    asked = _stems(question, language)
-    known = [_stems(each, language) for each in told]
+    wanted, rest = clues_in(question, language)
+    asked = _stems(rest, language) | {f"#{number}" for number in wanted}
+    known = [
+        _stems(each, language) | {f"#{number}" for number in clues_of(each, language) & wanted}
+        for each in told
+    ]
     often = Counter(stem for stems in known for stem in stems)
     weight = {
         stem: log(1 + len(known) / (1 + often[stem])) * (1.0 if often[stem] else _UNTOLD)
         for stem in asked
     }
     whole = sum(weight.values())
-    subjects = [_stems(each, language) for each in subjects_of(question, language)]
+    subjects = [
+        _stems(each, language)
+        for each in subjects_of(question, language)
+        if not wanted or set(each.split()) <= set(rest.split())
+    ]
     words = set(plain(question, language).split())
-    best: tuple[float, int] = (_ENOUGH * whole, len(words))
+    best: tuple[float, int] = (enough * whole, len(words))
     found = None
     for each, stems in zip(told, known, strict=True):
         shared = sum(weight[stem] for stem in asked & stems)

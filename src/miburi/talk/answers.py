@@ -149,11 +149,14 @@ class Answerer:
             text = self._choose(words.gentle, slots, always=True) if heavy else None
         if text is None:
             text = self._remark(words, felt, slots)
-        self._last = text
         cue = match.cue if match else None
         kept = match.words if match else None
+        if cue is None or cue.do != "repeat":
+            self._last = text
         if cue is not None and cue.do == "remember":
             kept = kept or slots.get("before")
+        elif cue is not None and cue.do == "amend":
+            kept = said
         return SmallAnswer(text, language, cue, kept)
 
     def _meant(self, said: str, words: Script, slots: dict[str, str]) -> tuple[Match | None, bool]:
@@ -175,6 +178,10 @@ class Answerer:
         keeps = match is None or match.cue.do == "remember"
         if keeps and (told or (after and not earlier)):  # "I was a cook. Remember that, will you?"
             match = next(_sayable(words.intents_of(asks), slots), match)
+        if told and match is not None and match.it and match.words and _is_short(match.it, words):
+            # "He rings at four, so remind me at ten to."
+            whole = f"{told}, {match.words}"
+            match = match._replace(words=whole, it=words.turn_round(whole))
         return match, True
 
     def _keep_to(

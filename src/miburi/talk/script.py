@@ -21,7 +21,7 @@ from miburi.talk.telling import tells_a_fact
 __all__ = ["Answers", "Cue", "Do", "Match", "Script", "as_written", "script"]
 
 #: What a cue does besides its answer.
-Do = Literal["stop", "repeat", "name", "remember", "recall", "forget"]
+Do = Literal["stop", "repeat", "name", "remember", "amend", "recall", "forget"]
 
 _Line = Annotated[str, Field(min_length=1, max_length=160)]
 _Lines = Annotated[list[_Line], Field(min_length=2)]
@@ -340,16 +340,17 @@ class Script(Table):
 
         If no sentence does so alone, but all together do, they are returned as one.
         """
-        sentences = [
-            each
-            for each in (found.strip() for found in _WHOLE.findall(said[:_READ]))
-            if each and not each.endswith(("?", "？")) and not self.asks(each)
-        ]
+        sentences = self.told_in(said)
         facts = [each for each in sentences if self._tells(each)]
         whole = (" " if is_spaced(self.language) else "").join(sentences)
         if not facts and len(sentences) > 1 and tells_a_fact(whole, self.language):
             return [whole]
         return facts
+
+    def told_in(self, said: str) -> list[str]:
+        """Return the sentences that ask nothing."""
+        sentences = (found.strip() for found in _WHOLE.findall(said[:_READ]))
+        return [each for each in sentences if each and not self.asks(each)]
 
     def _tells(self, said: str) -> bool:
         fits = self._fact.search(plain(said, self.language)) is not None
@@ -383,4 +384,4 @@ def as_written(words: str, said: str) -> str:
     either = r"[\W_]+".join(spelled)
     name = r"(?-i:(?:(?:Mrs?|Ms|Miss|Dr|Father|Sister)\.? )?(?!I\b)[A-Z]\w+)"
     found = re.search(rf"({either})( {name})?", said, re.IGNORECASE)
-    return found.group() if found else words
+    return re.sub(r"['’]s$", "", found.group()) if found else words

@@ -147,7 +147,8 @@ class Speech:
         self._answerer.spoke(answer)
         if self.memory.deleted == self._deleted:
             # "Remember that" keeps no words of distress, nor those before them.
-            self.memory.note("" if grave or heard.worry is not None else said)
+            plain = "" if grave or heard.worry is not None else said
+            self.memory.note(plain, script(language).told_in(plain))
         return SayOut(
             feeling=heard.feeling,
             asked=heard.topic == "asked",
@@ -238,6 +239,7 @@ class Speech:
             "told": told,
             "latest": self.memory.kept(language, 1),
             "kept": self.memory.kept(language),
+            "corrected": self.memory.corrected(said, language),
             "before": self.memory.last_noted(),
         }
         return {slot: text for slot, text in known.items() if text is not None}
@@ -250,6 +252,8 @@ class Speech:
         elif answer.do == "remember" and words:
             fact = with_whom(words, memory.noted(), answer.language)
             memory.remember(fact, answer.language, due_of(fact, answer.language, now), asked=True)
+        elif answer.do == "amend" and words:
+            memory.amend(words, answer.language, due_of(words, answer.language, now))
         elif answer.do == "forget":
             memory.forget_noted()
         elif answer.cue is not None and answer.cue.name == "quiet":
