@@ -263,3 +263,66 @@ def test_who_asks_for_everything_hears_the_latest(
     assert memory.recall(asks, language) is None
     memory.remember(told, language)
     assert memory.recall(asks, language) == told.rstrip(".。")
+
+
+@pytest.mark.parametrize(
+    ("told", "asks"),
+    [
+        ("I was a school cook, twenty-six years.", "Do you remember what my job was?"),
+        ("I drove a city bus for thirty-four years.", "What was it I did for a living?"),
+        ("I've got the eye doctor Thursday at ten.", "So when's my appointment?"),
+    ],
+)
+def test_an_answer_may_have_other_words_than_its_question(told: str, asks: str) -> None:
+    others = ["My knee hurts in the rain.", "My sister Maureen comes on Sunday."]
+    assert recall(asks, [*others, told], "en") == told
+    assert recall(asks, others, "en") is None
+
+
+def test_what_was_said_by_the_way_is_known_for_the_talk_and_never_written(
+    path: Path, clock: Clock
+) -> None:
+    one = allowed(path, clock)
+    one.meet("Dot")
+    one.note("I've got sheets to hang out. Will it rain?", ["I've got sheets to hang out."])
+    asks = "What was I going to do with the sheets?"
+    assert one.recall(asks, "en") == "I've got sheets to hang out"
+    assert "sheets" not in path.read_text("utf-8")
+    assert one.recall("What about the garden hose?", "en") is None
+    clock.now += STAYS + timedelta(seconds=1)
+    assert one.recall(asks, "en") is None
+
+
+def test_a_correction_is_kept_with_what_it_corrects(path: Path, clock: Clock) -> None:
+    one = allowed(path, clock)
+    one.meet("Dot")
+    one.remember("Maureen is coming on Sunday.", "en")
+    one.remember("The dentist is on Thursday at ten.", "en", asked=True)
+    friday = datetime(2026, 11, 27, tzinfo=UTC)
+    one.amend("No, it's Friday, not Thursday.", "en", friday)
+    clock.now += timedelta(minutes=10)
+    assert one.corrected("Oh, never mind", "en") is None
+    one.amend("Maureen comes on Saturday, I told you wrong.", "en")
+    facts = memory(path, clock).people.people[0].facts
+    assert [fact.text for fact in facts] == [
+        "Maureen is coming on Sunday. Maureen comes on Saturday, I told you wrong",
+        "The dentist is on Thursday at ten. No, it's Friday, not Thursday",
+    ]
+    assert [fact.due for fact in facts] == [None, friday]
+
+
+def test_somebody_who_asks_for_everything_hears_what_matters_to_them(
+    path: Path, clock: Clock
+) -> None:
+    one = allowed(path, clock)
+    one.meet("Dot")
+    one.remember("The eye doctor is on Friday.", "en", asked=True)
+    one.remember("My granddaughter's name is Katie.", "en")
+    for other in ("It still hums like a beehive.", "That one got a laugh at the garage."):
+        one.remember(other, "en")
+    told = one.recall("What do you remember about me so far?", "en")
+    assert told is not None
+    assert "eye doctor" in told
+    assert "Katie" in told
+    assert "garage" in told
+    assert "beehive" not in told

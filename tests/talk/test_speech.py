@@ -347,3 +347,33 @@ def test_what_somebody_asked_it_to_keep_is_said_back_before_what_was_told(talk: 
     kept = talk.say(asks).answer
     assert "the bins tonight" in kept
     assert "Leeds" not in kept
+
+
+def test_it_takes_a_correction_and_repeats_what_it_said_not_that_it_said_it(talk: Talk) -> None:
+    talk.say("I've got the hospital on Thursday, so remember that for me please.")
+    assert talk.say("No, hang on, it's Friday, not Thursday.").meant == "amend"
+    when = talk.say("So when's my appointment?").answer
+    assert "Thursday" in when
+    assert "Friday" in when
+    first = talk.say("Say that again.").answer
+    assert talk.say("Say that again.").answer.endswith(first.split(": ", 1)[1])
+
+
+@pytest.mark.parametrize(
+    ("said", "meant"),
+    [
+        ("Can you hang on to that for me?", "remember_last"),
+        ("Remember that, will you, because I shall ask you later.", "remember_last"),
+        ("Go ahead and lift your arm up. Let's see it.", "lift_right"),
+        ("Lift up your two arms there.", "lift_arms"),
+        ("And now just the left one.", "lift_left"),
+        ("Whisht now a minute till I hear the race.", "quiet"),
+        ("Are you awake there at all?", "awake"),
+        ("Cross your fingers for me.", "luck"),
+        ("It's not the same on a screen, you can't give them a cuddle.", None),
+        ("What should I ask her about, so I don't just moan about my knee?", "advice"),
+    ],
+)
+def test_strangers_words_for_what_it_knows(talk: Talk, said: str, meant: str | None) -> None:
+    talk.say("My granddaughter's name is Katie.")
+    assert talk.say(said).meant == meant

@@ -150,14 +150,9 @@ class Answerer:
         if text is None:
             text = self._remark(words, felt, slots)
         cue = match.cue if match else None
-        kept = match.words if match else None
         if cue is None or cue.do != "repeat":
             self._last = text
-        if cue is not None and cue.do == "remember":
-            kept = kept or slots.get("before")
-        elif cue is not None and cue.do == "amend":
-            kept = said
-        return SmallAnswer(text, language, cue, kept)
+        return SmallAnswer(text, language, cue, _kept(match, said, slots))
 
     def _meant(self, said: str, words: Script, slots: dict[str, str]) -> tuple[Match | None, bool]:
         """Return the intent that patterns find, and whether joy that was heard may be spoken of.
@@ -309,6 +304,13 @@ def _suits(topic: Match, *, heavy: bool, rambles: bool) -> bool:
     """Return whether a topic may be taken up beside heavy words, or in a long remark."""
     named = topic.it and any("it" in _slots(line) for line in topic.cue.say)
     return (topic.cue.heavy or not heavy) and bool(named or not rambles)
+
+
+def _kept(match: Match | None, said: str, slots: Mapping[str, str]) -> str | None:
+    """Return the words that an answer is about, or that it keeps."""
+    if match is None or match.cue.do == "amend":
+        return None if match is None else said
+    return match.words or (slots.get("before") if match.cue.do == "remember" else None)
 
 
 def _slots(line: str) -> set[str]:

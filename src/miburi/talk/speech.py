@@ -122,8 +122,10 @@ class Speech:
             heard = Impression(None, 0.0, "speech", distress=asked[0])
         grave = heard.distress is not None
         wanted = list(script(language).intents_of(said))
-        if heard.worry == "help" and any(not match.cue.broad for match in wanted):
-            # The kind of distress is unclear, and there is an answer to the words.
+        unclear = heard.worry == "help" and any(not match.cue.broad for match in wanted)
+        if unclear or (heard.worry is not None and any(match.cue.move for match in wanted)):
+            # There is an answer to the words, and the kind of distress is unclear, or somebody only
+            # tells it how to move: "And now just the left one."
             heard = replace(heard, worry=None)
         if not grave and heard.worry is None and any(match.cue.acts for match in wanted):
             heard = Impression(None, 0.0, "speech")  # an order shows nobody's feeling
