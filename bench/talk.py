@@ -17,7 +17,7 @@ from miburi.languages import language_of, with_whom
 from miburi.people import Memory
 from miburi.senses import stimuli
 from miburi.senses.words import hear
-from miburi.talk.answers import Answerer
+from miburi.talk.answers import Answerer, is_needless
 from miburi.talk.script import script
 
 
@@ -48,6 +48,8 @@ def talk(said: list[str]) -> list[str]:
         text = answer.text
         if heard.distress is not None:
             text = f"(help for {heard.distress})"
+        elif heard.worry and not is_needless(heard.worry, script(language).intents_of(turn)):
+            text = f"(a question whether it is an emergency: {heard.worry})"
         elif answer.do == "name" and answer.words:
             memory.meet(answer.words.capitalize())
         elif answer.do == "remember" and answer.words:

@@ -3,11 +3,11 @@
     python tools/train_distress.py [--out src/miburi/senses/distress.npz]
 
 Needs SciPy (the extra ``studies``). The sentences are drawn from ``distress-lessons.toml`` beside
-this script, all written by one of Miburi's authors, and from ``distress-lines`` beside it, which
-thirty-seven strangers wrote. The model is a multinomial logistic regression on groups of words and
-letters (:func:`miburi.senses.distress.features`). The patterns that fit count as groups, too: train
-again after a change of a ``distress.toml``. The same sentences give the same verdicts; the file's
-last bits depend on the versions of NumPy and SciPy.
+this script, all written by one of Miburi's authors, and from ``distress-lines`` and
+``intent-lines`` beside it, which fifty-six strangers wrote. The model is a multinomial logistic
+regression on groups of words and letters (:func:`miburi.senses.distress.features`). The patterns that fit
+count as groups, too: train again after a change of a ``distress.toml``. The same sentences give the
+same verdicts; the file's last bits depend on the versions of NumPy and SciPy.
 """
 
 import argparse
@@ -28,6 +28,11 @@ STRANGERS = Path(__file__).with_name("distress-lines")
 DRAWN = 48  # sentences from a line, at most
 SEED = 31
 KEPT = 20_000  # groups with the largest weights, by language
+#: Kinds of question that are not taught as harmless.
+GRAVE = {
+    "advice", "alarm", "bad_person", "beyond", "call_doctor", "call_for_me", "can_you", "gets_easier",
+    "medicine", "normal", "promise", "senses", "symptom", "them", "there", "understand",
+}  # fmt: skip
 _CHOICE = re.compile(r"\(([^()]*)\)")
 
 
@@ -50,7 +55,7 @@ def sentences(language: Language) -> list[tuple[int, str]]:
             for _ in range(DRAWN):
                 rows[plain(draw(line, random), language)] = label
     if language == "en":
-        for text in everyday():
+        for text in [*everyday(), *questions()]:
             rows.setdefault(plain(text, language), len(KINDS))
     for label, text in strangers(language):
         rows[plain(text, language)] = label
@@ -76,6 +81,13 @@ def everyday() -> list[str]:
         rows = (row.split("\t") for row in file.read_text("utf-8").splitlines())
         said += [text for name, text in rows if name not in alarms]
     return said
+
+
+def questions() -> list[str]:
+    """Return what people ask a partner, except the kinds of question that may well be grave."""
+    files = sorted(LESSONS.with_name("intent-lines").glob("en-*.tsv"))
+    rows = [row.split("\t", 1) for file in files for row in file.read_text("utf-8").splitlines()]
+    return [text for kind, text in rows if kind not in GRAVE]
 
 
 def train(language: Language) -> Model:

@@ -1041,7 +1041,7 @@ export interface components {
             lag: number;
             /**
              * Slack
-             * @description Travel that may always be missing, rad.
+             * @description How much travel may be missing, rad.
              */
             slack: number;
             /**
@@ -1051,17 +1051,17 @@ export interface components {
             least: number;
             /**
              * Behind
-             * @description Farthest behind its profile, rad.
+             * @description How far it may be behind its profile, rad.
              */
             behind: number;
             /**
              * Ahead
-             * @description Farthest ahead of its profile, rad.
+             * @description How far it may be ahead of its profile, rad.
              */
             ahead: number;
             /**
              * Arrival
-             * @description Farthest from its goal at last, rad.
+             * @description How far from its goal it may end, rad.
              */
             arrival: number;
         };
@@ -1553,7 +1553,7 @@ export interface components {
             facts: components["schemas"]["FactOut"][];
             /**
              * Leaning
-             * @description How far each resting mood lies from the temperament's while they are there.
+             * @description What this person's presence adds to each resting mood.
              */
             leaning: {
                 [key: string]: number;
@@ -1738,7 +1738,7 @@ export interface components {
             until?: number | null;
             /**
              * Right
-             * @description The right hand, relative to its shoulder: forward, out, up, in arm's reaches.
+             * @description The right hand, relative to its shoulder: forward, out, up; 1 is the arm's reach.
              */
             right: number[];
             /**
@@ -2371,7 +2371,7 @@ export interface components {
             sign?: string | null;
             /**
              * Ratio
-             * @description Measured over expected travel: if sign is speed, in the judged window, to compare with the rule's limit; else since the move began.
+             * @description Measured over expected travel. If `sign` is `speed`, both are those of the judged window, and the rule's limit applies; otherwise, those since the move began.
              */
             ratio?: number | null;
             /**
@@ -2411,7 +2411,7 @@ export interface components {
             mood_before: number;
             /**
              * Mood After
-             * @description The same after it: a contact takes 20 %.
+             * @description The mood after the stop: a contact lowers it by 20 %.
              */
             mood_after: number;
         };

@@ -111,6 +111,6 @@ def test_registers_are_read_at_rest_alone(firmware: Path, real: Robot) -> None:
     with pytest.raises(BodyError, match="head: servo does not answer"):
         peek(card, 7, 14, 2)  # nothing is defined there
     card.release()
-    with pytest.raises(BodyError, match="returning; it does not take peek"):
+    with pytest.raises(BodyError, match="refuses .peek. while it is returning"):
         peek(card, 0, 0, 2)
     card.close()

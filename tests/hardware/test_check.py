@@ -77,9 +77,9 @@ def thrown() -> np.ndarray:
     [
         (changed("lengths", L12=0.05), None, "parts", "L12 is 50.0 mm and must be 54.6 mm"),
         (changed("masses", torso=0.30), None, "masses", "torso = 0.19"),
-        (changed("masses", phone=0.40), None, "torque standing", "most at the head"),
-        (changed("servo", acceleration=90.0), None, "torque moving", "most at the"),
-        (changed("lengths", LH1=0.10), None, "cables", "longest to the head"),
+        (changed("masses", phone=0.40), None, "torque standing", "the most torque, at the head"),
+        (changed("servo", acceleration=90.0), None, "torque moving", "the most torque, at the"),
+        (changed("lengths", LH1=0.10), None, "cables", "the longest cable, to the head"),
         (ROBOT, thrown(), "tipping", "zero-moment"),
         (with_range("head", min=-0.6), None, "joints", "head at"),
         (with_range("right_shoulder", min=-3.1, max=3.1), None, "stops", "right_shoulder at"),

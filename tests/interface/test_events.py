@@ -193,7 +193,7 @@ def test_a_performance_over_the_interface(server: Server) -> None:
 @pytest.mark.parametrize(
     ("change", "why"),
     [
-        ({"head": [-0.9, 0.1, 0.3]}, "head .* allowed are"),
+        ({"head": [-0.9, 0.1, 0.3]}, "head .* may turn by"),
         ({"right": [-0.6, -0.75, 0.0]}, "out of reach"),
         ({"right": [0.6, -0.7, 0.1], "left": [0.6, -0.7, 0.1]}, "would meet|out of reach"),
     ],

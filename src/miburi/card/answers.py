@@ -79,7 +79,7 @@ def read_answer(kind: FrameKind, answer: Frame, settings: CardSettings) -> bytes
             return detail
         case Result.PHASE:
             phase = PHASES[detail[0]]
-            raise BodyError(f"The card is {phase}; it does not take {kind.name.lower()} now.")
+            raise BodyError(f"The card refuses '{kind.name.lower()}' while it is {phase}.")
         case Result.SERVO:
             raise BodyError(unready(detail, settings))
         case Result.RANGE:
@@ -94,4 +94,7 @@ def read_answer(kind: FrameKind, answer: Frame, settings: CardSettings) -> bytes
                 "needed. Upload the firmware of this Miburi (miburi card upload)."
             )
         case _:
-            raise BodyError(f"The card did not understand {kind.name.lower()} ({result}).")
+            raise BodyError(
+                f"The card did not understand '{kind.name.lower()}' ({result}). "
+                "Flash the firmware anew."
+            )

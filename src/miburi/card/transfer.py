@@ -140,4 +140,6 @@ def _send(ask: Ask, settings: CardSettings) -> None:
         has = greet(ask)
         if has.complete and has.crc == settings.crc:
             return
-    raise BodyError("The card did not keep its settings; give each servo an id of its own.")
+    raise BodyError(
+        "The card did not keep its settings, as two servos have the same id; change one."
+    )

@@ -17,8 +17,8 @@ def main() -> None:
             raise  # a bug in Miburi
         print(
             f"miburi: the command needs {error.name}, which is not installed. A small installation "
-            "has the library alone; pip install FILE, the wheel or the folder that Miburi came "
-            "from, brings the rest.",
+            "has the library alone. To get the rest, run `pip install FILE`, where FILE is the "
+            "wheel or the folder that Miburi came from.",
             file=sys.stderr,
         )
         sys.exit(1)

@@ -140,7 +140,7 @@ def common(
     feelings: Annotated[
         Path | None,
         typer.Option(
-            help="A file of feelings; default: the paper's eight.",
+            help="A file of feelings; by default, the eight of the paper that Miburi is built on.",
             envvar="MIBURI_FEELINGS",
             callback=_choose_feelings,
             show_default=False,

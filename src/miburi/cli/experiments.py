@@ -42,7 +42,8 @@ def experiment(
         bool,
         typer.Option(
             "--heal",
-            help="After the gestures let the mood heal, compared with a twin that nobody touched.",
+            help="After the gestures, let the mood recover, and compare it with that of a "
+            "robot that nobody touched.",
         ),
     ] = False,
     temperament: TemperamentName = "default",

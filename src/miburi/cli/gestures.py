@@ -194,7 +194,9 @@ def _shown(states: "Iterable[State]") -> "tuple[Array, Array]":
     for state in states:
         reason = state.stop.reason if state.stop else None
         if reason is not None and not reason.passes:
-            raise InputError(f"the body is stopped ({reason}); release it, and show it again.")
+            raise InputError(
+                f"the body is stopped ({reason}); release the body, then show the gesture again."
+            )
         led = reason is StopReason.TOUCHED and state.phase == "stopped"
         over = over or bool(shown and not led)
         if over and state.phase == "idle":

@@ -36,7 +36,12 @@ RobotToBuild = Annotated[
         "--robot", help="A robot description; default: the buildable one.", show_default=False
     ),
 ]
-Fit = Annotated[float, typer.Option(help="Gap on each side of a pocket, mm; the gauge finds it.")]
+Fit = Annotated[
+    float,
+    typer.Option(
+        help="Gap on each side of a servo in its pocket, in mm; print the gauge to find it."
+    ),
+]
 Output = Annotated[Path, typer.Option(help="Folder to write to.", callback=a_folder)]
 
 #: The moods at which gestures are checked, and the interval, in poses, between two checks.
@@ -90,8 +95,8 @@ def gauge(out: Output = Path("gauge")) -> None:
 
     _write(out, make(), ("3mf", "stl"))
     print(
-        f"Print it as you will print the parts. Pass the number on the pocket that a servo slides "
-        f"into as --fit: {', '.join(f'{fit:g}' for fit in FITS[:-1])} or {FITS[-1]:g}."
+        f"Print it as you will print the parts. Find the pocket that a servo slides into, and pass "
+        f"its number with --fit: {', '.join(f'{fit:g}' for fit in FITS[:-1])} or {FITS[-1]:g}."
     )
 
 

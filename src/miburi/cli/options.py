@@ -66,15 +66,16 @@ IkWay = Annotated[
     str,
     typer.Option(
         "--ik",
-        help="default, residual (a general search that knows only poses' errors and slopes), "
-        "or paper (Table 2).",
+        help="The solver: 'default'; 'residual', a general search that only uses errors and their "
+        "slopes; or 'paper', with the parameters of Table 2.",
     ),
 ]
 ServoName = Annotated[
     str | None,
     typer.Option(
         "--servo",
-        help="xl330-m288-t, imagined or a file (….toml); default: the robot's own servo.",
+        help="'xl330-m288-t', 'imagined' (a made-up servo), or a file (….toml); by default, the "
+        "robot's own servo.",
         show_default=False,
     ),
 ]
@@ -106,8 +107,8 @@ def name_foreign_guards(robot: "Robot") -> None:
     if own != measured and robot.guards == shipped.guards:
         print(
             f"miburi: the guards of the contact rule are for {measured} servos, and this robot has "
-            f"{own}: it may press harder on contact, or stop without one. Let `miburi calibrate` "
-            "measure your own, and give its file with --calibration.",
+            f"{own}: it may press harder on contact, or stop without any contact. Let "
+            "`miburi calibrate` measure your own, and give its file with --calibration.",
             file=sys.stderr,
         )
 

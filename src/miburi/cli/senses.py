@@ -89,7 +89,9 @@ def listen(
     from miburi.senses.recogniser import PhraseRecogniser, load_phrases
 
     if file is None and sys.stdin.isatty():
-        raise InputError("give sound, such as: arecord -f S16_LE -r 16000 -c 1 | miburi listen")
+        raise InputError(
+            "pipe sound into the command, such as: arecord -f S16_LE -r 16000 -c 1 | miburi listen"
+        )
     from miburi.senses.tone import ToneOfVoice
 
     recogniser = PhraseRecogniser(load_phrases(phrases))

@@ -59,16 +59,16 @@ def trials(
     servos: Annotated[
         int,
         typer.Option(
-            help="0: the robot as described; N: N robots as a workshop builds them, each "
-            "calibrated.",
+            help="With 0, the robot as described; with N, N robots that differ as real ones do, "
+            "each calibrated.",
             min=0,
         ),
     ] = 0,
     play: Annotated[
         float | None,
         typer.Option(
-            help="With --servos: the play of all their gears, in degrees; default: each its own, "
-            "up to 0.5.",
+            help="With --servos: the play of all their gears, in degrees; by default, each gear "
+            "has its own, up to 0.5.",
             min=0.0,
             max=2.0,
         ),
@@ -84,7 +84,8 @@ def trials(
     without: Annotated[
         str | None,
         typer.Option(
-            help="Leave out lift (goals raised against the sag) or ceiling (limit of the push)."
+            help="Leave out the 'lift', which raises goals against the sag, or the 'ceiling', "
+            "which limits the push."
         ),
     ] = None,
     state: Annotated[
@@ -220,8 +221,8 @@ def safety_page(
     runs: Annotated[
         list[Path],
         typer.Argument(
-            help="Files of trials, one for each column; those in folders named states and parts "
-            "have tables of their own."
+            help="Files of trials, one for each column; those in folders named 'states' and "
+            "'parts' have tables of their own."
         ),
     ],
     out: Annotated[

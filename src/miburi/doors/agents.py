@@ -66,10 +66,10 @@ _GLANCE, _PATIENCE = 0.1, 25.0
 _TOLD = 40
 
 _INSTRUCTIONS = """\
-A small robot partner with feelings that show in its body. Its own temperament weighs what you make
-it feel; gesture shows something once, whatever it feels. It stops by itself when it touches
-somebody. After a stop, only a person can release it: tell people why it stopped and wait. Of
-several wishes the latest counts. If it has heard distress, somebody may need help now; it calls
+A small robot partner with feelings that show in its body. Its own temperament weighs what you
+make it feel; the tool `gesture` shows something once, whatever it feels. It stops by itself when it
+touches somebody. After a stop, only a person can release it: tell people why it stopped and wait.
+Of several wishes the latest counts. If it has heard distress, somebody may need help now; it calls
 nobody, so tell people if you can, and keep calm for ten minutes. Do not hurry it: a gesture takes a
 few seconds."""
 _TOO_FAST = "Nothing was done: too many wishes at once. Wait a second, then ask again."
@@ -331,7 +331,7 @@ class _Tools:
                     case "gesture_broken_off" | "wish_dropped" if ours:
                         return await self._ending(event, stop, begun)
             await asyncio.sleep(_GLANCE)
-        return f"It has not {'ended' if begun else 'begun'} after {_PATIENCE:g} s; look at state."
+        return f"It has not {'ended' if begun else 'begun'} after {_PATIENCE:g} s; ask `state`."
 
     async def _ending(self, event: LiveEvent, stop: StopOut | None, begun: bool) -> str:
         """Say why a gesture did not run to its end."""

@@ -34,10 +34,10 @@ class Now(BaseModel):
     shows: _Shown | None
     asked: bool = Field(description="Whether somebody asked for what it shows")
     said: str | None
-    distress: str | None = Field(description="One that it has heard")
+    distress: str | None = Field(description="The kind of distress that it has heard")
     body: str = Field(description="idle, moving, stopped or returning")
     paused: bool
-    stopped: str | None = Field(description="Why, and how that ends")
+    stopped: str | None = Field(description="Why it is stopped, and how that ends")
     latest_event: str
 
 
@@ -70,7 +70,7 @@ def hindrance(state: State) -> str:
     """Say what keeps the body from showing what is felt."""
     if state.stop is not None:
         return " " + why_stopped(state, state.stop)
-    return " It does not show it: a person has paused it." if state.paused else ""
+    return " Its body does not show that: a person has paused it." if state.paused else ""
 
 
 def why_stopped(state: State, stop: StopOut) -> str:

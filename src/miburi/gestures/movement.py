@@ -56,7 +56,7 @@ class Posture(Table):
     phase: Phase = Field(description="When the body arrives, as a share of the duration.")
     until: Phase | None = Field(default=None, description="When it leaves; null: at once.")
     right: Direction = Field(
-        description="The right hand, relative to its shoulder: forward, out, up, in arm's reaches."
+        description="The right hand, relative to its shoulder: forward, out, up; 1 is the reach."
     )
     left: Direction = Field(description="The left hand, in the same way.")
     head: Direction = Field(description="The head's direction: forward, left, up.")
@@ -220,8 +220,8 @@ def misfits(robot: Robot, function: MovementFunction) -> Iterator[str]:
         if not np.all((inside[0] <= wanted[6:]) & (wanted[6:] <= inside[1])):
             yield (
                 f"pose {number}: head = {pose.head} turns the waist by {turned:.3f} and raises the "
-                f"head by {raised:.3f} rad; allowed are {robot.lower[0]} to {robot.upper[0]} and "
-                f"{robot.lower[-1]} to {robot.upper[-1]}"
+                f"head by {raised:.3f} rad; the waist may turn by {robot.lower[0]} to "
+                f"{robot.upper[0]}, and the head by {robot.lower[-1]} to {robot.upper[-1]}"
             )
             continue  # the waist carries the arms, so without it they cannot be checked
         closest = hand_distances(robot)[:, 0] / arm_reach(robot)

@@ -189,7 +189,8 @@ def printed_parts(robot: Robot, fit: float = FIT, *, engraved: bool = True) -> l
             bed = dimensions().wall.bed
             raise InputError(
                 f"this robot cannot be built: {part.name} is {largest:.1f} mm long, and common "
-                f"printers have {bed:.0f} mm: take {largest - bed:.1f} mm off {_LENGTH[part.name]}."
+                f"printers have a bed of {bed:.0f} mm: take "
+                f"{largest - bed:.1f} mm off {_LENGTH[part.name]}."
             )
     return finished
 

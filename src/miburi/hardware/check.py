@@ -226,8 +226,8 @@ def _loads(
         worst = int(np.argmax(values))
         yield Finding(
             name, bool(values[worst] <= share * stall),
-            f"most at the {JOINTS[worst].replace('_', ' ')}: {values[worst]:.3f} N·m, at most "
-            f"{share * stall:.3f} N·m ({share:.2g} of the stall torque)",
+            f"the most torque, at the {JOINTS[worst].replace('_', ' ')}: {values[worst]:.3f} N·m, "
+            f"at most {share * stall:.3f} N·m ({share:.2g} of the stall torque)",
         )  # fmt: skip
     foot = 1000 * robot.shape.pedestal_radius
     far = max(balance.zero_moment_radius(robot, table, m, period) for m in motions.values())
@@ -240,7 +240,8 @@ def _loads(
     high = 1000 * (robot.shape.pedestal_height + robot.lengths.L01 + arm_reach(robot))
     push = balance.push_that_tips(robot, table, high)
     words = (
-        f"a level push of {push:.1f} N at a raised hand tips it; a contact gives up to {_PUSH} N"
+        f"a level push of {push:.1f} N at a raised hand tips the robot; a contact pushes with at "
+        f"most {_PUSH} N"
     )
     # It can be built all the same, so this is no fault of the parts.
     yield Finding("push", True, words + ("" if push > _PUSH else ": screw the foot to the table"))
@@ -279,8 +280,8 @@ def _drivers(robot: Robot, things: Iterable[Solid]) -> Finding:
                 here = moved(thing.solid, neutral[thing.link])
                 if thing.name not in {"chest", "neck"} and (way ^ here).volume() > 1.0:
                     blocked.append(f"{mount.joint} ({thing.name})")
-    words = f"no driver reaches: {', '.join(sorted(set(blocked)))}" if blocked else (
-        "a driver of 3.8 mm reaches the screws of all horns"
+    words = f"no screwdriver reaches: {', '.join(sorted(set(blocked)))}" if blocked else (
+        "a screwdriver of 3.8 mm reaches the screws of all horns"
     )  # fmt: skip
     return Finding("drivers", not blocked, words)
 
@@ -299,7 +300,7 @@ def _cables(robot: Robot, motions: Mapping[str, Array]) -> Finding:
     worst = max(longest, key=lambda joint: longest[joint])
     return Finding(
         "cables", longest[worst] <= _CABLE,
-        f"longest to the {worst.replace('_', ' ')}, routed as in the pictures: "
+        f"the longest cable, to the {worst.replace('_', ' ')}, routed as in the pictures: "
         f"{longest[worst]:.0f} mm of {_CABLE:.0f} mm"
         + ("" if longest[worst] <= _CABLE else "; make a longer one"),
     )  # fmt: skip

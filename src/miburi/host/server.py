@@ -322,7 +322,9 @@ def _announce(url: str, reach: Reach, talk: Endpoint | None, headless: bool) -> 
         for other in others:
             print(f"On another network: {other}")
     elif token is not None:
-        print("No phone can connect: this computer has no address on a home network.")
+        print(
+            "No phone can connect: this computer is on no home network. Join one, then start anew."
+        )
     if safe:
         print(
             "The phone warns once, as it does not know this home's authority yet: go on, or "

@@ -53,7 +53,7 @@ class PersonOut(BaseModel):
     seen: datetime = Field(description="When they last spoke.")
     facts: list[FactOut] = Field(description="What they told, the latest last.")
     leaning: dict[TheirFeeling, float] = Field(
-        description="How far each resting mood lies from the temperament's while they are there."
+        description="What this person's presence adds to each resting mood."
     )
 
 

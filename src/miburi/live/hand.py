@@ -51,7 +51,7 @@ class GuidedHand:
         if body is None:
             raise BodyError("only a simulated body has a hand to move.")
         if float(np.linalg.norm(along)) < 1e-6:
-            raise InputError("along must have a length.")
+            raise InputError("'along' must not be the zero vector.")
         self._along = along
         if position is None:
             body.remove_hand()

@@ -62,8 +62,8 @@ class StopOut(BaseModel):
     )
     ratio: float | None = Field(
         default=None,
-        description="Measured over expected travel: if sign is speed, in the judged window, to "
-        "compare with the rule's limit; else since the move began.",
+        description="Measured over expected travel. If `sign` is `speed`, both are those of the "
+        "judged window, and the rule's limit applies; otherwise, those since the move began.",
     )
     moved: float | None = Field(default=None, description="The measured travel in that ratio, rad.")
     due: float | None = Field(default=None, description="The expected travel in that ratio, rad.")
@@ -81,7 +81,7 @@ class StopOut(BaseModel):
         default=None, description="The part that met the hand; simulation only."
     )
     mood_before: Share = Field(description="The shown mood before the stop.")
-    mood_after: Share = Field(description="The same after it: a contact takes 20 %.")
+    mood_after: Share = Field(description="The mood after the stop: a contact lowers it by 20 %.")
 
 
 #: Notes of a tune, [Hz, s].

@@ -99,11 +99,15 @@ class Guards(Generic[Value]):
     """
 
     lag: Annotated[Value, Guard("Delay behind its profile", TIME, 0, 100_000, 5_500)]
-    slack: Annotated[Value, Guard("Travel that may always be missing", ANGLE, 0, 40, 40, 0.006)]
+    slack: Annotated[Value, Guard("How much travel may be missing", ANGLE, 0, 40, 40, 0.006)]
     least: Annotated[Value, Guard("Expected travel below this is judged later", ANGLE, 1, 100, 16)]
-    behind: Annotated[Value, Guard("Farthest behind its profile", ANGLE, 1, 300, 150, 0.0092)]
-    ahead: Annotated[Value, Guard("Farthest ahead of its profile", ANGLE, 1, 300, 150, 0.0092)]
-    arrival: Annotated[Value, Guard("Farthest from its goal at last", ANGLE, 1, 150, 60, 0.0092)]
+    behind: Annotated[
+        Value, Guard("How far it may be behind its profile", ANGLE, 1, 300, 150, 0.0092)
+    ]
+    ahead: Annotated[
+        Value, Guard("How far it may be ahead of its profile", ANGLE, 1, 300, 150, 0.0092)
+    ]
+    arrival: Annotated[Value, Guard("How far from its goal it may end", ANGLE, 1, 150, 60, 0.0092)]
 
     def map(self, change: Callable[[Guard, Value], Other]) -> "Guards[Other]":
         """Return these guards with each value replaced by ``change(guard, value)``."""

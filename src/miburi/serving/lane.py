@@ -85,7 +85,7 @@ class Lane:
         except (RefusedError, OSError):
             return False
         except Exception as error:  # the reception must survive whatever this is
-            log_once("a Stop could not be judged", error)
+            log_once("could not tell who pressed Stop", error)
             return False
         self._press = Press.both(self._press, came)
         return True

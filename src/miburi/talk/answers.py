@@ -19,7 +19,7 @@ from miburi.languages import Language, is_spaced
 from miburi.senses.impression import Impression
 from miburi.talk.script import Cue, Do, Match, Script, script
 
-__all__ = ["UNREPEATED", "Answerer", "SmallAnswer", "wants_stop"]
+__all__ = ["UNREPEATED", "Answerer", "SmallAnswer", "is_needless", "wants_stop"]
 
 #: Turns within which no sentence is said again.
 UNREPEATED = 20
@@ -69,6 +69,18 @@ class SmallAnswer:
 def wants_stop(said: str, language: Language) -> bool:
     """Whether somebody tells the body to stop; checked before anything else."""
     return any(found.cue.do == "stop" for found in script(language).intents_of(said))
+
+
+def is_needless(worry: str, wanted: Iterable[Match]) -> bool:
+    """Whether words that may be distress have a better answer than a question about it.
+
+    That is so if somebody only tells the partner how to move ("And now just the left one"), or if
+    there is an answer to the words and no kind of distress is likely.
+    """
+    found = [match.cue for match in wanted]
+    return any(cue.move for cue in found) or (
+        worry == "help" and any(not cue.broad for cue in found)
+    )
 
 
 class Answerer:

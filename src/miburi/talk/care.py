@@ -121,8 +121,8 @@ def find_region(name: str) -> str:
     """
     if name.upper() not in regions():
         raise InputError(
-            f"--region must be one of {', '.join(sorted(regions()))}, got {name!r}. Without one it "
-            "names no number."
+            f"--region must be one of {', '.join(sorted(regions()))}, got {name!r}. Without a "
+            "region, the partner names no emergency number."
         )
     return name.upper()
 

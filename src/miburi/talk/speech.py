@@ -21,7 +21,7 @@ from miburi.senses import Impression
 from miburi.senses.kinds import Distress
 from miburi.senses.tone import Tone, coloured
 from miburi.serving.press import Press, who
-from miburi.talk.answers import JOYS, Answerer, SmallAnswer, wants_stop
+from miburi.talk.answers import JOYS, Answerer, SmallAnswer, is_needless, wants_stop
 from miburi.talk.beginning import Beginning
 from miburi.talk.care import Care, agrees, may_be_said
 from miburi.talk.dates import due_of
@@ -122,10 +122,7 @@ class Speech:
             heard = Impression(None, 0.0, "speech", distress=asked[0])
         grave = heard.distress is not None
         wanted = list(script(language).intents_of(said))
-        unclear = heard.worry == "help" and any(not match.cue.broad for match in wanted)
-        if unclear or (heard.worry is not None and any(match.cue.move for match in wanted)):
-            # There is an answer to the words, and the kind of distress is unclear, or somebody only
-            # tells it how to move: "And now just the left one."
+        if heard.worry is not None and is_needless(heard.worry, wanted):
             heard = replace(heard, worry=None)
         if not grave and heard.worry is None and any(match.cue.acts for match in wanted):
             heard = Impression(None, 0.0, "speech")  # an order shows nobody's feeling

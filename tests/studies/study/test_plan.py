@@ -41,7 +41,7 @@ def test_the_study_that_ships_asks_about_eight_feelings_at_three_moods(tmp_path:
         ('name = "word"', 'name = "feeling"', "feeling appears twice among the questions"),
         ('name = "two"', 'name = "two"\ntrails = 3', "allowed are .*trials"),
         ('kind = "word"', 'kind = "pick"', "a pick needs at least two answers"),
-        ('kind = "word"', 'kind = "word"\nright = "fear"', "needs both right and at"),
+        ('kind = "word"', 'kind = "word"\nright = "fear"', "needs both 'right' and 'at'"),
         ('kind = "word"', 'kind = "check"\nright = "joy"\nat = 1', "joy"),
         ('kind = "word"', 'kind = "check"\nright = "anger"\nat = 1', "nobody can choose"),
         ('kind = "word"', 'kind = "check"\nright = "fear"\nat = 3', "fewer films"),

@@ -165,9 +165,9 @@ class Question(Table):
         if self.kind in ("choice", "check") and self.after != "film":
             raise ValueError("a choice of feelings belongs to a film; leave out 'after'")
         if self.kind not in ("choice", "check") and (self.options or self.none):
-            raise ValueError(f"options and none are for a choice, this is a {self.kind}")
+            raise ValueError(f"only a choice has 'options' and 'none', and this is a {self.kind}")
         if {self.kind == "check"} != {self.right is not None, self.at is not None}:
-            raise ValueError("a check needs both right and at; nothing else has them")
+            raise ValueError("a check needs both 'right' and 'at'; no other question has them")
         if (self.kind == "pick") != (len(self.answers) > 1):
             raise ValueError("a pick needs at least two answers; nothing else has answers")
         if self.optional and self.kind not in ("word", "pick", "number"):
@@ -305,14 +305,16 @@ class Study(Table):
         _check_once("questions", [question.name for question in self.question])
         _check_once("languages", self.languages)
         if not any(q.after == "film" and q.kind != "check" for q in self.question):
-            raise ValueError('no question is asked after a film; one needs after = "film"')
+            raise ValueError(
+                'no question is asked after a film; at least one needs: after = "film"'
+            )
         choices = [question.name for question in self.question if question.kind == "choice"]
         for question in self.question:
             if question.only_if is not None and question.only_if not in choices:
                 raise ValueError(f"only_if is {question.only_if!r}; choices are {choices}")
             self._check_order(question)
             if question.right is not None and question.right not in self.options(question):
-                raise ValueError(f"right is {question.right!r}, which nobody can choose")
+                raise ValueError(f"'right' is {question.right!r}, which is no option")
             if (question.at or 0) > (self.trials or len(self.films)):
                 raise ValueError(f"at is {question.at}, and there are fewer films")
         texts = [self.title, self.information, *(t for q in self.question for t in q.texts)]
