@@ -5,9 +5,9 @@
 Needs SciPy (the extra ``studies``). The sentences are drawn from ``distress-lessons.toml`` beside
 this script, all written by one of Miburi's authors, and from ``distress-lines`` and
 ``intent-lines`` beside it, which fifty-six strangers wrote. The model is a multinomial logistic
-regression on groups of words and letters (:func:`miburi.senses.distress.features`). The patterns that fit
-count as groups, too: train again after a change of a ``distress.toml``. The same sentences give the
-same verdicts; the file's last bits depend on the versions of NumPy and SciPy.
+regression on groups of words and letters (:func:`miburi.senses.distress.features`). The patterns
+that fit count as groups, too: train again after a change of a ``distress.toml``. The same sentences
+give the same verdicts; the file's last bits depend on the versions of NumPy and SciPy.
 """
 
 import argparse
@@ -30,8 +30,9 @@ SEED = 31
 KEPT = 20_000  # groups with the largest weights, by language
 #: Kinds of question that are not taught as harmless.
 GRAVE = {
-    "advice", "alarm", "bad_person", "beyond", "call_doctor", "call_for_me", "can_you", "gets_easier",
-    "medicine", "normal", "promise", "senses", "symptom", "them", "there", "understand",
+    "advice", "alarm", "bad_person", "beyond", "call_doctor", "call_for_me", "can_you",
+    "gets_easier", "medicine", "normal", "promise", "senses", "symptom", "them", "there",
+    "understand",
 }  # fmt: skip
 _CHOICE = re.compile(r"\(([^()]*)\)")
 

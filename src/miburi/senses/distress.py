@@ -39,7 +39,7 @@ __all__ = ["Heard", "features", "hear_distress", "judge_distress"]
 
 #: Likelihoods above which it reports distress, and above which it asks whether there is any. They
 #: are ours, chosen on lines by writers whose lines were not in the training of the tested model.
-_FINDS, _WONDERS = 0.7, 0.4
+_FINDS, _WONDERS = 0.7, 0.35
 #: A death wish without any plain word is asked about up to this likelihood: asking helps (ours).
 _SURE = 0.95
 #: Likelihoods above which distress is asked about, and reported, in a long text without any plain
