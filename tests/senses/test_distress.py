@@ -109,6 +109,8 @@ def test_somebody_in_distress_is_heard(said: str, kind: str) -> None:
         "I died in that game again",
         "what are the signs of a stroke?",
         "I took my pills with breakfast",
+        "Right, I've had my tablets and I'm going up.",
+        "I shall have to call you something, I can't go on saying dear.",
         "死にたくない",
         "去年転んで骨折した",
         "Il y a dix ans je suis tombé de vélo.",
