@@ -252,7 +252,7 @@ def test_a_rule_is_loaded_whole_or_not_at_all(rig: Rig) -> None:
     ]
     assert Card(lambda: rig.line, rig.robot).settings == settings
     deaf = replace(rule, ratio=5000)
-    with pytest.raises(BodyError, match="refuses ratio 0.5: allowed is 0.8 to 1"):
+    with pytest.raises(BodyError, match="refuses ratio 0.5: it must be from 0.8 to 1"):
         rig.body.configure(settings.with_rule(deaf))
     assert rig.body.settings == settings
     assert greet(rig.body.ask)[:2] == (settings.crc, True)
@@ -260,5 +260,5 @@ def test_a_rule_is_loaded_whole_or_not_at_all(rig: Rig) -> None:
     rig.body.configure(settings.with_mounting(swapped))
     assert greet(rig.body.ask)[:2] == (settings.with_mounting(swapped).crc, True)
     twice = settings.mounting.model_copy(update={"id": [1] * 8})
-    with pytest.raises(BodyError, match="an id of its own"):
+    with pytest.raises(BodyError, match="the same id"):
         rig.body.configure(settings.with_mounting(twice))

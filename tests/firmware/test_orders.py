@@ -92,7 +92,7 @@ def test_settings_stay_inside_safe_ranges_and_change_only_while_stopped(rig: Rig
         low, high = ALLOWED[name][:2]
         for value in (low - 1, high + 1) if low else (high + 1,):
             wrong = replace(settings, general=replace(settings.general, **{name: value}))
-            said = f"refuses {name} .*: allowed is "
+            said = f"refuses {name} .*: it must be from "
             with pytest.raises(BodyError, match=said):
                 rig.body.configure(wrong)
     joint = settings.joints[0]
@@ -103,7 +103,7 @@ def test_settings_stay_inside_safe_ranges_and_change_only_while_stopped(rig: Rig
         for value in values:
             joints = (changed(joint, name, value), *settings.joints[1:])
             seam = name in ("min", "max") or (name, value) == ("zero", 0)
-            said = "crosses the servo's seam" if seam else f"refuses waist's {name} .*: allowed is "
+            said = "crosses the servo's seam" if seam else f"refuses waist's {name} .*: it must be from "
             with pytest.raises(BodyError, match=said):
                 rig.body.configure(replace(settings, joints=joints))
     # What is just allowed is taken: the ranges in words are the card's.

@@ -84,7 +84,7 @@ def test_what_cannot_be_done_is_said_in_words(client: httpx.Client) -> None:
         ("/bodies", {"name": "two-words"}, {400}, "one of simulated"),
         ("/temperament", {"name": "wild"}, {400}, "default, calm"),
         ("/express", {"feeling": "fear", "blend": {"fear": 0.5}}, {400}, "already leads"),
-        ("/hand", {"position": [0.1, 0.2, 0.1], "along": [0, 0, 0]}, {400}, "length"),
+        ("/hand", {"position": [0.1, 0.2, 0.1], "along": [0, 0, 0]}, {400}, "zero vector"),
     ]
     assert unlike(client, refused) == []
 

@@ -361,7 +361,7 @@ def refusal(settings: CardSettings, piece: int, index: int) -> str:
     low, high = ALLOWED[name][:2] if name in ALLOWED else joint_range
     whose = f"{JOINTS[piece]}'s {name}" if of_joint else name
     return (
-        f"The card refuses {whose} {format_value(name, value)}: it must be "
+        f"The card refuses {whose} {format_value(name, value)}: it must be from "
         f"{format_value(name, low)} to {format_value(name, high)}."
     )
 

@@ -67,7 +67,7 @@ _TOLD = 40
 
 _INSTRUCTIONS = """\
 A small robot partner with feelings that show in its body. Its own temperament weighs what you
-make it feel; the tool `gesture` shows something once, whatever it feels. It stops by itself when it
+make it feel; `gesture` shows something once, whatever it feels. It stops by itself when it
 touches somebody. After a stop, only a person can release it: tell people why it stopped and wait.
 Of several wishes the latest counts. If it has heard distress, somebody may need help now; it calls
 nobody, so tell people if you can, and keep calm for ten minutes. Do not hurry it: a gesture takes a

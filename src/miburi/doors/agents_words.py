@@ -34,10 +34,10 @@ class Now(BaseModel):
     shows: _Shown | None
     asked: bool = Field(description="Whether somebody asked for what it shows")
     said: str | None
-    distress: str | None = Field(description="The kind of distress that it has heard")
+    distress: str | None = Field(description="Distress that it heard")
     body: str = Field(description="idle, moving, stopped or returning")
     paused: bool
-    stopped: str | None = Field(description="Why it is stopped, and how that ends")
+    stopped: str | None = Field(description="Why it stopped, and how that ends")
     latest_event: str
 
 

@@ -35,7 +35,7 @@ def test_the_study_that_ships_asks_about_eight_feelings_at_three_moods(tmp_path:
         ("moods = [0.9]", 'moods = [0.9]\nfile = "../a.mp4"', "file"),
         ("moods = [0.9]", "moods = [0.9]\nlive = true\nfaces = [true]", "the phone shows the face"),
         ('kind = "word"', 'kind = "rating"', "a rating needs at least one item"),
-        ('kind = "word"', 'kind = "word"\noptions = ["fear"]', "are for a choice"),
+        ('kind = "word"', 'kind = "word"\noptions = ["fear"]', "only a choice has"),
         ('kind = "choice"', 'kind = "choice"\nafter = "all"', "belongs to a film"),
         (', ja = "一言で？"', "", "'In a word.' is missing in ja"),
         ('name = "word"', 'name = "feeling"', "feeling appears twice among the questions"),
@@ -43,7 +43,7 @@ def test_the_study_that_ships_asks_about_eight_feelings_at_three_moods(tmp_path:
         ('kind = "word"', 'kind = "pick"', "a pick needs at least two answers"),
         ('kind = "word"', 'kind = "word"\nright = "fear"', "needs both 'right' and 'at'"),
         ('kind = "word"', 'kind = "check"\nright = "joy"\nat = 1', "joy"),
-        ('kind = "word"', 'kind = "check"\nright = "anger"\nat = 1', "nobody can choose"),
+        ('kind = "word"', 'kind = "check"\nright = "anger"\nat = 1', "no option"),
         ('kind = "word"', 'kind = "check"\nright = "fear"\nat = 3', "fewer films"),
         ('kind = "word"', 'kind = "word"\nonly_if = "word"', "choices are"),
         (
