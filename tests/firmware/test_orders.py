@@ -103,7 +103,11 @@ def test_settings_stay_inside_safe_ranges_and_change_only_while_stopped(rig: Rig
         for value in values:
             joints = (changed(joint, name, value), *settings.joints[1:])
             seam = name in ("min", "max") or (name, value) == ("zero", 0)
-            said = "crosses the servo's seam" if seam else f"refuses waist's {name} .*: it must be from "
+            said = (
+                "crosses the servo's seam"
+                if seam
+                else f"refuses waist's {name} .*: it must be from "
+            )
             with pytest.raises(BodyError, match=said):
                 rig.body.configure(replace(settings, joints=joints))
     # What is just allowed is taken: the ranges in words are the card's.
