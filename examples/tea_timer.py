@@ -7,7 +7,7 @@ import asyncio
 import sys
 
 from miburi import Stimulus, connect_async
-from miburi.interface.wire import GestureAct, SpeechAct
+from miburi.wire.messages import GestureAct, SpeechAct
 
 
 async def time_tea(url: str, seconds: float) -> None:

@@ -29,7 +29,6 @@ from miburi.feelings import (
 from miburi.feelings.spiking import SpikingModel
 from miburi.gestures import read_repertoire
 from miburi.interface.api import make_api
-from miburi.interface.wire import StimulusIn
 from miburi.live.archive import Archive
 from miburi.live.runner import Runner
 from miburi.live.wishes import Perform
@@ -37,6 +36,7 @@ from miburi.robot import iphonoid
 from miburi.studies.day import live_day
 from miburi.studies.face import face
 from miburi.studio.face_page import add_face_page
+from miburi.wire.messages import StimulusIn
 
 
 def refusal(action: Callable[[], object]) -> str:

@@ -19,13 +19,13 @@ from miburi.client.remote import WAITING
 from miburi.errors import InputError
 from miburi.feelings import EmotionalModel, Expression, Stimulus
 from miburi.gestures.movement import Posture
-from miburi.interface.wire import GestureAct, PosesAct, PosesIn, SpeechAct
 from miburi.live.archive import Archive
 from miburi.live.events.model import EndOfWish, LiveEvent
 from miburi.live.events.store import kept_events
 from miburi.live.runner import Runner
 from miburi.live.wishes import Release
 from miburi.robot import Robot
+from miburi.wire.messages import GestureAct, PosesAct, PosesIn, SpeechAct
 
 LIMIT = 30.0
 RAISED = Posture(phase=0.5, right=[0.7, 0.5, 0.3], left=[0.7, 0.5, 0.3], head=[0.6, 0.3, 0.74])

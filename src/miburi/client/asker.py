@@ -17,11 +17,11 @@ from pydantic import BaseModel, TypeAdapter
 
 from miburi.client.connection import PATIENCE, ConnectionLostError, accepted
 from miburi.client.trusting import distrust, trust
-from miburi.interface.wire import GestureOut, SayIn, WishOut
 from miburi.live.events.model import LiveEvent
 from miburi.live.state import MotorsOut, State
 from miburi.serving.press import BY, By
 from miburi.talk.said import SayOut
+from miburi.wire.messages import GestureOut, SayIn, WishOut
 
 __all__ = ["Asker"]
 

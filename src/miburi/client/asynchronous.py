@@ -21,7 +21,12 @@ from miburi.client.asker import Asker
 from miburi.client.connection import ConnectionLostError
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures import Direction
-from miburi.interface.wire import (
+from miburi.live.attention import Turn
+from miburi.live.events.model import EndOfWish, LiveEvent
+from miburi.live.state import State
+from miburi.senses.tone import Tone
+from miburi.talk.said import SayOut
+from miburi.wire.messages import (
     AnyAct,
     AttendIn,
     ExpressIn,
@@ -33,11 +38,6 @@ from miburi.interface.wire import (
     SpeakIn,
     StimulusIn,
 )
-from miburi.live.attention import Turn
-from miburi.live.events.model import EndOfWish, LiveEvent
-from miburi.live.state import State
-from miburi.senses.tone import Tone
-from miburi.talk.said import SayOut
 
 __all__ = ["AsyncPartner", "connect_async"]
 

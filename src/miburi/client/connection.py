@@ -16,10 +16,10 @@ from websockets.sync.client import connect as open_socket
 
 from miburi.client.trusting import distrust, has_collided, trust
 from miburi.errors import BodyError, InputError, MiburiError, OutputError
-from miburi.interface.wire import WishOut
 from miburi.live.events.model import LiveEvent
 from miburi.live.state import State
 from miburi.serving.press import BY
+from miburi.wire.messages import WishOut
 
 __all__ = ["PATIENCE", "Connection", "ConnectionLostError", "accepted"]
 

@@ -25,12 +25,12 @@ from miburi.errors import MiburiError, OutputError
 from miburi.feelings import Expression, Stimulus
 from miburi.feelings.temperament import RestLevel
 from miburi.gestures.effort import Effort
-from miburi.interface.wire import AnyAct, BodyOut, GestureOut, PerformanceIn, PosesIn, RecordingOut
-from miburi.interface.wire_robot import RobotOut
 from miburi.live.events.model import EndOfWish, LiveEvent
 from miburi.live.state import MotorsOut, State
 from miburi.senses.tone import Tone
 from miburi.talk.said import SayOut
+from miburi.wire.messages import AnyAct, BodyOut, GestureOut, PerformanceIn, PosesIn, RecordingOut
+from miburi.wire.robot import RobotOut
 
 __all__ = ["WAITING", "RemotePartner", "connect"]
 

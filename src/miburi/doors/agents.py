@@ -35,7 +35,6 @@ from miburi.doors.agents_words import (
 from miburi.errors import BodyError, InputError, MiburiError, needs_extra
 from miburi.feelings.catalogue import FeelingName
 from miburi.gestures import Direction
-from miburi.interface.wire import ExpressIn, LookIn, SpeakIn, StimulusIn
 from miburi.live.events.model import LiveEvent
 from miburi.live.state import Share, StopOut
 from miburi.partner import LAPSES
@@ -45,6 +44,7 @@ from miburi.serving.allowance import Allowance
 from miburi.serving.beside import beside
 from miburi.talk.care import may_be_said
 from miburi.version import __version__
+from miburi.wire.messages import ExpressIn, LookIn, SpeakIn, StimulusIn
 
 try:
     from mcp.server import MCPServer

@@ -33,12 +33,12 @@ from miburi.doors.report import (
     make_stop_news,
 )
 from miburi.errors import InputError, MiburiError, needs_extra
-from miburi.interface.wire import SpeakIn, StimulusIn
 from miburi.live.events.log import History
 from miburi.live.events.model import Cursor, LiveEvent
 from miburi.live.view import LivePartner
 from miburi.serving.allowance import Allowance
 from miburi.serving.beside import live_beside
+from miburi.wire.messages import SpeakIn, StimulusIn
 
 try:
     from aiomqtt import Client, Message, MqttError, Will

@@ -9,10 +9,10 @@ from miburi.doors.report import (
 )
 from miburi.feelings import FEELINGS
 from miburi.feelings.catalogue import CATALOGUE
-from miburi.interface.wire import StimulusIn
 from miburi.safety.stop import StopReason
 from miburi.senses.kinds import KINDS
 from miburi.version import __version__
+from miburi.wire.messages import StimulusIn
 
 __all__ = ["About", "cut", "discovery", "discovery_topic"]
 

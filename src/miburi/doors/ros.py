@@ -41,7 +41,6 @@ from miburi.doors.ros_types import (
     type_hash,
 )
 from miburi.errors import BodyError, MiburiError, needs_extra
-from miburi.interface.wire import LookAct, PerformanceIn, SpeakIn, StimulusIn
 from miburi.live.stamps import Stamps
 from miburi.live.state import State
 from miburi.live.view import LivePartner
@@ -49,6 +48,7 @@ from miburi.robot.shape import links
 from miburi.robot.urdf import to_urdf
 from miburi.serving.allowance import Allowance
 from miburi.serving.beside import live_beside
+from miburi.wire.messages import LookAct, PerformanceIn, SpeakIn, StimulusIn
 
 try:
     from cyclonedds.core import DDSException

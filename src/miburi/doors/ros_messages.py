@@ -23,10 +23,10 @@ from miburi.doors.ros_types import (
     Vector3Msg,
 )
 from miburi.errors import InputError
-from miburi.interface.wire import ExpressIn
 from miburi.live.state import Expressed, MotorOut, MotorsOut, State, StopOut
 from miburi.robot import JOINTS, Robot, shape
 from miburi.safety.stop import StopReason
+from miburi.wire.messages import ExpressIn
 
 __all__ = [
     "NEUTRAL_WORD",

@@ -11,12 +11,12 @@ from fastapi import APIRouter, HTTPException, Response
 
 from miburi.errors import MiburiError
 from miburi.feelings.catalogue import CATALOGUE
-from miburi.interface.wire import Refusal
 from miburi.live.settle import granted
 from miburi.live.state import Spoken
 from miburi.live.view import LivePartner
 from miburi.live.wishes import KeepTime
 from miburi.talk.synthesizer import LANGUAGES, Sound, Synthesizer
+from miburi.wire.messages import Refusal
 
 __all__ = ["voice_router"]
 

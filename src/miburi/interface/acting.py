@@ -14,7 +14,9 @@ from miburi.errors import InputError
 from miburi.feelings import FEELINGS, Expression
 from miburi.gestures import KeyPose, MovementFunction, blend, key_poses, misfits
 from miburi.gestures.effort import Effort
-from miburi.interface.wire import (
+from miburi.live.stage import Act
+from miburi.live.view import LivePartner
+from miburi.wire.messages import (
     ExpressIn,
     GestureAct,
     LookAct,
@@ -24,8 +26,6 @@ from miburi.interface.wire import (
     PosesIn,
     SpeechAct,
 )
-from miburi.live.stage import Act
-from miburi.live.view import LivePartner
 
 __all__ = ["LONGEST", "acts_of", "look_of", "poses_of", "shown_by"]
 

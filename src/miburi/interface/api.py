@@ -18,29 +18,6 @@ from miburi.interface.events import add_events
 from miburi.interface.people import add_people
 from miburi.interface.recordings import add_recordings
 from miburi.interface.refusing import NOTHING, REFUSED, Refusals, refuse_in_words
-from miburi.interface.wire import (
-    AttendIn,
-    BodyIn,
-    BodyOut,
-    ExpressIn,
-    FaceIn,
-    GestureOut,
-    HandIn,
-    LookIn,
-    PauseIn,
-    PerformanceIn,
-    PosesAct,
-    PosesIn,
-    Refusal,
-    SayIn,
-    SenseIn,
-    SpeakIn,
-    StimulusIn,
-    TemperamentIn,
-    WishOut,
-    WordsIn,
-)
-from miburi.interface.wire_robot import RobotOut
 from miburi.live.bodies import KINDS
 from miburi.live.settle import done, granted
 from miburi.live.state import MotorsOut, Sample, State
@@ -72,6 +49,29 @@ from miburi.talk.endpoint import Endpoint
 from miburi.talk.said import SayOut
 from miburi.talk.speech import Speech
 from miburi.version import __version__
+from miburi.wire.messages import (
+    AttendIn,
+    BodyIn,
+    BodyOut,
+    ExpressIn,
+    FaceIn,
+    GestureOut,
+    HandIn,
+    LookIn,
+    PauseIn,
+    PerformanceIn,
+    PosesAct,
+    PosesIn,
+    Refusal,
+    SayIn,
+    SenseIn,
+    SpeakIn,
+    StimulusIn,
+    TemperamentIn,
+    WishOut,
+    WordsIn,
+)
+from miburi.wire.robot import RobotOut
 
 __all__ = [
     "NOTICED_BURST",

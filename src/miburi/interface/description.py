@@ -3,11 +3,11 @@
 import numpy as np
 
 from miburi.feelings import FEELINGS, SOURCES
-from miburi.interface.wire_robot import LinkOut, PartOut, RobotOut
 from miburi.live.view import LivePartner
 from miburi.robot import JOINTS
 from miburi.robot.mjcf import HAND_AWAY, HAND_SIZE
 from miburi.robot.shape import COLOURS, links, parts
+from miburi.wire.robot import LinkOut, PartOut, RobotOut
 
 __all__ = ["describe"]
 

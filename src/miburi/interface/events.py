@@ -12,10 +12,10 @@ from fastapi import APIRouter, Header, Query, Request
 from fastapi.responses import StreamingResponse
 
 from miburi.errors import InputError
-from miburi.interface.wire import Refusal
 from miburi.live.events.model import Cursor, EventKind, LiveEvent, without_words
 from miburi.live.view import LivePartner
 from miburi.serving.access import EVENTS
+from miburi.wire.messages import Refusal
 
 __all__ = ["ENDING", "MOST", "AfterCursor", "add_events", "events_after", "follow"]
 

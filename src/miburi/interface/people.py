@@ -10,12 +10,12 @@ from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 from miburi.feelings import FEELINGS
 from miburi.feelings.catalogue import TheirFeeling
 from miburi.interface.refusing import NOTHING, Refusals
-from miburi.interface.wire import Message, Refusal
 from miburi.languages import language_of
 from miburi.people import Acquaintance, Memory
 from miburi.talk.beginning import Beginning
 from miburi.talk.dates import due_of
 from miburi.talk.initiative import Manners
+from miburi.wire.messages import Message, Refusal
 
 __all__ = [
     "AllowPeopleIn",

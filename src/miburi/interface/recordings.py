@@ -7,8 +7,8 @@ from fastapi.responses import FileResponse, JSONResponse
 
 from miburi.errors import InputError
 from miburi.interface.refusing import NOTHING, REFUSED, Refusals
-from miburi.interface.wire import RecordingIn, RecordingOut, Refusal
 from miburi.live.view import LivePartner
+from miburi.wire.messages import RecordingIn, RecordingOut, Refusal
 
 __all__ = ["add_recordings"]
 

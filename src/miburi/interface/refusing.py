@@ -7,9 +7,9 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 
 from miburi.errors import BodyError, InputError, MiburiError, OutputError
-from miburi.interface.wire import Refusal
 from miburi.live.commands import BusyError
 from miburi.live.view import UnreachableError
+from miburi.wire.messages import Refusal
 
 __all__ = ["NOTHING", "REFUSED", "Refusals", "refuse_in_words"]
 

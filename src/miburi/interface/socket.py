@@ -18,7 +18,6 @@ from miburi.errors import InputError, MiburiError
 from miburi.feelings import Stimulus
 from miburi.interface.api import move_hand
 from miburi.interface.events import follow
-from miburi.interface.wire import HandIn, Message, StimulusIn
 from miburi.live.commands import BusyError
 from miburi.live.events.model import Cursor
 from miburi.live.runner import STEP
@@ -26,6 +25,7 @@ from miburi.live.settle import granted
 from miburi.live.view import LivePartner
 from miburi.live.wishes import Feel, Release
 from miburi.serving.press import press
+from miburi.wire.messages import HandIn, Message, StimulusIn
 
 __all__ = [
     "LARGEST",

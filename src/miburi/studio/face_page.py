@@ -10,7 +10,6 @@ from fastapi.responses import HTMLResponse
 from miburi.errors import BodyError
 from miburi.feelings.catalogue import CATALOGUE
 from miburi.ground.templates import render
-from miburi.interface.wire import Message
 from miburi.live.settle import granted
 from miburi.live.view import LivePartner
 from miburi.live.wishes import Release
@@ -18,6 +17,7 @@ from miburi.serving.policy import own_page
 from miburi.studio.parts import senses_form, signs, talk_form
 from miburi.studio.preferences import Preferences
 from miburi.studio.words import words
+from miburi.wire.messages import Message
 
 __all__ = ["RELEASE", "add_face_page"]
 

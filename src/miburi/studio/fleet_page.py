@@ -13,12 +13,12 @@ from miburi.doors.fleet import Fleet, FleetOut, listening_to
 from miburi.doors.report import ALL
 from miburi.ground.templates import render
 from miburi.interface.refusing import refuse_in_words
-from miburi.interface.wire import Message
 from miburi.serving.access import STOP
 from miburi.serving.beside import beside
 from miburi.serving.policy import own_page
 from miburi.studio.preferences import Preferences
 from miburi.studio.words import words
+from miburi.wire.messages import Message
 
 __all__ = ["StopIn", "make_fleet_app"]
 

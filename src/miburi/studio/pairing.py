@@ -6,13 +6,13 @@ from fastapi import APIRouter, Request, Response
 from fastapi.responses import JSONResponse, RedirectResponse
 from pydantic import Field
 
-from miburi.interface.wire import Message
 from miburi.serving.access import AUTHORITY, PAIRING
 from miburi.serving.allowance import Allowance
 from miburi.serving.heads import COOKIE
 from miburi.serving.keys import LIFE
 from miburi.serving.policy import own_page
 from miburi.serving.reach import Reach
+from miburi.wire.messages import Message
 
 __all__ = ["PairIn", "pairing_router"]
 
