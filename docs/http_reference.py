@@ -53,7 +53,7 @@ def http_page() -> str:
 def _describe() -> Part:
     from miburi.feelings import EmotionalModel
     from miburi.interface.api import make_api
-    from miburi.live.archive import Archive
+    from miburi.live.recording.archive import Archive
     from miburi.live.runner import Runner
     from miburi.robot import iphonoid
 

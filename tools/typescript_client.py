@@ -14,7 +14,7 @@ from typing import Any
 
 from miburi.feelings import EmotionalModel
 from miburi.interface.api import make_api
-from miburi.live.archive import Archive
+from miburi.live.recording.archive import Archive
 from miburi.live.runner import Runner
 from miburi.robot import iphonoid
 

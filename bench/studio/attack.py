@@ -46,7 +46,7 @@ from websockets.sync.client import ClientConnection, connect
 import miburi
 from miburi.feelings import shipped_temperament
 from miburi.live.memory import remembered
-from miburi.live.recording import read
+from miburi.live.recording.recorder import read
 
 FILES, DISK, HEADERS = 1024, "500k", 200_000_000
 FOREIGN = {"Origin": "https://evil.example", "Sec-Fetch-Site": "cross-site"}

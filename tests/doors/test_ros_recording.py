@@ -17,7 +17,7 @@ from miburi.cli.commands import app
 from miburi.doors.ros_recording import convert_recording
 from miburi.errors import InputError
 from miburi.feelings import EmotionalModel
-from miburi.live.recording import RecordedMessage, Recorder, step_messages
+from miburi.live.recording.recorder import RecordedMessage, Recorder, step_messages
 from miburi.partner import Stopped
 from miburi.robot import JOINTS, Robot
 from miburi.robot.urdf import to_urdf

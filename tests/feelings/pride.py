@@ -29,7 +29,7 @@ from miburi.feelings import (
 from miburi.feelings.spiking import SpikingModel
 from miburi.gestures import read_repertoire
 from miburi.interface.api import make_api
-from miburi.live.archive import Archive
+from miburi.live.recording.archive import Archive
 from miburi.live.runner import Runner
 from miburi.live.wishes import Perform
 from miburi.robot import iphonoid

@@ -33,7 +33,7 @@ from miburi.client.connection import ConnectionLostError
 from miburi.errors import InputError, OutputError
 from miburi.feelings import shipped_temperament
 from miburi.live.memory import remembered
-from miburi.live.recording import read
+from miburi.live.recording.recorder import read
 from miburi.serving.access import AGENTS
 from miburi.serving.addresses import listening_plainly, listening_twice
 from miburi.serving.reach import qr_for_terminal

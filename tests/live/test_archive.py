@@ -12,10 +12,10 @@ from tests.fixtures.waiting import until as wait_until
 
 from miburi.errors import InputError, OutputError
 from miburi.feelings import Stimulus
-from miburi.live.archive import WAITING, Archive
 from miburi.live.events.model import LiveEvent
 from miburi.live.observer import Observer
-from miburi.live.recording import read
+from miburi.live.recording.archive import WAITING, Archive
+from miburi.live.recording.recorder import read
 from miburi.live.runner import STEP, Runner
 from miburi.live.wishes import Feel, Release
 
@@ -167,7 +167,7 @@ def test_what_cannot_be_recorded_ends_the_recording(
     runner.recordings.start()
     run(runner, 1.0)
     with monkeypatch.context() as patch:
-        patch.setattr("miburi.live.tape.step_messages", fail)
+        patch.setattr("miburi.live.recording.tape.step_messages", fail)
         entry = ended(runner)
     assert (entry.reason, entry.detail) == ("failed", "ValueError: no such level")
     stops_and_is_released_once_it_rests(runner)

@@ -17,9 +17,9 @@ from miburi.errors import BodyError, InputError, MiburiError
 from miburi.feelings import Expression, Stimulus
 from miburi.languages.rhythm import Rhythm
 from miburi.live import granting, wishes
-from miburi.live.answering import answer
-from miburi.live.crossing import Answer, Ask, Hello, Lanes, Latest, lanes
-from miburi.live.far import FarPartner
+from miburi.live.crossing.answering import answer
+from miburi.live.crossing.far import FarPartner
+from miburi.live.crossing.lanes import Answer, Ask, Hello, Lanes, Latest, lanes
 from miburi.live.runner import Runner
 from miburi.live.view import UnreachableError
 from miburi.live.wishes import (
@@ -243,7 +243,7 @@ def test_a_stop_is_sent_even_to_who_does_not_answer(
     pair: tuple[FarPartner, Lanes], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     far, near = pair
-    monkeypatch.setattr("miburi.live.far.SILENCE", 0.0)
+    monkeypatch.setattr("miburi.live.crossing.far.SILENCE", 0.0)
     until(lambda: not far.reachable)
     with pytest.raises(UnreachableError, match="cannot be reached"):
         far.stop()
@@ -254,7 +254,7 @@ def test_silence_is_said_and_ends_with_news(
     runner: Runner, pair: tuple[FarPartner, Lanes], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     far, near = pair
-    monkeypatch.setattr("miburi.live.far.SILENCE", 0.2)
+    monkeypatch.setattr("miburi.live.crossing.far.SILENCE", 0.2)
     until(lambda: not far.reachable)
     with pytest.raises(UnreachableError):
         far.ask(Feel(Stimulus("fear", 0.1)))
@@ -265,7 +265,7 @@ def test_silence_is_said_and_ends_with_news(
         address = url.replace("http", "ws") + "/api/v1/live"
         with connect(address) as socket, pytest.raises(ConnectionClosed):
             socket.recv(5)
-    monkeypatch.setattr("miburi.live.far.SILENCE", 60.0)
+    monkeypatch.setattr("miburi.live.crossing.far.SILENCE", 60.0)
     near.asking.send(Latest(1, runner.snapshot.json, [], [], [], None))
     until(lambda: far.reachable)
 
@@ -308,7 +308,7 @@ def test_nobody_waits_for_a_process_that_has_ended(pair: tuple[FarPartner, Lanes
 def test_the_body_is_stopped_while_the_server_serves_nobody(
     live: Runner, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("miburi.live.answering.UNSERVED", 0.0)
+    monkeypatch.setattr("miburi.live.crossing.answering.UNSERVED", 0.0)
     near, ends = lanes()
     answer(live, near)
     far = FarPartner(ends)

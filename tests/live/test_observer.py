@@ -10,8 +10,8 @@ from tests.fixtures.live import block, run, until
 
 from miburi.errors import BodyError
 from miburi.feelings import FEELINGS, EmotionalModel, Stimulus, shipped_temperament
-from miburi.live.archive import Archive
 from miburi.live.observer import Observer
+from miburi.live.recording.archive import Archive
 from miburi.live.runner import Runner
 from miburi.live.wishes import Feel, Release
 from miburi.partner import MoveSent, Stopped

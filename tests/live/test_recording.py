@@ -19,7 +19,7 @@ from tests.fixtures.live import run, until
 from miburi.bodies import BodyState
 from miburi.errors import InputError
 from miburi.feelings import FEELINGS, EmotionalModel, Expression, Stimulus, shipped_temperament
-from miburi.live.recording import Recorder, read, step_messages
+from miburi.live.recording.recorder import Recorder, read, step_messages
 from miburi.live.runner import Runner
 from miburi.live.wishes import Feel, MoveHand, Perform, Sense, Speak
 from miburi.partner import Released, Stopped

@@ -9,9 +9,9 @@ from miburi.bma.settings import Settings
 from miburi.errors import BodyError, InputError
 from miburi.feelings import FEELINGS, EmotionalModel, Expression, Stimulus
 from miburi.ik import Solution
-from miburi.live.archive import Archive
 from miburi.live.commands import WAITING, BusyError
-from miburi.live.recording import read
+from miburi.live.recording.archive import Archive
+from miburi.live.recording.recorder import read
 from miburi.live.runner import STEP, Runner
 from miburi.live.state import State
 from miburi.live.wishes import ChangeBody, Feel, MoveHand, Pause, Perform, Release

@@ -9,7 +9,7 @@ from tests.fixtures.live import block, interface, run, serving
 from tests.fixtures.waiting import get
 
 from miburi.feelings import FEELINGS, EmotionalModel, shipped_temperament
-from miburi.live.archive import Archive
+from miburi.live.recording.archive import Archive
 from miburi.live.runner import STEP, Runner
 from miburi.live.wishes import Release
 from miburi.robot import Robot

@@ -10,8 +10,8 @@ from tests.fixtures.waiting import until
 
 from miburi.bodies import BodyState
 from miburi.feelings import EmotionalModel, Expression, Stimulus, shipped_temperament
-from miburi.live.archive import Archive
 from miburi.live.events.model import LiveEvent
+from miburi.live.recording.archive import Archive
 from miburi.live.runner import STEP, Runner
 from miburi.live.watchdog import Lateness, Watchdog
 from miburi.live.wishes import Feel, Perform

@@ -25,7 +25,7 @@ from miburi.doors.ros_types import StringMsg, definition, ros_name
 from miburi.errors import InputError
 from miburi.feelings.catalogue import FeelingName
 from miburi.ground.files import whole_files
-from miburi.live.recording import RecordedMessage, read
+from miburi.live.recording.recorder import RecordedMessage, read
 from miburi.live.state import Eight, Expressed, StopOut
 from miburi.robot import Robot
 from miburi.robot.shape import links

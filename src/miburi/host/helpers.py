@@ -15,7 +15,7 @@ from types import FrameType
 from miburi.ground.log import logged
 from miburi.host.given import Pages
 from miburi.host.process import serve_pages
-from miburi.live.crossing import Lanes, lanes
+from miburi.live.crossing.lanes import Lanes, lanes
 from miburi.serving.passing import CAN_PASS
 from miburi.serving.reception import receive
 

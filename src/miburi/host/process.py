@@ -4,7 +4,7 @@ import gc
 
 from miburi.ground.cores import come_first
 from miburi.host.given import Pages
-from miburi.live.crossing import Lanes
+from miburi.live.crossing.lanes import Lanes
 
 __all__ = ["serve_pages"]
 

@@ -25,11 +25,11 @@ from miburi.gestures import Repertoire
 from miburi.ground.cores import coming_first
 from miburi.host.given import Pages
 from miburi.host.helpers import GLANCE, Helpers, Moment, signals, start_helpers, watch_process
-from miburi.live.answering import answer
-from miburi.live.archive import Archive
 from miburi.live.bodies import KINDS
+from miburi.live.crossing.answering import answer
 from miburi.live.events.store import kept_events
 from miburi.live.memory import keep, remember, remembered
+from miburi.live.recording.archive import Archive
 from miburi.live.runner import Runner
 from miburi.partner import solve_with
 from miburi.robot import Robot

@@ -15,9 +15,9 @@ import uvicorn
 
 from miburi.host.given import Pages
 from miburi.interface.events import ENDING
-from miburi.live.crossing import Lanes
+from miburi.live.crossing.far import FarPartner
+from miburi.live.crossing.lanes import Lanes
 from miburi.live.events.store import kept_events
-from miburi.live.far import FarPartner
 from miburi.live.view import UnreachableError
 from miburi.serving.access import Gate
 from miburi.serving.http import Passage, configure, encryption, listen_encrypted

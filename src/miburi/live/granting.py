@@ -14,7 +14,6 @@ from miburi.errors import BodyError
 from miburi.feelings import FeelingModel, Stimulus, Temperament, shipped_temperament
 from miburi.live import wishes
 from miburi.live.agenda import Agenda
-from miburi.live.archive import Archive
 from miburi.live.attention import Attending
 from miburi.live.bodies import check_port, make_body
 from miburi.live.commands import STOP_SINCE, Command
@@ -22,7 +21,8 @@ from miburi.live.events.log import Log
 from miburi.live.events.model import LiveEvent
 from miburi.live.gaze import Gaze
 from miburi.live.hand import GuidedHand
-from miburi.live.recording import Felt
+from miburi.live.recording.archive import Archive
+from miburi.live.recording.recorder import Felt
 from miburi.live.speaker import Speaker
 from miburi.partner import Partner
 from miburi.robot import Robot

@@ -18,7 +18,6 @@ from miburi.feelings import TEMPERAMENTS, FeelingModel
 from miburi.gestures import Repertoire, shipped_repertoire
 from miburi.ground.log import log_once
 from miburi.ground.newer import newer
-from miburi.live.archive import Archive
 from miburi.live.bodies import make_body
 from miburi.live.commands import Commands
 from miburi.live.events.log import History, Log
@@ -28,9 +27,10 @@ from miburi.live.granting import Inside, command
 from miburi.live.hand import GuidedHand
 from miburi.live.observer import Observer
 from miburi.live.pace import STEP, Pace
+from miburi.live.recording.archive import Archive
+from miburi.live.recording.tape import Tape
 from miburi.live.speaker import Speaker
 from miburi.live.state import MotorsOut, Sample, Snapshot, StopOut
-from miburi.live.tape import Tape
 from miburi.live.watchdog import USUAL, Lateness
 from miburi.live.wishes import Granted, Release, Wish
 from miburi.partner import Event, Partner, Solve, solve_with

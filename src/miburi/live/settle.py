@@ -5,7 +5,7 @@ from concurrent.futures import Future
 from typing import TypeVar
 
 from miburi.live.commands import BusyError
-from miburi.live.crossing import LONG
+from miburi.live.crossing.lanes import LONG
 from miburi.live.view import LivePartner
 from miburi.live.wishes import Granted, Wish
 

@@ -1,7 +1,7 @@
 """What servers and pages see of a live partner, whether its loop runs in their process or not.
 
 :class:`miburi.live.runner.Runner` is a :class:`LivePartner`, and so is
-:class:`miburi.live.far.FarPartner`, behind which the runner has a process of its own.
+:class:`miburi.live.crossing.far.FarPartner`, behind which the runner has a process of its own.
 """
 
 from concurrent.futures import Future
@@ -11,8 +11,8 @@ from typing import Protocol
 from miburi.errors import MiburiError
 from miburi.feelings import Temperament
 from miburi.gestures import Repertoire
-from miburi.live.archive import Kept
 from miburi.live.events.log import History
+from miburi.live.recording.archive import Kept
 from miburi.live.state import MotorsOut, Sample, Snapshot
 from miburi.live.wishes import Granted, Wish
 from miburi.robot import Robot

@@ -13,8 +13,8 @@ from serial.tools.list_ports import comports
 from miburi.errors import MiburiError
 from miburi.feelings import TEMPERAMENTS
 from miburi.feelings.temperament import REST_LEVELS
-from miburi.live.archive import Kept
 from miburi.live.bodies import KINDS
+from miburi.live.recording.archive import Kept
 from miburi.live.state import MotorOut, MotorsOut, State
 from miburi.live.view import LivePartner, Recordings
 from miburi.live.wishes import ChangeBody, ChangeTemperament

@@ -12,7 +12,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from miburi.bodies import Body
 from miburi.feelings import Expression
 from miburi.ground.files import whole_files
-from miburi.live.recording import Recorder, RecordingAbout
+from miburi.live.recording.recorder import Recorder, RecordingAbout
 from miburi.robot import EXTREMITIES, Robot
 from miburi.studies import experiment
 from miburi.studies import face as faces

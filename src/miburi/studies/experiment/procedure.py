@@ -19,7 +19,7 @@ from miburi import ik
 from miburi.bodies import Body, BodyState, Touch, Touchable
 from miburi.errors import InputError
 from miburi.feelings import FEELINGS, EmotionalModel, Expression
-from miburi.live.recording import Recorder, step_messages
+from miburi.live.recording.recorder import Recorder, step_messages
 from miburi.partner import Event, GestureEnded, GestureStarted, Partner, Stopped
 from miburi.robot import EXTREMITIES, JOINTS, Array, Robot, forward
 from miburi.safety.contact import Window

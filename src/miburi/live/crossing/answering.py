@@ -12,7 +12,7 @@ from typing import Any
 
 from miburi.errors import BodyError, MiburiError
 from miburi.live.commands import STOP_SINCE
-from miburi.live.crossing import (
+from miburi.live.crossing.lanes import (
     LONG,
     Answer,
     Ask,

@@ -18,7 +18,7 @@ from typing import IO, Literal, NamedTuple
 
 from miburi.errors import InputError, OutputError
 from miburi.ground.files import write_whole
-from miburi.live.recording import RecordedMessage, Recorder, RecordingAbout, is_whole
+from miburi.live.recording.recorder import RecordedMessage, Recorder, RecordingAbout, is_whole
 from miburi.live.state import EndReason
 
 __all__ = ["LARGEST", "LIMIT", "WAITING", "Archive", "Kept", "News"]

@@ -36,7 +36,7 @@ from miburi.bodies import BodyState, Touch
 from miburi.errors import InputError
 from miburi.feelings import FEELINGS, FeelingModel, Stimulus
 from miburi.live.events.model import LiveEvent, without_words
-from miburi.live.foxglove import SCHEMAS, Transforms, scene
+from miburi.live.recording.foxglove import SCHEMAS, Transforms, scene
 from miburi.partner import Event, MoveSent, Stopped
 from miburi.robot import JOINTS, Robot
 from miburi.senses import Impression

@@ -18,7 +18,7 @@ __all__ = ["SCHEMAS", "Transforms", "scene"]
 SCHEMAS: dict[str, dict[str, Any]] = {
     f"foxglove.{name}": schema
     for name, schema in json.loads(
-        files("miburi.live").joinpath("foxglove.json").read_text(encoding="utf-8")
+        files(__package__).joinpath("foxglove.json").read_text(encoding="utf-8")
     ).items()
 }
 _SECOND = 1_000_000_000

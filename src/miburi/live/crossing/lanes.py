@@ -1,9 +1,9 @@
 """The crossing between the partner's process and the others: its pipes and its messages.
 
 The partner's loop has a process of its own, so that no page and no request can starve it. The
-server's process holds a :class:`~miburi.live.far.FarPartner`, which sends requests; in the runner's
-process, :func:`~miburi.live.answering.answer` replies to them. Two pipes lie between them, one for
-Stop alone::
+server's process holds a :class:`~miburi.live.crossing.far.FarPartner`, which sends requests; in the
+runner's process, :func:`~miburi.live.crossing.answering.answer` replies to them. Two pipes lie
+between them, one for Stop alone::
 
     FarPartner ── Ask, Cancel, Look ─▶ answer ──▶ Runner
                ◀── Answer, Latest ──────

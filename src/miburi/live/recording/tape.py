@@ -4,9 +4,9 @@ from collections.abc import Iterable
 
 from miburi.bodies import Body, Touch
 from miburi.feelings import FeelingModel
-from miburi.live.archive import Archive
 from miburi.live.events.log import History
-from miburi.live.recording import Felt, RecordedMessage, RecordingAbout, step_messages
+from miburi.live.recording.archive import Archive
+from miburi.live.recording.recorder import Felt, RecordedMessage, RecordingAbout, step_messages
 from miburi.live.stamps import Stamps
 from miburi.live.state import StopOut
 from miburi.partner import Event

@@ -13,8 +13,7 @@ from selectors import EVENT_READ, DefaultSelector
 from typing import Any, cast
 
 from miburi.ground.newer import newer
-from miburi.live.archive import Kept
-from miburi.live.crossing import (
+from miburi.live.crossing.lanes import (
     LONG,
     Answer,
     Ask,
@@ -29,6 +28,7 @@ from miburi.live.crossing import (
 )
 from miburi.live.events.log import History
 from miburi.live.events.store import EventStore
+from miburi.live.recording.archive import Kept
 from miburi.live.runner import SAMPLED, STEP, STEPPED
 from miburi.live.state import MotorsOut, Sample, Snapshot
 from miburi.live.view import UnreachableError
@@ -183,7 +183,7 @@ class FarPartner:
         self._post.send(Ready())
 
     def beat(self) -> None:
-        """Record that the server serves; :func:`miburi.live.answering.answer` says why."""
+        """Record that the server serves; :func:`miburi.live.crossing.answering.answer` says why."""
         self._beats += 1
         self._ticks.append(self._clock())
 
