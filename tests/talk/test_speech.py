@@ -377,3 +377,8 @@ def test_it_takes_a_correction_and_repeats_what_it_said_not_that_it_said_it(talk
 def test_strangers_words_for_what_it_knows(talk: Talk, said: str, meant: str | None) -> None:
     talk.say("My granddaughter's name is Katie.")
     assert talk.say(said).meant == meant
+
+
+def test_what_it_keeps_is_written_as_it_was_said(talk: Talk) -> None:
+    kept = talk.say("Remind me to take the soup to Marjorie, she's got a cold.").answer
+    assert "take the soup to Marjorie, she's got a cold" in kept

@@ -229,7 +229,7 @@ class Script(Table):
             for sentence in sentences:
                 if (found := pattern.search(sentence)) is not None:
                     it = next((part for part in found.groupdict().values() if part), None)
-                    words = it and as_written(it, said)
+                    words = it and as_written(it, said, self.language)
                     if cue.capital and not (words and words[0].isupper()):
                         continue
                     yield Match(cue, words, words and self.turn_round(words))
@@ -369,7 +369,7 @@ def script(language: Language) -> Script:
     return Script.model_validate(written | {"language": language})
 
 
-def as_written(words: str, said: str) -> str:
+def as_written(words: str, said: str, language: Language = "en") -> str:
     """Return plain words as they stand in a text, with a name that follows them.
 
     >>> as_written("my sister", "Tell me when my sister Anna comes.")
@@ -378,10 +378,22 @@ def as_written(words: str, said: str) -> str:
     'My neighbour Mr Hussain'
     >>> as_written("my wifes name", "My wife's name is Maureen.")
     "My wife's name"
+    >>> as_written("the soup she is got a cold", "Take Marjorie the soup, she's got a cold.")
+    "the soup, she's got a cold"
     """
     # A plain "wifes" may be written "wife's".
     spelled = ("['’]?".join(map(re.escape, word)) for word in words.split())
     either = r"[\W_]+".join(spelled)
     name = r"(?-i:(?:(?:Mrs?|Ms|Miss|Dr|Father|Sister)\.? )?(?!I\b)[A-Z]\w+)"
     found = re.search(rf"({either})( {name})?", said, re.IGNORECASE)
-    return re.sub(r"['’]s$", "", found.group()) if found else words
+    if found:
+        return re.sub(r"['’]s$", "", found.group())
+    # A plain "she is" may be written "she's".
+    parts = said.split()
+    plainly = [(word, n) for n, part in enumerate(parts) for word in plain(part, language).split()]
+    wanted = words.split()
+    for start in range(len(plainly) - len(wanted) + 1):
+        span = plainly[start : start + len(wanted)]
+        if [word for word, _ in span] == wanted:
+            return " ".join(parts[span[0][1] : span[-1][1] + 1]).strip(" .,;!?")
+    return words
