@@ -268,8 +268,12 @@ def lost(folder: Path, pid: int) -> str:
     """Say what cannot be read any more: recordings, or the feelings."""
     inside = Path(f"/proc/{pid}/root{folder}")  # a tmpfs of its own is seen only from there
     broken = [path.name for path in inside.glob("recordings/*.mcap") if not [*read(path)]]
-    feelings = remembered(inside / "feelings.json", shipped_temperament("playful"))
-    return ", ".join(broken + ([] if feelings else ["feelings.json"])) or "nothing"
+    kept = inside / "feelings.json"
+    if not kept.exists():
+        broken.append("feelings.json, which was never written")
+    elif not remembered(kept, shipped_temperament("playful")):
+        broken.append("feelings.json")
+    return ", ".join(broken) or "nothing"
 
 
 def tell_memory(before: Look, during: list[Look], after: Look) -> None:

@@ -38,6 +38,8 @@ _RAMBLES = 16
 #: with its punctuation.
 _SIGNS = " ,.;!?、。！？"
 _REST = re.compile(r"(?<=[.!?。！？]).+$", re.DOTALL)
+#: Sentences of one word, such as "Right.", before what is told.
+_INTERJECTED = re.compile(r"^(?:[^\W\d_]+[.!] )+(?=\S+ )")
 _CLAUSE = re.compile(r"[^,.;!?、。！？]+[,.;!?、。！？]*")
 
 
@@ -290,7 +292,7 @@ def _told_before(said: str, words: Script) -> tuple[str, str, str]:
     polite = any(match.cue.aside for match in words.intents_of(after))
     if polite or words.asks(after) or words.is_heavy(after) or _is_short(after, words):
         after = ""
-    before = "" if _is_short(before, words) else before
+    before = "" if _is_short(before, words) else _INTERJECTED.sub("", before)
     return before, clauses[places[0]] if before or after else "", after
 
 
