@@ -382,3 +382,8 @@ def test_strangers_words_for_what_it_knows(talk: Talk, said: str, meant: str | N
 def test_what_it_keeps_is_written_as_it_was_said(talk: Talk) -> None:
     kept = talk.say("Remind me to take the soup to Marjorie, she's got a cold.").answer
     assert "take the soup to Marjorie, she's got a cold" in kept
+
+
+def test_what_it_was_not_told_is_not_answered_with_something_else(talk: Talk) -> None:
+    talk.say("I've got the dentist on Thursday at ten, so remember that for me.")
+    assert "dentist" not in talk.say("What was I going to do with the sheets?").answer
