@@ -67,7 +67,7 @@ firmware: ## the card's firmware, and the emulated card
 	tools/debian-packages $(FIRMWARE_PACKAGES)
 	$(MAKE) --no-print-directory -C firmware
 
-firmware-proof: .venv/test.stamp ## the firmware's tests with the full counts (about 7 minutes)
+firmware-proof: .venv/test.stamp ## the firmware's tests with the full counts (about 10 minutes)
 	MIBURI_TRACES=100000 MIBURI_MOVES=2000,500 MIBURI_FUZZ=1000000 MIBURI_LIES=300 \
 		MIBURI_LOSS=500 $(BIN)/python -m pytest -n auto --timeout 3600 -m "proof or not proof" \
 		tests/firmware
