@@ -96,5 +96,5 @@ def read_answer(kind: FrameKind, answer: Frame, settings: CardSettings) -> bytes
         case _:
             raise BodyError(
                 f"The card did not understand '{kind.name.lower()}' ({result}). "
-                "Flash the firmware anew."
+                "Flash the firmware again."
             )

@@ -323,7 +323,8 @@ def _announce(url: str, reach: Reach, talk: Endpoint | None, headless: bool) -> 
             print(f"On another network: {other}")
     elif token is not None:
         print(
-            "No phone can connect: this computer is on no home network. Join one, then start anew."
+            "No phone can connect: this computer is on no home network. Join one, then "
+            "start Miburi again."
         )
     if safe:
         print(

@@ -3,8 +3,8 @@
 Of the things told, the one that shares most of the question's rare words is the answer; there may
 be none. Whatever the question is about ("my dog") must be in it. Words are compared by their
 beginnings, and words that ask the same thing, such as "comes" and "coming", count as one; a
-language without spaces is compared by pairs of letters. Some words ask for a clue instead: "my
-job" is answered by "I was a cook for ten years".
+language without spaces is compared by pairs of letters. For some questions a clue
+counts as a shared word: "I was a cook for ten years" answers "What was my job?"
 """
 
 from collections import Counter

@@ -38,7 +38,7 @@ _RAMBLES = 16
 #: with its punctuation.
 _SIGNS = " ,.;!?、。！？"
 _REST = re.compile(r"(?<=[.!?。！？]).+$", re.DOTALL)
-#: Sentences of one word, such as "Right.", before what is told.
+#: One-word sentences, such as "Right.", at the beginning of a fact.
 _INTERJECTED = re.compile(r"^(?:[^\W\d_]+[.!] )+(?=\S+ )")
 _CLAUSE = re.compile(r"[^,.;!?、。！？]+[,.;!?、。！？]*")
 
