@@ -387,3 +387,38 @@ def test_what_it_keeps_is_written_as_it_was_said(talk: Talk) -> None:
 def test_what_it_was_not_told_is_not_answered_with_something_else(talk: Talk) -> None:
     talk.say("I've got the dentist on Thursday at ten, so remember that for me.")
     assert "dentist" not in talk.say("What was I going to do with the sheets?").answer
+
+
+def test_what_follows_a_wish_to_remember_is_kept(talk: Talk) -> None:
+    kept = talk.say("Remember something for me, would you? The hint is purple otter.").answer
+    assert "The hint is purple otter" in kept
+    assert "purple otter" in talk.say("What was that hint I gave you?").answer
+
+
+def test_a_correction_of_what_was_only_said_is_told_with_it(talk: Talk) -> None:
+    talk.say("And I've got to ring the garage about the van, it's the MOT on the third.")
+    talk.say("No, not the third, the thirteenth. Third's the dentist.")
+    assert "the thirteenth" in talk.say("So when's the MOT?").answer
+
+
+def test_a_name_that_follows_a_fact_is_told_with_it(talk: Talk) -> None:
+    talk.say("My grandson would have filmed that. Oliver, he's nineteen, he's at Leeds.")
+    assert "Oliver" in talk.say("What was my grandson called, do you remember?").answer
+
+
+@pytest.mark.parametrize(
+    "asked", ["What train is Maureen on?", "You told me about Maureen. Which train is she on?"]
+)
+def test_a_question_about_somebody_who_was_named_is_answered(talk: Talk, asked: str) -> None:
+    talk.say("My sister Maureen is coming on Friday, she's getting the ten forty train.")
+    assert "ten forty" in talk.say(asked).answer
+
+
+def test_a_correction_of_a_name_does_not_rename_who_is_there(talk: Talk) -> None:
+    talk.say("She lives in Vancouver with her boyfriend, Tom.")
+    talk.say("No, not Tom, what am I saying, Tom was the last one. It's Luke.")
+    assert talk.speech.memory.present is None
+
+
+def test_it_tells_the_date_of_tomorrow(talk: Talk) -> None:
+    assert "Thursday, November 26" in talk.say("What's the date tomorrow?").answer

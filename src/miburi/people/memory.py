@@ -38,6 +38,10 @@ _SURER = 0.6
 #: The share of a correction's weight that the fact must have which it corrects; and for how long
 #: after it was asked to keep something a correction is of that (both ours).
 _SAME, _JUST = 0.25, timedelta(minutes=1)
+#: Remarks of at most so many letters are told again in whole, others by the sentence (ours).
+_SHORT = 120
+#: The sentences of a remark that are written as questions.
+_ASKED = re.compile(r"[^.!?。！？]+[?？]")
 #: How many of the latest facts are told to somebody who asks for all of them (ours).
 _LATEST = 3
 
@@ -255,36 +259,54 @@ class Memory:
             facts.sort(key=lambda fact: (fact.asked, tells_of_oneself(fact.text, language)))
             best = sorted(facts[-_LATEST:], key=lambda fact: fact.number)
             return _together([fact.text for fact in best], language)
+        told = [fact.text for fact in facts]
+        for asked in (question, *_ASKED.findall(question)):
+            found = recall(asked, told, language) or recall(
+                asked, self._said_now(), language, _SURER
+            )
+            if found is not None:
+                return found.rstrip(".。")
+        return None
+
+    def _said_now(self) -> list[str]:
+        """Return what was told in the remarks of this talk: each in whole if it is short."""
         since = self._clock() - STAYS
-        said = [each for when, _, told in self._remarks if when >= since for each in told]
-        found = recall(question, [fact.text for fact in facts], language)
-        found = found or recall(question, said, language, _SURER)
-        return None if found is None else found.rstrip(".。")
+        said = []
+        for when, _, told in self._remarks:
+            whole = " ".join(told)
+            if when >= since:
+                said += [whole] if len(whole) <= _SHORT else told
+        return said
 
     def amend(self, text: str, language: Language, due: datetime | None = None) -> None:
         """Add a correction to what it corrects."""
-        old = self._corrected(text, language)
-        if old is not None:
-            joined = _together([old.text, " ".join(text.split())], language)
-            facts = self._facts_now()
-            facts[facts.index(old)] = old.model_copy(
-                update={"text": joined[:_FACT], "due": due or old.due}
-            )
+        old = self.corrected(text, language)
+        if old is None:
+            return
+        joined = _together([old, " ".join(text.split())], language)[:_FACT]
+        facts = self._facts_now()
+        place = next((n for n, fact in enumerate(facts) if fact.text == old), None)
+        if place is None:  # it was only said by the way
+            self.remember(joined, language, due)
+        else:
+            due = due or facts[place].due
+            facts[place] = facts[place].model_copy(update={"text": joined, "due": due})
             self._write()
 
     def corrected(self, text: str, language: Language) -> str | None:
-        """Return what a correction would be about, if anything."""
-        old = self._corrected(text, language)
-        return None if old is None else old.text
+        """Return what a correction would be about, if anything.
 
-    def _corrected(self, text: str, language: Language) -> Fact | None:
-        """Return a fact of this talk about the same thing, else what it was just asked to keep."""
+        That is a fact or a remark of this talk about the same thing, or else what it was just asked
+        to keep.
+        """
         now = self._clock()
         age = {fact.text: now - fact.told for fact in self._facts_now()}
         known = {fact.text: fact for fact in self._facts_now() if fact.language == language}
-        same = recall(text.lower(), [told for told in known if age[told] <= STAYS], language, _SAME)
-        just = [fact for fact in known.values() if fact.asked and age[fact.text] <= _JUST]
-        return known[same] if same is not None else just[-1] if just else None
+        told = [*self._said_now(), *(each for each in known if age[each] <= STAYS)]
+        if (same := recall(text, told, language, _SAME, corrects=True)) is not None:
+            return same
+        just = [each for each, fact in known.items() if fact.asked and age[each] <= _JUST]
+        return just[-1] if just else None
 
     def kept(self, language: Language, most: int = _LATEST) -> str | None:
         """Return the latest things that this person asked it to keep, oldest first, if any."""

@@ -31,11 +31,17 @@ _STEM, _ENOUGH, _UNTOLD = 6, 0.45, 0.3
 
 
 def recall(
-    question: str, told: Sequence[str], language: Language, enough: float = _ENOUGH
+    question: str,
+    told: Sequence[str],
+    language: Language,
+    enough: float = _ENOUGH,
+    *,
+    corrects: bool = False,
 ) -> str | None:
     """Return the fact that answers a question, the latest of equals; None if no fact does.
 
-    It must have at least a share of the question's weight, ``enough``.
+    It must have at least a share of the question's weight, ``enough``. If the words correct a fact
+    ("Not on the third, on the fourth"), it need not have all that they are about.
 
     >>> told = ["My daughter Anna comes on Sunday.", "I take my tablets at eight."]
     >>> recall("When does Anna come?", told, "en")
@@ -64,7 +70,7 @@ def recall(
     for each, stems in zip(told, known, strict=True):
         shared = sum(weight[stem] for stem in asked & stems)
         same = len(words & set(plain(each, language).split()))  # "born" rather than "birthday"
-        about = all(subject & stems for subject in subjects if subject)
+        about = corrects or all(subject & stems for subject in subjects if subject)
         if about and shared > 0 and (shared, same) >= best:
             best, found = (shared, same), each
     return found

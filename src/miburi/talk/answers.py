@@ -10,7 +10,7 @@ import re
 from collections import Counter, deque
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import datetime, timedelta
 from string import Formatter
 
 import numpy as np
@@ -103,6 +103,14 @@ class Answerer:
         self._stays: Match | None = None
         self._since = 0  # turns
 
+    def wanted(self, said: str, language: Language, known: Mapping[str, str]) -> list[Match]:
+        """Return the intents of what was said at this point of the talk, the most urgent first."""
+        return list(script(language).intents_of(said, {*known, *self._fun()}))
+
+    def _fun(self) -> list[str]:
+        """Return the slot that tells what it lately did for fun, if anything."""
+        return [] if self._stays is None else [f"after_{self._stays.cue.name}"]
+
     def answer(
         self,
         said: str,
@@ -177,16 +185,17 @@ class Answerer:
         earlier = slots.pop("before", "").strip(_SIGNS)
         if before := told or earlier or after:
             slots["before"] = before
-        if self._stays is not None:
-            slots[f"after_{self._stays.cue.name}"] = ""
-        match = next(_sayable(words.intents_of(said), slots), None)
+        if after:
+            slots["next"] = after
+        slots.update(dict.fromkeys(self._fun(), ""))
+        match = next(_sayable(words.intents_of(said, slots), slots), None)
         if match is not None and match.cue.aside and words.tells_more(said):
             return None, False  # "Thank you. My husband is in hospital."
-        if match is not None and match.cue.aside and (point := words.point_of(said)):
-            match = next(_sayable(words.intents_of(point), slots), None)
+        if match is not None and match.cue.aside and (point := words.point_of(said, slots)):
+            match = next(_sayable(words.intents_of(point, slots), slots), None)
         keeps = match is None or match.cue.do == "remember"
         if keeps and (told or (after and not earlier)):  # "I was a cook. Remember that, will you?"
-            match = next(_sayable(words.intents_of(asks), slots), match)
+            match = next(_sayable(words.intents_of(asks, slots), slots), match)
         if told and match is not None and match.it and match.words and _is_short(match.it, words):
             # "He rings at four, so remind me at ten to."
             whole = f"{told}, {match.words}"
@@ -302,15 +311,14 @@ def _is_short(told: str, words: Script) -> bool:
 
 
 def _asks_to_remember(said: str, words: Script) -> bool:
-    return any(match.cue.do == "remember" for match in words.intents_of(said))
+    return any(match.cue.do == "remember" for match in words.intents_of(said, {"next"}))
 
 
 def _sayable(matches: Iterable[Match], slots: dict[str, str]) -> Iterator[Match]:
     """Yield the matches that have an answer whose slots are known."""
     for match in matches:
         known = slots | _about(match)
-        fits = match.cue.without not in slots and match.cue.within in (None, *slots)
-        if fits and any(_slots(line) <= known.keys() for line in match.cue.say):
+        if match.cue.fits(slots) and any(_slots(line) <= known.keys() for line in match.cue.say):
             yield match
 
 
@@ -324,7 +332,8 @@ def _kept(match: Match | None, said: str, slots: Mapping[str, str]) -> str | Non
     """Return the words that an answer is about, or that it keeps."""
     if match is None or match.cue.do == "amend":
         return None if match is None else said
-    return match.words or (slots.get("before") if match.cue.do == "remember" else None)
+    kept = "before" if match.cue.within is None else match.cue.within
+    return match.words or (slots.get(kept) if match.cue.do == "remember" else None)
 
 
 def _slots(line: str) -> set[str]:
@@ -336,14 +345,17 @@ def _about(match: Match) -> dict[str, str]:
 
 
 def _time(words: Script, now: datetime) -> dict[str, str]:
-    """Return the slots of the time: ``clock`` and ``date``, as the language writes them."""
+    """Return the time in slots, as the language writes it: ``clock``, ``date``, ``tomorrow``."""
     parts = {
         "hour": str(now.hour),
         "hour12": str((now.hour - 1) % 12 + 1),
         "minute": f"{now.minute:02}",
         "half": "am" if now.hour < 12 else "pm",
-        "weekday": words.weekdays[now.weekday()],
-        "day": str(now.day),
-        "month": words.months[now.month - 1],
     }
-    return {"clock": words.clock.format(**parts), "date": words.date.format(**parts)}
+    date, tomorrow = (
+        words.date.format(
+            weekday=words.weekdays[day.weekday()], day=day.day, month=words.months[day.month - 1]
+        )
+        for day in (now, now + timedelta(days=1))
+    )
+    return {"clock": words.clock.format(**parts), "date": date, "tomorrow": tomorrow}

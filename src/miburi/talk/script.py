@@ -4,7 +4,7 @@ A language's ``talk.toml`` becomes a :class:`Script`, whose cues find what was m
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from functools import cache, cached_property
 from typing import Annotated, Literal, NamedTuple, Self
 
@@ -129,6 +129,10 @@ class Cue(Table):
         """Whether more than words comes with the answer."""
         return bool(self.do or self.move or self.show or self.look or self.tune)
 
+    def fits(self, filled: Container[str]) -> bool:
+        """Return whether ``without`` and ``within`` hold where these slots are filled."""
+        return self.without not in filled and (self.within is None or self.within in filled)
+
 
 class Match(NamedTuple):
     """A cue that was found, and what it is about: as it was said, and as the partner says it."""
@@ -161,8 +165,9 @@ class Script(Table):
         Likewise three regular expressions. ``grave`` is for words of a question that may be grave,
         and ``heavy`` for words beside which nothing ``light`` is said (by default none). ``people``
         is for remarks about people, and for calls (by default any).
-    fact, question
-        Regular expressions of sentences that tell something to remember, and of questions.
+    fact, question, belongs
+        Regular expressions of sentences that tell something to remember, of questions, and of a
+        sentence that belongs to the fact before it (none by default).
     begin
         What the partner says when it speaks first, by the reason.
     stopped, paused
@@ -183,6 +188,7 @@ class Script(Table):
     people: str = ".*"
     fact: list[str]
     question: list[str]
+    belongs: str = "(?!)"
     intent: list[Cue]
     topic: list[Cue]
     feelings: Answers
@@ -215,9 +221,13 @@ class Script(Table):
     #: Set by :func:`script`.
     language: Language = "en"
 
-    def intents_of(self, said: str) -> Iterator[Match]:
-        """Yield the intents of what was said, the most urgent first."""
-        return self._find(self._intents, said)
+    def intents_of(self, said: str, filled: Container[str] = ()) -> Iterator[Match]:
+        """Yield the intents of what was said, the most urgent first.
+
+        ``filled`` has the names of the slots that are filled: some intents need one, or need it
+        to be empty.
+        """
+        return (match for match in self._find(self._intents, said) if match.cue.fits(filled))
 
     def topics_of(self, said: str) -> Iterator[Match]:
         """Yield the topics of what was said."""
@@ -236,32 +246,17 @@ class Script(Table):
                     break
 
     @cached_property
-    def _fact(self) -> re.Pattern[str]:
-        return compile_phrases(self.fact, self.language, self.words)
+    def _single(self) -> dict[str, re.Pattern[str]]:
+        """The compiled regular expressions that belong to no cue, by field."""
+        one = ("again", "more", "grave", "heavy", "people", "belongs")
+        written = {name: [getattr(self, name)] for name in one}
+        written |= {"fact": self.fact, "question": self.question}
+        return {
+            name: compile_phrases(each, self.language, self.words) for name, each in written.items()
+        }
 
-    @cached_property
-    def _question(self) -> re.Pattern[str]:
-        return compile_phrases(self.question, self.language, self.words)
-
-    @cached_property
-    def _grave(self) -> re.Pattern[str]:
-        return compile_phrases([self.grave], self.language, self.words)
-
-    @cached_property
-    def _heavy(self) -> re.Pattern[str]:
-        return compile_phrases([self.heavy], self.language, self.words)
-
-    @cached_property
-    def _more(self) -> re.Pattern[str]:
-        return compile_phrases([self.more], self.language, self.words)
-
-    @cached_property
-    def _people(self) -> re.Pattern[str]:
-        return compile_phrases([self.people], self.language, self.words)
-
-    @cached_property
-    def _again(self) -> re.Pattern[str]:
-        return compile_phrases([self.again], self.language, self.words)
+    def _fits(self, name: str, said: str) -> bool:
+        return bool(self._single[name].search(plain(said[:_READ], self.language)))
 
     def asked_of(
         self, said: str, than: Match | None, *, felt: bool = False, told: bool = False
@@ -277,7 +272,7 @@ class Script(Table):
         if not asking or (than is not None and not than.cue.broad):
             return
         plainly = not (felt or told)
-        if self._grave.search(plain(said[:_READ], self.language)):
+        if self._fits("grave", said):
             yield from (Match(cue, None, None) for cue in self._named.get("grave", ()) if plainly)
             return
         found = [asked_for(each, self.language) for each in asking]
@@ -293,28 +288,25 @@ class Script(Table):
         named: dict[str, list[Cue]] = {}
         for cue in self.intent:
             named.setdefault(cue.name, []).append(cue)
-        if "not_told" in named:
-            named["recall"] += named["not_told"]
         return named
 
     def asks(self, said: str) -> bool:
         """Return whether something is put as a question."""
         written = said.rstrip().endswith(("?", "？"))
-        return written or bool(self._question.search(plain(said, self.language)))
+        return written or self._fits("question", said)
 
     def tells_of_people(self, said: str) -> bool:
         """Return whether somebody speaks of themselves or of others, or calls out."""
-        return bool(self._people.search(plain(said[:_READ], self.language)))
+        return self._fits("people", said)
 
     def goes_on(self, said: str) -> bool:
         """Whether this is a question about what was said before."""
-        words = plain(said[:_READ], self.language)
-        return bool(self.asks(said[:_READ]) and self._again.search(words))
+        return self.asks(said[:_READ]) and self._fits("again", said)
 
-    def point_of(self, said: str) -> str | None:
+    def point_of(self, said: str, filled: Container[str] = ()) -> str | None:
         """Return the last of several sentences that contains a question or a request."""
         sentences = _WHOLE.findall(said[:_READ])
-        points = [each for each in sentences if self.asks(each) or self._wants(each)]
+        points = [each for each in sentences if self.asks(each) or self._wants(each, filled)]
         return points[-1] if points and len(sentences) > 1 else None
 
     def tells_more(self, said: str) -> bool:
@@ -325,15 +317,15 @@ class Script(Table):
 
     def is_heavy(self, said: str) -> bool:
         """Return whether there are words beside which nothing playful is said."""
-        return bool(self._heavy.search(plain(said[:_READ], self.language)))
+        return self._fits("heavy", said)
 
     def wants_more(self, said: str) -> bool:
         """Return whether somebody only wants a repeat of what was done for fun."""
         each = [*_SENTENCE.findall(said[:_READ]), said[:_READ]]
-        return any(self._more.search(plain(part, self.language)) for part in each)
+        return any(self._fits("more", part) for part in each)
 
-    def _wants(self, said: str) -> bool:
-        return any(not match.cue.aside for match in self.intents_of(said))
+    def _wants(self, said: str, filled: Container[str]) -> bool:
+        return any(not match.cue.aside for match in self.intents_of(said, filled))
 
     def facts_in(self, said: str) -> list[str]:
         """Return the sentences that tell something about the person, and ask nothing.
@@ -341,7 +333,13 @@ class Script(Table):
         If no sentence does so alone, but all together do, they are returned as one.
         """
         sentences = self.told_in(said)
-        facts = [each for each in sentences if self._tells(each)]
+        facts: list[str] = []
+        last = False  # whether the sentence before this one is a fact
+        for each in sentences:
+            if last and self._fits("belongs", each):
+                facts[-1] += f" {each}"
+            elif last := self._tells(each):
+                facts.append(each)
         whole = (" " if is_spaced(self.language) else "").join(sentences)
         if not facts and len(sentences) > 1 and tells_a_fact(whole, self.language):
             return [whole]
@@ -353,8 +351,7 @@ class Script(Table):
         return [each for each in sentences if each and not self.asks(each)]
 
     def _tells(self, said: str) -> bool:
-        fits = self._fact.search(plain(said, self.language)) is not None
-        return fits or tells_a_fact(said, self.language)
+        return self._fits("fact", said) or tells_a_fact(said, self.language)
 
     def turn_round(self, words: str) -> str:
         """Return somebody's words as the partner says them: "my son" is "your son"."""

@@ -28,7 +28,7 @@ from miburi.talk.dates import due_of
 from miburi.talk.endpoint import Endpoint, OvertakenError
 from miburi.talk.moves import move
 from miburi.talk.said import FeltOut, SayOut, WhyOut
-from miburi.talk.script import Cue, script
+from miburi.talk.script import Cue, Match, script
 
 if TYPE_CHECKING:
     from miburi.talk.conversation import Conversation
@@ -121,10 +121,11 @@ class Speech:
         if asked is not None and self._clock() - asked[1] < _ANSWERED and agrees(said, language):
             heard = Impression(None, 0.0, "speech", distress=asked[0])
         grave = heard.distress is not None
-        wanted = list(script(language).intents_of(said))
+        wanted = self._answerer.wanted(said, language, self._known(said, language))
         if heard.worry is not None and is_needless(heard.worry, wanted):
             heard = replace(heard, worry=None)
-        if not grave and heard.worry is None and any(match.cue.acts for match in wanted):
+        acts = any(match.cue.acts for match in wanted)
+        if not grave and heard.worry is None and acts:
             heard = Impression(None, 0.0, "speech")  # an order shows nobody's feeling
         doubtful = heard.feeling in JOYS and heard.strength < _SURE_OF_JOY
         if doubtful and script(language).is_heavy(said):
@@ -137,11 +138,11 @@ class Speech:
             self._asked = heard.worry, self._clock()
             answer, meant = self._ask(heard.worry, language), None
             await granted(self._partner, Speak(answer, "partner"))
-        elif grave or self._stays_with(said, language):
+        elif grave or self._stays_with(said, language, wanted):
             answer, meant = self._comfort(heard.distress, language), None
             await granted(self._partner, Speak(answer, "partner"))
         else:
-            answer, meant = await self._answer(said, heard, language, felt)
+            answer, meant = await self._answer(said, heard, language, felt, acts=acts)
             self._asked = asked if meant == "repeat" else None
         self._answerer.spoke(answer)
         if self.memory.deleted == self._deleted:
@@ -169,15 +170,15 @@ class Speech:
             if self._conversation is not None:
                 self._conversation.forget()
 
-    def _stays_with(self, said: str, language: Language) -> bool:
+    def _stays_with(self, said: str, language: Language, wanted: list[Match]) -> bool:
         """Return whether an answer still speaks of a distress that was heard before."""
         if self._partner.snapshot.state.distress is None:
             return False
         words = script(language)
-        wanted = list(words.intents_of(said))
-        known = any(not match.cue.broad for match in wanted)
+        known = any(not (match.cue.broad or match.cue.aside) for match in wanted)
         asks = words.asks(said)
-        other = asks and not words.tells_of_people(said) and (known or self._since >= _STAYS)
+        stays, people = self._since < _STAYS, words.tells_of_people(said)
+        other = asks and ((known and not stays) or (not people and (known or not stays)))
         if other or any(match.cue.acts for match in wanted):
             return False
         self._since += 1
@@ -199,10 +200,15 @@ class Speech:
         return self._care.ask(kind, language, turn)
 
     async def _answer(
-        self, said: str, heard: Impression, language: Language, felt: tuple[Stimulus, ...]
+        self,
+        said: str,
+        heard: Impression,
+        language: Language,
+        felt: tuple[Stimulus, ...],
+        *,
+        acts: bool,
     ) -> tuple[str, str | None]:
-        """Answer all but distress, by a language model if there is one; return text and intent."""
-        acts = any(match.cue.acts for match in script(language).intents_of(said))
+        """Answer all but distress, by a language model unless it is an order; return the intent."""
         distress = self._partner.snapshot.state.distress is not None
         if not (acts or distress):
             reply = await self._reply(said, felt)
