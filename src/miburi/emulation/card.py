@@ -193,8 +193,9 @@ class EmulatedCard:
 
     def run(self, until: float) -> None:
         """Run card, bus and physics until ``until`` µs."""
-        while self.mega.time < until:
-            burst = self.mega.run(min(until, self.mega.time + _SLICE))
+        now = self.mega.time
+        while now < until:
+            burst = self.mega.run(min(until, now + _SLICE))
             now = self.mega.time
             if self._world is not None:
                 self._world.advance(now)

@@ -257,40 +257,50 @@ class Servo:
         addresses = self.table.behind(address, count)
         if self.table.unreadable(addresses):
             return self._error(ACCESS_ERROR), b""
-        self._measure(time)
+        for name in self.table.measured(addresses):
+            self.set(name, self._reading(name, time))
         data = self.table.data
         return self._error(0), bytes(data[at] if at < len(data) else 0 for at in addresses)
 
-    def _measure(self, time: float) -> None:
-        """Write the present readings into the table."""
-        speed, place = self.shaft.speed(self, time), self.shaft.position(self, time)
-        segment, span = self._under_way(time), 1e6 / self.table.model.loop.rate
-        motor, duty = self.table.model.motor, self._drive.duty
-        volts = duty * self.table.model.supply.voltage
-        turning = speed * self.table.model.step
-        # The XL330 measures the current that it takes from the supply.
-        amperes = duty * (volts - motor.back_emf * turning) / motor.resistance
-        now = {
-            "realtime_tick": int(time / 1000) % 32_768,
-            "pwm": round(duty * FULL) * self._count.sign,
-            "current": round(amperes * 1000) * (1 if duty >= 0 else -1) * self._count.sign,
-            "speed": round(speed / SPEED_UNIT) * self._count.sign,
-            "position": self.lie(self._count.to_host(place + self.shaft.noise())),
-            "velocity_trajectory": 0,
-            "position_trajectory": self._count.to_host(place),
-        }
-        status = 0
-        if segment is not None:
-            wanted, there = segment.at(time), segment.speed_at(time, span) / SPEED_UNIT
-            ongoing = wanted != segment.goal
-            near, behind = abs(segment.goal - place) <= _NEAR, abs(wanted - place) > TURN / 16
-            status = segment.kind | _ONGOING * ongoing
-            status |= _IN_POSITION * near | _FOLLOWING_ERROR * behind
-            now["velocity_trajectory"] = round(there) * self._count.sign
-            now["position_trajectory"] = self._count.to_host(wanted)
-        moves = abs(now["speed"]) > self.get("moving_threshold") or status & _ONGOING
-        for name, value in (now | {"moving": bool(moves), "moving_status": status}).items():
-            self.set(name, value)
+    def _reading(self, name: str, time: float) -> int:
+        """Return what a register holds that the servo fills in when it is read."""
+        sign, segment = self._count.sign, self._under_way(time)
+        match name:
+            case "realtime_tick":
+                return int(time / 1000) % 32_768
+            case "pwm":
+                return round(self._drive.duty * FULL) * sign
+            case "current":
+                return round(self._current(time) * 1000) * sign
+            case "speed":
+                return round(self.shaft.speed(self, time) / SPEED_UNIT) * sign
+            case "velocity_trajectory":
+                span = 1e6 / self.table.model.loop.rate
+                there = 0.0 if segment is None else segment.speed_at(time, span)
+                return round(there / SPEED_UNIT) * sign
+            case "moving":
+                turns = abs(self._reading("speed", time)) > self.get("moving_threshold")
+                return int(turns or bool(self._reading("moving_status", time) & _ONGOING))
+        place = self.shaft.position(self, time)
+        wanted = place if segment is None else segment.at(time)
+        match name:
+            case "position":
+                return self.lie(self._count.to_host(place + self.shaft.noise()))
+            case "position_trajectory":
+                return self._count.to_host(wanted)
+        if segment is None:  # Moving Status
+            return 0
+        status = segment.kind | _ONGOING * (wanted != segment.goal)
+        near, behind = abs(segment.goal - place) <= _NEAR, abs(wanted - place) > TURN / 16
+        return status | _IN_POSITION * near | _FOLLOWING_ERROR * behind
+
+    def _current(self, time: float) -> float:
+        """Return the current that it takes from the supply, A, with the sign of its duty."""
+        model, duty = self.table.model, self._drive.duty
+        turning = self.shaft.speed(self, time) * model.step
+        volts = duty * model.supply.voltage
+        amperes = duty * (volts - model.motor.back_emf * turning) / model.motor.resistance
+        return amperes if duty >= 0 else -amperes
 
     def write(self, address: int, data: bytes, time: float, *, shared: bool = False) -> int:
         """Write to the control table; return the error.
@@ -360,8 +370,7 @@ class Servo:
         """Drop the whole turns from the count of positions, if at rest; return the error."""
         if what != _CLEAR:
             return self._error(RANGE_ERROR)
-        self._measure(time)
-        if self.get("moving"):
+        if self._reading("moving", time):
             return self._error(_FAILED)
         if not self.deaf:
             self._count_anew(time)

@@ -44,6 +44,11 @@ _AT = {
     for name, register in REGISTERS.items()
     for address in range(register.address, register.address + register.size)
 }
+#: The registers that a servo fills in when they are read.
+_MEASURED = {
+    "realtime_tick", "moving", "moving_status", "pwm", "current", "speed", "position",
+    "velocity_trajectory", "position_trajectory",
+}  # fmt: skip
 
 
 @dataclass
@@ -115,6 +120,10 @@ class ControlTable:
             self.get(f"indirect_address_{at - _DATA + 1}") if _DATA <= at < _DATA_END else at
             for at in range(address, address + count)
         ]
+
+    def measured(self, addresses: list[int]) -> list[str]:
+        """Return the registers at these addresses that a servo fills in when they are read."""
+        return [*dict.fromkeys(_AT[at] for at in addresses if _AT.get(at) in _MEASURED)]
 
     def unreadable(self, addresses: list[int]) -> bool:
         """Return whether a read begins or ends where nothing is defined; gaps read as 0 (ours)."""
