@@ -264,35 +264,33 @@ class Servo:
 
     def _reading(self, name: str, time: float) -> int:
         """Return what a register holds that the servo fills in when it is read."""
-        sign, segment = self._count.sign, self._under_way(time)
-        match name:
-            case "realtime_tick":
-                return int(time / 1000) % 32_768
-            case "pwm":
-                return round(self._drive.duty * FULL) * sign
-            case "current":
-                return round(self._current(time) * 1000) * sign
-            case "speed":
-                return round(self.shaft.speed(self, time) / SPEED_UNIT) * sign
-            case "velocity_trajectory":
-                span = 1e6 / self.table.model.loop.rate
-                there = 0.0 if segment is None else segment.speed_at(time, span)
-                return round(there / SPEED_UNIT) * sign
-            case "moving":
-                turns = abs(self._reading("speed", time)) > self.get("moving_threshold")
-                return int(turns or bool(self._reading("moving_status", time) & _ONGOING))
+        sign, segment, value = self._count.sign, self._under_way(time), 0
         place = self.shaft.position(self, time)
         wanted = place if segment is None else segment.at(time)
         match name:
+            case "realtime_tick":
+                value = int(time / 1000) % 32_768
+            case "pwm":
+                value = round(self._drive.duty * FULL) * sign
+            case "current":
+                value = round(self._current(time) * 1000) * sign
+            case "speed":
+                value = round(self.shaft.speed(self, time) / SPEED_UNIT) * sign
             case "position":
-                return self.lie(self._count.to_host(place + self.shaft.noise()))
+                value = self.lie(self._count.to_host(place + self.shaft.noise()))
             case "position_trajectory":
-                return self._count.to_host(wanted)
-        if segment is None:  # Moving Status
-            return 0
-        status = segment.kind | _ONGOING * (wanted != segment.goal)
-        near, behind = abs(segment.goal - place) <= _NEAR, abs(wanted - place) > TURN / 16
-        return status | _IN_POSITION * near | _FOLLOWING_ERROR * behind
+                value = self._count.to_host(wanted)
+            case "velocity_trajectory" if segment is not None:
+                span = 1e6 / self.table.model.loop.rate
+                value = round(segment.speed_at(time, span) / SPEED_UNIT) * sign
+            case "moving_status" if segment is not None:
+                near, behind = abs(segment.goal - place) <= _NEAR, abs(wanted - place) > TURN / 16
+                value = segment.kind | _ONGOING * (wanted != segment.goal)
+                value |= _IN_POSITION * near | _FOLLOWING_ERROR * behind
+            case "moving":
+                turns = abs(self._reading("speed", time)) > self.get("moving_threshold")
+                value = int(turns or bool(self._reading("moving_status", time) & _ONGOING))
+        return value
 
     def _current(self, time: float) -> float:
         """Return the current that it takes from the supply, A, with the sign of its duty."""

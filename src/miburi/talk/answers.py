@@ -17,7 +17,8 @@ import numpy as np
 
 from miburi.languages import Language, is_spaced
 from miburi.senses.impression import Impression
-from miburi.talk.script import Cue, Do, Match, Script, script
+from miburi.talk.cue import Cue, Do, Match
+from miburi.talk.script import Script, script
 
 __all__ = ["UNREPEATED", "Answerer", "SmallAnswer", "is_needless", "wants_stop"]
 
@@ -26,9 +27,9 @@ UNREPEATED = 20
 
 #: Every second answer to a remark with both a feeling and a topic mentions the topic, too (ours).
 _TAKES_UP = 0.5
-#: If one of these feelings is less likely than this, it moves the partner, but the partner does not
-#: mention it (ours). Nearly half of those heard at 0.4 to 0.6 are wrong (bench/words.txt), and joy
-#: beside bad news is cruel.
+#: If a feeling is less likely than this, it moves the partner, but the partner does not mention it
+#: (ours). Nearly half of those heard at 0.4 to 0.6 are wrong (bench/words.txt). Nor does it mention
+#: joy beside bad news.
 JOYS = ("happiness", "thrill")
 _GLAD, _SPOKEN_OF = (*JOYS, "surprise"), 0.6
 #: In a remark of more words than this, one word does not tell what it is about: "supper" may stand
@@ -76,11 +77,11 @@ def wants_stop(said: str, language: Language) -> bool:
 def is_needless(worry: str, wanted: Iterable[Match]) -> bool:
     """Whether words that may be distress have a better answer than a question about it.
 
-    That is so if somebody only tells the partner how to move ("And now just the left one"), or if
+    That is so if somebody only wants to see or hear something ("And now just the left one"), or if
     there is an answer to the words and no kind of distress is likely.
     """
     found = [match.cue for match in wanted]
-    return any(cue.move for cue in found) or (
+    return any(cue.shows for cue in found) or (
         worry == "help" and any(not cue.broad for cue in found)
     )
 
@@ -146,7 +147,7 @@ class Answerer:
         topic = next((one for one in topics if _suits(one, heavy=heavy, rambles=rambles)), None)
         told = topic is not None and not said.rstrip().endswith(("?", "？"))
         feeling = heard.feeling
-        if feeling in _GLAD and (heard.strength < _SPOKEN_OF or heavy or not glad):
+        if heard.strength < _SPOKEN_OF or (feeling in _GLAD and (heavy or not glad)):
             feeling = None
         if heard.topic != "asked":
             shown = feeling is not None
@@ -170,7 +171,8 @@ class Answerer:
         if text is None:
             text = self._choose(words.gentle, slots, always=True) if heavy else None
         if text is None:
-            text = self._remark(words, felt, slots)
+            # While somebody speaks of people, it does not speak of itself.
+            text = self._remark(words, None if words.tells_of_people(said) else felt, slots)
         cue = match.cue if match else None
         if cue is None or cue.do != "repeat":
             self._last = text

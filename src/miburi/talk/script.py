@@ -6,7 +6,7 @@ A language's ``talk.toml`` becomes a :class:`Script`, whose cues find what was m
 import re
 from collections.abc import Container, Iterator
 from functools import cache, cached_property
-from typing import Annotated, Literal, NamedTuple, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, RootModel, model_validator
 
@@ -14,24 +14,20 @@ from miburi.feelings.catalogue import FeelingName
 from miburi.ground.tables import Table
 from miburi.languages import Language, compile_phrases, is_spaced, plain, read
 from miburi.talk.asking import NOTHING, asked_for
+from miburi.talk.cue import Cue, Line, Match
 from miburi.talk.initiative import Reason
-from miburi.talk.moves import MOVES
 from miburi.talk.telling import tells_a_fact
 
-__all__ = ["Answers", "Cue", "Do", "Match", "Script", "as_written", "script"]
+__all__ = ["Answers", "Script", "as_written", "script"]
 
-#: What a cue does besides its answer.
-Do = Literal["stop", "repeat", "name", "remember", "amend", "recall", "forget"]
-
-_Line = Annotated[str, Field(min_length=1, max_length=160)]
-_Lines = Annotated[list[_Line], Field(min_length=2)]
+_Lines = Annotated[list[Line], Field(min_length=2)]
 #: How likely an intent from the model must be, and how likely where the model must be sure (ours).
 _LIKELY, _SURE = 0.3, 0.8
 #: The fewest words of a question that is answered although its intent is unknown (ours).
 _WORDS = 3
 #: Characters that are read; the rest tells no more about what is wanted (ours).
 _READ = 300
-_SENTENCE = re.compile(r"[^.!?;。！？\n]+")
+_SENTENCE, _CLAUSE = re.compile(r"[^.!?;。！？\n]+"), re.compile(r"[^,.!?;、。！？\n]+")
 _WHOLE = re.compile(r"[^.!?。！？\n]+[.!?。！？]*")
 
 
@@ -63,85 +59,6 @@ class Answers(
         return row.get(felt or "any", row["any"])
 
 
-class Cue(Table):
-    """Something that people say, and the answers to it.
-
-    Attributes
-    ----------
-    name
-        What is meant, such as ``greeting``.
-    when
-        Regular expressions over a sentence's plain words; the group ``it`` captures the subject.
-        None where only :mod:`miburi.talk.asking` finds it.
-    say
-        Answers, with slots such as ``{it}``.
-    do
-        What happens beside the answer.
-    move, show
-        A move of ``moves.toml``, or the gesture of a feeling, that is performed.
-    look
-        Where it looks.
-    stays
-        For how many turns later words may refer to this cue. With 1, they are a question that the
-        script's ``again`` matches, unless it asks for an act; with more, they are words that
-        ``more`` matches.
-    broad
-        Whether its patterns catch much, so that :mod:`miburi.talk.asking` may know better.
-    light
-        Whether a wrong match would be silly: the model must be surer than elsewhere, and beside
-        ``heavy`` words this cue is not used.
-    heavy
-        Whether this topic is taken up although a greeting or thanks came before it.
-    own
-        Whether it asks about the partner's feelings, but not about how the partner is now.
-    aside
-        Whether it gives way to a question or a request in another sentence.
-    capital
-        Whether what it is about must be written with a capital, as a name is.
-    without, within
-        A slot that must be empty, and one that must be filled: a person whose name is known does
-        not get another by "it is Toby"; "I do not get it" is about a joke only after one
-        (``after_joke``).
-    tune
-        [Hz, s] notes that a page plays instead of the words.
-    """
-
-    name: Annotated[str, Field(pattern=r"^[a-z][a-z_]*$")]
-    when: list[str] = Field(default_factory=list)
-    say: Annotated[list[_Line], Field(min_length=1)]
-    do: Do | None = None
-    move: Annotated[str, Field(pattern=f"^({'|'.join(MOVES)})$")] | None = None
-    show: FeelingName | None = None
-    look: Literal["user", "left", "right", "up", "down", "aside"] | None = None
-    stays: Annotated[int, Field(ge=0, le=9)] = 0
-    broad: bool = False
-    light: bool = False
-    own: bool = False
-    aside: bool = False
-    capital: bool = False
-    heavy: bool = False
-    without: str | None = None
-    within: str | None = None
-    tune: list[Annotated[list[float], Field(min_length=2, max_length=2)]] | None = None
-
-    @property
-    def acts(self) -> bool:
-        """Whether more than words comes with the answer."""
-        return bool(self.do or self.move or self.show or self.look or self.tune)
-
-    def fits(self, filled: Container[str]) -> bool:
-        """Return whether ``without`` and ``within`` hold where these slots are filled."""
-        return self.without not in filled and (self.within is None or self.within in filled)
-
-
-class Match(NamedTuple):
-    """A cue that was found, and what it is about: as it was said, and as the partner says it."""
-
-    cue: Cue
-    words: str | None
-    it: str | None
-
-
 class Script(Table):
     """One language's ``talk.toml``.
 
@@ -161,10 +78,10 @@ class Script(Table):
         Regular expression for words that refer to what was said before; none by default.
     more
         Likewise for requests to repeat what was done for fun.
-    grave, heavy, people
-        Likewise three regular expressions. ``grave`` is for words of a question that may be grave,
+    grave, heavy, people, oneself
+        Likewise four regular expressions. ``grave`` is for words of a question that may be grave,
         and ``heavy`` for words beside which nothing ``light`` is said (by default none). ``people``
-        is for remarks about people, and for calls (by default any).
+        is for remarks about people, and for calls, ``oneself`` for the speaker (by default any).
     fact, question, belongs
         Regular expressions of sentences that tell something to remember, of questions, and of a
         sentence that belongs to the fact before it (none by default).
@@ -186,6 +103,7 @@ class Script(Table):
     grave: str = "(?!)"
     heavy: str = "(?!)"
     people: str = ".*"
+    oneself: str = ".*"
     fact: list[str]
     question: list[str]
     belongs: str = "(?!)"
@@ -231,12 +149,17 @@ class Script(Table):
 
     def topics_of(self, said: str) -> Iterator[Match]:
         """Yield the topics of what was said."""
-        return self._find(self._topics, said)
+        mine = self._fits("oneself", said)
+        return (match for match in self._find(self._topics, said) if mine or not match.cue.mine)
 
     def _find(self, cues: list[tuple[Cue, re.Pattern[str]]], said: str) -> Iterator[Match]:
-        sentences = [plain(each, self.language) for each in _SENTENCE.findall(said[:_READ])]
+        sentences, clauses = (
+            [plain(each, self.language) for each in pattern.findall(said[:_READ])]
+            for pattern in (_SENTENCE, _CLAUSE)
+        )
         for cue, pattern in cues:
-            for sentence in sentences:
+            # "Dance for me, I've had a long day": an order may be a clause.
+            for sentence in [*sentences, *clauses] if cue.shows else sentences:
                 if (found := pattern.search(sentence)) is not None:
                     it = next((part for part in found.groupdict().values() if part), None)
                     words = it and as_written(it, said, self.language)
@@ -248,7 +171,7 @@ class Script(Table):
     @cached_property
     def _single(self) -> dict[str, re.Pattern[str]]:
         """The compiled regular expressions that belong to no cue, by field."""
-        one = ("again", "more", "grave", "heavy", "people", "belongs")
+        one = ("again", "more", "grave", "heavy", "people", "oneself", "belongs")
         written = {name: [getattr(self, name)] for name in one}
         written |= {"fact": self.fact, "question": self.question}
         return {

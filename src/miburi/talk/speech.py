@@ -24,11 +24,12 @@ from miburi.serving.press import Press, who
 from miburi.talk.answers import JOYS, Answerer, SmallAnswer, is_needless, wants_stop
 from miburi.talk.beginning import Beginning
 from miburi.talk.care import Care, agrees, may_be_said
+from miburi.talk.cue import Cue, Match
 from miburi.talk.dates import due_of
 from miburi.talk.endpoint import Endpoint, OvertakenError
 from miburi.talk.moves import move
 from miburi.talk.said import FeltOut, SayOut, WhyOut
-from miburi.talk.script import Cue, Match, script
+from miburi.talk.script import script
 
 if TYPE_CHECKING:
     from miburi.talk.conversation import Conversation

@@ -1,0 +1,104 @@
+"""A cue: something that people say, and the answers to it."""
+
+from collections.abc import Container
+from typing import Annotated, Literal, NamedTuple
+
+from pydantic import Field
+
+from miburi.feelings.catalogue import FeelingName
+from miburi.ground.tables import Table
+from miburi.talk.moves import MOVES
+
+__all__ = ["Cue", "Do", "Line", "Match"]
+
+#: What a cue does besides its answer.
+Do = Literal["stop", "repeat", "name", "remember", "amend", "recall", "forget"]
+#: A sentence that can be said.
+Line = Annotated[str, Field(min_length=1, max_length=160)]
+
+
+class Cue(Table):
+    """Something that people say, and the answers to it.
+
+    Attributes
+    ----------
+    name
+        What is meant, such as ``greeting``.
+    when
+        Regular expressions over a sentence's plain words; the group ``it`` captures the subject.
+        None where only :mod:`miburi.talk.asking` finds it.
+    say
+        Answers, with slots such as ``{it}``.
+    do
+        What happens beside the answer.
+    move, show
+        A move of ``moves.toml``, or the gesture of a feeling, that is performed.
+    look
+        Where it looks.
+    stays
+        For how many turns later words may refer to this cue. With 1, they are a question that the
+        script's ``again`` matches, unless it asks for an act; with more, they are words that
+        ``more`` matches.
+    broad
+        Whether its patterns catch much, so that :mod:`miburi.talk.asking` may know better.
+    light
+        Whether a wrong match would be silly: the model must be surer than elsewhere, and beside
+        ``heavy`` words this cue is not used.
+    mine
+        Whether this topic is only about somebody who speaks of themselves.
+    heavy
+        Whether this topic is taken up although a greeting or thanks came before it.
+    own
+        Whether it asks about the partner's feelings, but not about how the partner is now.
+    aside
+        Whether it gives way to a question or a request in another sentence.
+    capital
+        Whether what it is about must be written with a capital, as a name is.
+    without, within
+        A slot that must be empty, and one that must be filled: a person whose name is known does
+        not get another by "it is Toby"; "I do not get it" is about a joke only after one
+        (``after_joke``).
+    tune
+        [Hz, s] notes that a page plays instead of the words.
+    """
+
+    name: Annotated[str, Field(pattern=r"^[a-z][a-z_]*$")]
+    when: list[str] = Field(default_factory=list)
+    say: Annotated[list[Line], Field(min_length=1)]
+    do: Do | None = None
+    move: Annotated[str, Field(pattern=f"^({'|'.join(MOVES)})$")] | None = None
+    show: FeelingName | None = None
+    look: Literal["user", "left", "right", "up", "down", "aside"] | None = None
+    stays: Annotated[int, Field(ge=0, le=9)] = 0
+    broad: bool = False
+    light: bool = False
+    own: bool = False
+    aside: bool = False
+    capital: bool = False
+    heavy: bool = False
+    mine: bool = False
+    without: str | None = None
+    within: str | None = None
+    tune: list[Annotated[list[float], Field(min_length=2, max_length=2)]] | None = None
+
+    @property
+    def acts(self) -> bool:
+        """Whether more than words comes with the answer."""
+        return bool(self.do or self.shows)
+
+    @property
+    def shows(self) -> bool:
+        """Whether it is seen or heard in more than words."""
+        return bool(self.move or self.show or self.look or self.tune)
+
+    def fits(self, filled: Container[str]) -> bool:
+        """Return whether ``without`` and ``within`` hold where these slots are filled."""
+        return self.without not in filled and (self.within is None or self.within in filled)
+
+
+class Match(NamedTuple):
+    """A cue that was found, and what it is about: as it was said, and as the partner says it."""
+
+    cue: Cue
+    words: str | None
+    it: str | None
