@@ -25,7 +25,7 @@ __all__ = ["Optimizer"]
 _EXACT = 1e-20  # a search by residuals has converged below this share of the first sum of squares
 _IDLE = 1e-12  # a gain smaller than this share of the first generation's spread does not count
 
-#: Yields points, is sent the function's results there.
+#: Yields points; is sent the function's results at these points.
 Requests = Generator[Array, Array, None]
 
 
@@ -119,7 +119,7 @@ class Optimizer:
         return self._points is not None
 
     def _take(self, points: Array, told: Array) -> None:
-        """Keep what was told, and run up to the next request for values."""
+        """Keep the values, and run up to the next request for values."""
         self._told_shape, self._asked = told.shape[1:], False
         self._totals = totals = told if told.ndim == 1 else np.einsum("ij,ij->i", told, told)
         if not self._evaluations:
@@ -139,7 +139,7 @@ class Optimizer:
             self._end(ended.value)
 
     def _target(self, totals: Array, *, of_residuals: bool) -> float:
-        """Return the value at which the search has converged; ``totals`` are the first values."""
+        """Return the value that ends the search; ``totals`` are the first values."""
         if self.settings.target is not None:
             return self.settings.target
         if not of_residuals:
@@ -153,7 +153,7 @@ class Optimizer:
         wanted = "real numbers, or residuals of the same shape (m,) each time"
         told = real_numbers(values, "the function's values", wanted)
         if told.ndim == 2 and told.shape[1] == 1 and not by_residual:
-            told = told[:, 0].copy()  # an array of one number is that number
+            told = told[:, 0].copy()  # an array with one number counts as that number
         if told.ndim not in (1, 2) or len(told) != len(points) or not told.size:
             wanted = f"{len(points)} values, one for each point asked for"
             raise InputError(f"tell() needs {wanted}, got the shape {told.shape}.")
@@ -184,7 +184,7 @@ class Optimizer:
         self._requests.close()
 
     def _search(self) -> Generator[Array, Array, str]:
-        """Yield points, receive the function's results there, and return the status."""
+        """Yield points, receive the function's results at them, and return the status."""
         settings, lower, upper = self.settings, self.lower, self.upper
         if self._begins_at_start:
             told = yield self.start[None]

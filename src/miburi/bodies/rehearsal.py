@@ -32,7 +32,7 @@ class Rehearsal:
     ik_error
         m, the largest distance of an extremity from its place in a key pose.
     self_collisions
-        Number of records in which two parts of the robot met.
+        Number of records in which two parts of the robot collide.
     met
         The first pair of parts that met, or None.
     stop
@@ -57,7 +57,7 @@ def rehearse(
     """Perform key poses from neutral on a new simulated body.
 
     ``settings`` are those of the inverse kinematics; see :func:`miburi.ik.solve`. With ``flows``,
-    the body passes key poses that allow it without a stop, as under a partner with ``life``.
+    the body does not halt at key poses where it need not, as with a partner that has ``life``.
     """
     body = Simulated(robot)
     present = np.array(robot.neutral)

@@ -2,7 +2,7 @@
 
 The servos follow their commanded profile with a lag, limited torque and encoder steps. All parts
 of the robot can collide, and a human hand can be put in the way. The
-:class:`~miburi.safety.controller.Controller` decides about stops from encoder positions alone; it
+:class:`~miburi.safety.controller.Controller` decides from encoder positions alone when to stop; it
 does not see the physics in :class:`~miburi.bodies.plant.Plant`.
 """
 
@@ -85,7 +85,7 @@ class Simulated:
         return state
 
     def _measure(self) -> BodyState:
-        """Return the state at the latest reading; many ask for it."""
+        """Return the state at the latest reading; it is kept, because many callers ask for it."""
         step, span = self._robot.servo.step, (len(self._history) - 1) * READING
         angles = np.multiply(self._history[-1], step, dtype=np.float64)
         moved = np.multiply(self._history[-1] - self._history[0], step, dtype=np.float64)
@@ -118,7 +118,7 @@ class Simulated:
         return self
 
     def motors(self) -> Motors:
-        """Return the motors, which have no temperature, voltage or id here, and the rule."""
+        """Return the rule, and motors that have no temperature, voltage or id here."""
         return Motors(tuple(Motor() for _ in JOINTS), self._controller.rule)
 
     @property
@@ -156,7 +156,7 @@ class Simulated:
         self._plant.remove_hand()
 
     def step(self, dt: float) -> BodyState:
-        """Let ``dt`` seconds pass; encoders are read every 10 ms, and remainders are kept."""
+        """Let ``dt`` s pass; encoders are read every 10 ms, and what is left over counts later."""
         self._wanted += dt
         self.touch = Touch()
         while (self._readings + 1) * READING <= self._wanted + 1e-9:
@@ -168,7 +168,7 @@ class Simulated:
         self.stop()
 
     def read(self) -> None:
-        """Let the time of one reading pass; a faster :meth:`step`, without state and touch."""
+        """Let one period of the readings pass; faster than :meth:`step`, but returns nothing."""
         self._wanted += READING
         self._next_reading()
 

@@ -1,11 +1,11 @@
-"""Derive the guards of identified servos: what their free moves need, now and in another state.
+"""Derive the guards that identified servos need in free moves, now and when warm or worn.
 
 It takes the rule with a model of the servos (:mod:`miburi.calibration.identify`) and
 :class:`~miburi.calibration.free_motion.Trace` objects of free moves, and gives that rule with
-guards. A calibration sees one supply and gears at one temperature. The model of the identified
-servos predicts how another supply or temperature would shift each move; the guards must let the
-shifted move pass, too. Where gears take half of a motor's torque, a quarter more friction makes a
-servo a quarter softer; with new gears, a tenth.
+guards. A calibration measures at one supply voltage and one temperature of the gears. The model of
+the identified servos predicts how another supply or temperature would shift each move; the guards
+must let the shifted move pass, too. If the gears take half of a motor's torque, a quarter more
+friction makes the servo a quarter softer; if they are new, it makes it a tenth softer.
 
 Import it where it is first needed: it loads Numba.
 """
@@ -46,11 +46,11 @@ _WIDENED, _MANY = ("slack", "behind", "ahead", "arrival"), 3
 
 
 def free_rule(robot: Robot, found: Identified, traces: Sequence[Trace]) -> FreeRule:
-    """Return the rule that expects these servos, with the guards that the traces need.
+    """Return the rule for these servos, with the guards that their traces require.
 
     The guards are no less than the description's; see :func:`granted`. Where at least three joints
-    show play, each motor's guards exceed the description's by at least the median excess that the
-    motors need; those for being behind and ahead also grow by the play itself. All gears are
+    show play, each motor's guards exceed the described ones by at least the median excess that the
+    motors need. The guards for lagging and for leading also grow by the play itself. All gears are
     equally old, but a calibration sees no play where a load presses the teeth together, as at the
     shoulders.
     """
@@ -97,9 +97,9 @@ def _loosened(least: Guards[Steps], guards: Guards[Steps], steps: float) -> Guar
 def shaken(rule: FreeRule, traces: Sequence[Trace]) -> FreeRule:
     """Return a rule that tolerates how motors shake one another in these free moves.
 
-    These moves shake harder than gestures do. The guards for being behind and ahead grow to what
-    was needed times the usual margins; the slack grows only to what was needed, because with more,
-    contacts at the waist are noticed too late.
+    These moves shake harder than gestures do. The guards for lagging and for leading grow to the
+    need times the usual margins. The slack grows only to the need itself: with more, contacts at
+    the waist are noticed too late.
     """
     free = [FreeTrace(**vars(trace), rule=rule) for trace in traces]
     slack = _widened(rule, rule.guards, free, 1.0).slack
@@ -140,7 +140,7 @@ def _shifted(traces: Sequence["FreeTrace"], other: FreeRule) -> Iterator["FreeTr
     """Yield free moves as they would have been with the servos that another rule expects.
 
     A calibration's own moves are made without allowing for worn gears, and leave motors little to
-    spare. Later moves have ceilings that motors do not reach even in another state, so the
+    spare. Later moves have ceilings of duty that motors do not reach even when warm or worn, so the
     predicted shift assumes unlimited motors.
     """
     for trace in traces:
@@ -152,7 +152,7 @@ def _shifted(traces: Sequence["FreeTrace"], other: FreeRule) -> Iterator["FreeTr
 
 @dataclass(frozen=True)
 class FreeTrace(Trace):
-    """A trace judged by the free servo that a rule expects, not by its delayed profile.
+    """A trace that is compared with the rule's free servo, not with the delayed profile.
 
     Attributes
     ----------
@@ -164,7 +164,7 @@ class FreeTrace(Trace):
 
     @property
     def granted(self) -> Steps:
-        """The share of its guards that the rule grants each motor in this move, (8,) in 1/256."""
+        """The share of its guards that the rule grants each motor in this move, (8,), in 1/256."""
         return granted_share(self.profile)
 
     @property

@@ -2,7 +2,7 @@
 
 It takes a connected :class:`~miburi.card.card.Card` whose robot nobody touches, and gives settings
 that fit the servos it finds there, with guards for them. :func:`measure` makes the moves;
-:mod:`miburi.calibration.identify` finds the servos, as it does for simulated ones.
+:mod:`miburi.calibration.identify` identifies the servos, as it does for simulated ones.
 """
 
 from collections.abc import Callable
@@ -56,12 +56,12 @@ class Measurement:
     Attributes
     ----------
     robot, found
-        The description with the servos' gain, stiffness and wear, and each servo's constants as
-        shares of that description's.
+        The description with the servos' gain, stiffness and wear, and each servo's constants
+        relative to those in the description.
     settings
         The settings that the card has now.
     words
-        What a maker may want to look at, a sentence each.
+        Sentences about things that a maker may want to check.
     moves, seconds
         The number of free moves, and how long everything took in the robot's time.
     """
@@ -77,15 +77,15 @@ class Measurement:
 def measure(card: Card, tell: Callable[[str], None] = lambda _: None) -> Measurement:
     """Identify the servos of a card in free moves, and configure the card with what they need.
 
-    The contact rule stays on, with generous guards; finally, gestures test the new ones. The card
-    may be idle or stopped before, and is stopped afterwards. ``tell`` is called with a line about
-    each stage.
+    The contact rule stays on, with wide guards; at the end, gestures test the new guards. The card
+    may be idle or stopped beforehand, and is stopped afterwards. ``tell`` is called with a line
+    about each stage.
 
     Raises
     ------
     BodyError
-        A move was stopped, or a servo is too soft or too stiff, or needs more than the card allows.
-        The card then has the settings that it had before.
+        A move was stopped, a servo is too soft or too stiff, or it needs wider guards than the card
+        allows. The card then has the settings that it had before.
     """
     before = card.settings
     card.stop()
@@ -202,7 +202,7 @@ def describe(measured: Measurement) -> list[str]:
 
 
 def apply_calibration(settings: CardSettings, calibration: Calibration) -> CardSettings:
-    """Return a card's settings with a calibration's rule, and with its servos if it names any."""
+    """Return a card's settings with the rule of a calibration, and with its servos, if any."""
     if calibration.identified is None:
         settings = settings.with_rule(calibration.rule)
     else:
@@ -211,7 +211,7 @@ def apply_calibration(settings: CardSettings, calibration: Calibration) -> CardS
 
 
 def changes(before: CardSettings, after: CardSettings) -> list[str]:
-    """Return a line of text for all joints, and one for each joint, where the settings differ."""
+    """Return lines about settings that differ: one for all joints together, and one for each."""
     names = ("all joints", *JOINTS)
     olds, news = (
         [vars(settings.general), *(joint.values for joint in settings.joints)]

@@ -64,7 +64,7 @@ def ik(
 ) -> None:
     """Print the angles that bring hands and head to places given as options or JSON lines on stdin.
 
-    The exit code is 1 if one of them ends more than 1 mm away from its place.
+    The exit code is 1 if a hand or the head ends more than 1 mm away from its target.
     """
     from miburi.ik import solve
     from miburi.robot import EXTREMITIES, JOINTS
@@ -134,7 +134,7 @@ def _lines() -> Iterator[Any]:
 
 
 def _row(values: Any, width: int, what: str, keys: Sequence[str]) -> list[float]:
-    """Return a row of numbers; from an object that the other command printed, those of ``keys``."""
+    """Return a row of numbers; from an object that the other command printed, take ``keys``."""
     if isinstance(values, dict):
         parts = [values.get(key) for key in keys]
         values = [x for part in parts for x in (part if isinstance(part, list) else [part])]

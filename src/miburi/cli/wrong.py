@@ -1,4 +1,4 @@
-"""Explain a wrong command line better than its parser: what was typed, and what to type instead."""
+"""Explain errors in a command line: what was typed, and what to type instead."""
 
 from typing import Any
 
@@ -33,7 +33,7 @@ class Explaining(TyperGroup):
             raise
 
     def _place(self, error: Any) -> None:
-        """Say where an option that comes before its command belongs."""
+        """If an option precedes its command, say where it belongs."""
         option = getattr(error, "option_name", None)
         having = [
             name

@@ -1,4 +1,4 @@
-"""What a partner tells its home over MQTT: topics, a report of how it is, stops, distress."""
+"""The messages of a partner over MQTT: topics, a report of its state, stops, distress."""
 
 from pydantic import BaseModel, Field
 
@@ -19,7 +19,7 @@ __all__ = [
     "make_stop_news",
 ]
 
-#: The feeling of a partner that feels nothing strongly.
+#: The name of the feeling where no feeling is strong.
 NEUTRAL = "neutral"
 #: The name under which all partners listen for Stop.
 ALL = "all"
@@ -37,12 +37,12 @@ class Topics:
         self.stops, self.refused = f"{base}/stops", f"{base}/refused"
         self.distress, self.gaps = f"{base}/distress", f"{base}/gaps"
         self.feel, self.say, self.stop = f"{base}/feel", f"{base}/say", f"{base}/stop"
-        #: Somebody asks on ``who`` who has this name; the partner answers on ``here``.
+        #: On the topic ``who``, others ask which partner has this name; it answers on ``here``.
         self.who, self.here = f"{base}/who", f"{base}/here"
 
 
 class HomeReport(BaseModel):
-    """How a partner is; retained, so that those who connect later get it, too."""
+    """A partner's state; retained, so that clients that connect later get it, too."""
 
     feeling: str = Field(description="The strongest feeling, or neutral.")
     mood: int = Field(description="Its mood, %.")
@@ -69,7 +69,7 @@ class StopNews(BaseModel):
 
 
 class DistressNews(BaseModel):
-    """Distress that the partner has heard. This is no alarm: it may be wrong or missing."""
+    """Distress that the partner has heard; no alarm, as it may be wrong or fail to come."""
 
     event_type: Distress
     id: str = Field(description="BOOT:NUMBER; no other event has it, even after a restart.")

@@ -1,8 +1,8 @@
 """ROS 2's messages as DDS carries them, and their definitions as recordings carry them.
 
 Names, fields and order are those of common_interfaces, geometry2 and hri_msgs; constants are left
-out. Each class here is the only source of both forms: rmw's type name and CDR, and the text of a
-``.msg`` file together with the files that it depends on.
+out. Each class here is the only source of two things: the type name and CDR for rmw, and the text
+of the ``.msg`` file with the files that it depends on.
 
 This module needs the extra ``ros``; it is loaded only when needed.
 """

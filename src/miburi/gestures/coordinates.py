@@ -80,8 +80,8 @@ def _hand(place: Array) -> tuple[float, float, float]:
     ahead, out, up = place
     away = np.hypot(ahead, up)
     swing = np.arctan2(ahead, -up)
-    # The swing goes from straight back through hanging, forward and up. It wraps at straight back,
-    # which is out of reach.
+    # The swing increases from pointing back, through hanging down and pointing forward, to pointing
+    # up. It wraps at straight back, which is out of reach.
     swing = (swing + np.pi / 2) % (2 * np.pi) - np.pi / 2
     return np.hypot(away, out), np.arctan2(away, out), swing
 

@@ -40,13 +40,13 @@ WIDE = 0.5
 #: Variation: the share by which a coordinate may fall short of the written one, and by which a
 #: duration may differ.
 REACH_VARIES, TIME_VARIES = 0.15, 0.12
-#: A beat of an arm, as people make it while they speak: the hand's offset at the turning point, the
-#: times there and back, s, and the time until servos, which lag, reach the turning point, s (all
-#: ours).
+#: A beat of an arm, such as people make while they speak: the hand's offset at the turning point,
+#: the times there and back, s, and the time until servos, which lag, reach the turning point, s
+#: (all ours).
 _BEAT = np.array([-0.03, 0.0, 0.3])
 _BEAT_TIMES = (0.4, 0.4)
 BEAT_LEAD = 0.44
-#: Where the partner can look. It does not know where people are: ``user`` is ahead.
+#: Where the partner can look. It does not know where people are, so ``user`` means straight ahead.
 Direction = Literal["user", "left", "right", "up", "down", "aside"]
 #: The head's turn to its left and its rise from neutral, rad (ours).
 _LOOKS: dict[Direction, tuple[float, float]] = {
@@ -119,8 +119,8 @@ def key_poses(
 ) -> list[KeyPose]:
     """Return one performance of a gesture, from neutral to neutral (Section 4).
 
-    The number of key poses does not depend on the mood. So when the mood changes on the way, take
-    the next key pose from the list for the new mood.
+    The number of key poses does not depend on the mood. So if the mood changes part-way through,
+    take the next key pose from the list for the new mood.
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ def blend(
     Raises
     ------
     InputError
-        There is no part, or a mood is not from 0 to 1.
+        There are no parts, or a mood is not between 0 and 1.
     """
     if not parts:
         raise InputError("A blend needs at least one gesture with its mood, got none.")
@@ -193,7 +193,7 @@ def beat(robot: Robot, hands: Array, rise: float = 0.0) -> list[KeyPose]:
     hands
         How large the beat of the right and of the left hand is, (2,); 1 is usual.
     rise
-        How far the head is raised all the while, rad.
+        How far the head is raised throughout, rad.
     """
     there, back = _BEAT_TIMES
     return [

@@ -36,7 +36,7 @@ __all__ = ["Finding", "check"]
 
 #: A push, N: the 95th percentile of the force over 0.1 s in the contact trials.
 _PUSH = 2.4
-#: Shares of the servo's stall torque that a joint may hold, standing and moving.
+#: Shares of the servo's stall torque that a joint may need at rest and in motion.
 _STANDING, _MOVING = 1 / 3, 1 / 2
 #: Length of the servo maker's cable, and the part of it inside the plugs, mm; and the ratio of a
 #: cable's true length to its length as drawn.
@@ -125,9 +125,9 @@ def _walls(parts: Sequence[PrintedPart]) -> Finding:
 
 
 def _thinnest(solid: Manifold) -> float:
-    """Return the least distance between two faces that look away from each other, mm.
+    """Return the least distance between two faces that face away from each other, mm.
 
-    It is measured at random points, always the same.
+    It is measured at random points, which are the same each time.
     """
     corners, faces = triangles(solid)
     a, b, c = np.moveaxis(corners[faces], 1, 0)
@@ -243,13 +243,13 @@ def _loads(
         f"a level push of {push:.1f} N at a raised hand tips the robot; a contact pushes with at "
         f"most {_PUSH} N"
     )
-    # It can be built all the same, so this is no fault of the parts.
+    # The robot can be built all the same, so this is not a defect.
     yield Finding("push", True, words + ("" if push > _PUSH else ": screw the foot to the table"))
 
 
 def _screws() -> Finding:
     s, w = dimensions().servo, dimensions().wall
-    under = 1.3  # the plastic that remains under a sunk screw head
+    under = 1.3  # the plastic that remains under a recessed screw head
     grips = {
         "horn (M2x6)": 6.0 - w.plate,
         "case, front (M2x8)": 8.0 - under - s.grip_front,
@@ -261,7 +261,7 @@ def _screws() -> Finding:
 
 
 def _drivers(robot: Robot, things: Iterable[Solid]) -> Finding:
-    """Check that a driver reaches the screws of each horn before the next servo is put in."""
+    """Check that a screwdriver reaches the screws of each horn before the next servo is put in."""
     s, w = dimensions().servo, dimensions().wall
     neutral = link_frames(robot, np.zeros(len(JOINTS)))
     carried = {link.joint: link.name for link in links(robot)}
@@ -287,7 +287,7 @@ def _drivers(robot: Robot, things: Iterable[Solid]) -> Finding:
 
 
 def _cables(robot: Robot, motions: Mapping[str, Array]) -> Finding:
-    """Check each servo's cable at its longest, over all gestures."""
+    """Check that each servo's cable is long enough in all gestures."""
     ways = {name: way for name, way in cables(robot).items() if name in JOINTS}
     poses = np.concatenate([np.array([robot.neutral]), *motions.values()])[::5]
     longest: dict[str, float] = {}

@@ -218,7 +218,7 @@ STEPS: tuple[BuildStep, ...] = (
 
 @lru_cache(maxsize=4)
 def _things(robot: Robot, fit: float) -> tuple[Solid, ...]:
-    """Return the robot's things, with servos as a builder sees them and idlers separate."""
+    """Return the robot's parts, with servos as a builder sees them, and with separate idlers."""
     things = [one for one in bodies(robot, printed_parts(robot, fit)) if "servo" not in one.name]
     for mount in mounts(robot):
         solid = moved(servo.portrait(), mount.frame)

@@ -31,7 +31,8 @@ __all__ = [
     "shoulder_face",
 ]
 
-#: How far the head's servo leans back, rad, so that a bowed phone's lower edge clears it.
+#: How far the head's servo leans back, rad, so that the phone's lower edge clears it when the head
+#: is bowed.
 HEAD_LEAN = 0.65
 #: Gap between a yoke's plate and the torso's side, mm.
 SIDE_GAP = 0.5
@@ -54,8 +55,8 @@ class Mount:
     idler
         Whether a fork holds it from behind, too.
     centred
-        The joint's angle, rad, at which the servo counts 2048: for shoulders mid-range, since
-        a servo's counts must not wrap from 4095 to 0 within the range.
+        The joint's angle, rad, at which the servo reads 2048. For shoulders it is the middle of
+        their range, where readings must not wrap from 4095 to 0.
     """
 
     joint: str
@@ -115,9 +116,9 @@ def mounts(robot: Robot) -> list[Mount]:
 def mounting(robot: Robot) -> Mounting:
     """Return ids, directions and zeros of servos that are installed as the parts dictate.
 
-    A servo counts up as its horn turns counter-clockwise, seen from in front; it counts 2048 where
-    the horn's single notch points to the short end. ROBOTIS's manual and models say so; nobody
-    has checked it on a servo for Miburi.
+    A servo's readings increase as its horn turns counter-clockwise, as seen from the front. It
+    reads 2048 where the horn's single notch points to the short end. ROBOTIS's manual and models
+    say so; for Miburi, nobody has checked it on a servo yet.
     """
     axes = {link.joint: np.array(link.axis) for link in links(robot)}
     table = mounts(robot)
@@ -154,7 +155,7 @@ class Room:
     has
         The length that the robot has.
     least
-        The shortest with which the parts can be made.
+        The shortest length with which the parts can be made.
     why
         Why it must be that long.
     """
@@ -166,7 +167,7 @@ class Room:
 
 
 def room(robot: Robot) -> list[Room]:
-    """Return every length that the parts depend on, with the least that they need."""
+    """Return every length that the parts depend on, each with the least value that they need."""
     s, w = dimensions().servo, dimensions().wall
     size, shape = robot.lengths, robot.shape
     mm = 1000

@@ -53,7 +53,7 @@ def _end_with(partner: FarPartner, server: uvicorn.Server) -> None:
 
 
 class _Server(uvicorn.Server):
-    """Tells the partner's process that it listens and serves; ends cleanly at SIGTERM."""
+    """A server that tells the partner's process that it is serving, and ends cleanly on SIGTERM."""
 
     def __init__(
         self,
@@ -90,13 +90,13 @@ class _Server(uvicorn.Server):
         await super().shutdown(sockets)
 
     async def on_tick(self, counter: int) -> bool:
-        """Tell the partner's process, ten times a second, that the server serves."""
+        """Tell the partner's process, ten times a second, that the server is still serving."""
         self._partner.beat()
         return await super().on_tick(counter)
 
     @contextmanager
     def capture_signals(self) -> Iterator[None]:
-        """Take SIGTERM while the server runs; uvicorn would raise it again."""
+        """Handle SIGTERM while the server runs; uvicorn would raise it again."""
         kept = signal.signal(signal.SIGTERM, self._end)
         try:
             yield

@@ -20,7 +20,7 @@ from miburi.robot import Array
 
 __all__ = ["BEST", "REACHED", "REFUSED", "solve", "solve_many"]
 
-#: How a search ended; :mod:`miburi.ik.solver` has words for it.
+#: How a search ended; :mod:`miburi.ik.solver` turns it into words.
 REFUSED, REACHED, BEST = -1, 0, 1
 
 

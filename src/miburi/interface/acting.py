@@ -66,7 +66,8 @@ def poses_of(partner: LivePartner, wish: PosesIn) -> list[KeyPose]:
     Raises
     ------
     InputError
-        A pose is out of reach or beyond a limit, parts would meet, or it takes too long.
+        A pose is out of reach or beyond a limit, parts would collide, or the performance takes too
+        long.
     """
     written = wish.model_dump(include=set(MovementFunction.model_fields) - {"feeling"})
     try:

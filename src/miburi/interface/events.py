@@ -40,7 +40,7 @@ AfterCursor = Annotated[
 
 
 def add_events(router: APIRouter, partner: LivePartner) -> None:
-    """Add the requests for past events, and for events as they happen."""
+    """Add the routes for past events, and for events as they happen."""
 
     @router.get(
         "/log",
@@ -104,7 +104,7 @@ _EXAMPLE = (
 
 
 async def events_after(partner: LivePartner, cursor: Cursor, most: int) -> list[LiveEvent]:
-    """Return at most ``most`` events after a cursor; a ``gap`` stands where some are missing."""
+    """Return at most ``most`` events after a cursor; a ``gap`` marks where some are missing."""
     history = partner.history
     if history.reaches(cursor):
         return _hide_words(partner, history.since(cursor, most))
@@ -119,7 +119,7 @@ async def follow(
 ) -> AsyncIterator[LiveEvent | None]:
     """Yield events after a cursor (default: now) until ``over``.
 
-    Yield None after ``silence`` s without any.
+    Yield None after ``silence`` s without an event.
     """
     cursor = after or _now(partner)
     loop = asyncio.get_running_loop()
@@ -156,7 +156,7 @@ def _now(partner: LivePartner) -> Cursor:
 def _hide_words(partner: LivePartner, events: list[LiveEvent]) -> list[LiveEvent]:
     if not partner.snapshot.state.words:
         return [without_words(event) for event in events]
-    # Words that were said before the user last changed the setting of the words stay out of events.
+    # Events leave out words that were said before the user last changed whether words are allowed.
     since = max((e.number for e in partner.history.after(0) if e.kind == "words"), default=0)
     return [event if event.number > since else without_words(event) for event in events]
 

@@ -35,7 +35,7 @@ __all__ = ["Inside", "command"]
 
 @dataclass
 class Inside:
-    """The state of the loop, which wishes change between its steps.
+    """The state of the loop; wishes change it between steps.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Inside:
         The recordings, the events, the present sentence, the turn in a conversation, and the open
         wishes.
     hold
-        Who may end a stop.
+        Decides who may end a stop.
     change_body
         Switches to another body; takes its kind, its port and the body itself.
     partner, gaze, hand, port
@@ -116,7 +116,7 @@ class Inside:
         )
 
     def sense(self, impression: Impression) -> tuple[Stimulus, ...]:
-        """Feel what the temperament makes of an impression."""
+        """Apply the stimuli that the temperament derives from an impression."""
         for stimulus in (felt := stimuli(impression, self.feelings.temperament)):
             self.feel(stimulus, impression)
         return felt

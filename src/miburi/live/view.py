@@ -1,7 +1,7 @@
 """What servers and pages see of a live partner, whether its loop runs in their process or not.
 
 :class:`miburi.live.runner.Runner` is a :class:`LivePartner`, and so is
-:class:`miburi.live.crossing.far.FarPartner`, behind which the runner has a process of its own.
+:class:`miburi.live.crossing.far.FarPartner`, whose runner is in another process.
 """
 
 from concurrent.futures import Future
@@ -47,16 +47,16 @@ class Recordings(Protocol):
         """Return all recordings, the oldest first."""
 
     def find(self, name: str) -> Path:
-        """Return the file of an ended recording."""
+        """Return the file of a finished recording."""
 
     def start(self) -> None:
-        """Begin a recording unless one is on."""
+        """Begin a recording unless one is running."""
 
     def end(self) -> None:
         """Finish the present recording, if there is one."""
 
     def delete(self, name: str) -> None:
-        """Delete an ended recording."""
+        """Delete a finished recording."""
 
 
 class LivePartner(Protocol):
@@ -76,7 +76,7 @@ class LivePartner(Protocol):
 
     @property
     def temperaments(self) -> list[str]:
-        """The temperaments to choose from: those that ship, and the one that it began with."""
+        """The temperaments to choose from: those that ship, and the partner's first one."""
 
     @property
     def own_temperament(self) -> Temperament:
@@ -84,7 +84,7 @@ class LivePartner(Protocol):
 
     @property
     def reachable(self) -> bool:
-        """Whether the loop lives and answers; while it does not, the snapshot is an old one."""
+        """Whether the loop is alive and answers; if not, the snapshot is an old one."""
 
     @property
     def snapshot(self) -> Snapshot:
@@ -100,7 +100,7 @@ class LivePartner(Protocol):
 
     @property
     def read_until(self) -> float:
-        """The time before which everything sent has been read; s on the clock of all processes."""
+        """The time up to which all messages have been read, s, on the clock of all processes."""
 
     @property
     def history(self) -> History:
@@ -113,7 +113,7 @@ class LivePartner(Protocol):
         """Return the states after a serial, oldest first; only the last five seconds are kept."""
 
     def ask(self, wish: Wish[Granted]) -> Future[Granted]:
-        """Ask for something; the future returned gets the answer, or the error of a refusal.
+        """Ask for something; return a future for the answer, or for the error if it is refused.
 
         A ``slow`` wish may hold up the asker's thread. What is clearly impossible is refused at
         once.

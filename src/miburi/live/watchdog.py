@@ -1,7 +1,8 @@
 """The watchdog: it notices from outside the loop that the loop is late, and stops the body.
 
 The loop calls :meth:`Watchdog.beat` at every step; a thread of its own calls
-:meth:`Watchdog.look`. What the watchdog calls when the loop is late must not need the loop.
+:meth:`Watchdog.look`. The functions that the watchdog calls when the loop is late must work without
+the loop.
 """
 
 import threading
@@ -17,7 +18,7 @@ _ASLEEP = 1.0
 
 
 class Lateness(NamedTuple):
-    """How late a beat may be, s, before the body is stopped, or its loop is given up (ours).
+    """How late a beat may be, s, before the body is stopped, or its loop is given up on (ours).
 
     A slow computer, and a test that is not about lateness, may need more.
     """
@@ -66,7 +67,7 @@ class Watchdog:
         self._is_late = self._is_dead = False
 
     def beat(self) -> None:
-        """Take in that the loop is alive."""
+        """Record that the loop is alive."""
         self._beat = self._clock()
         self._is_late = False
 

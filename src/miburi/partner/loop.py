@@ -36,8 +36,8 @@ from miburi.safety.stop import Phase, Stop, StopReason
 
 __all__ = ["LAPSES", "Partner"]
 
-#: A wish is dropped after waiting this long, s, for a stopped body: a person who releases the body
-#: later no longer expects it. The pause after a contact is shorter (ours).
+#: A wish is dropped after waiting this long, s, for a stopped body: after that, a person who
+#: releases the body no longer expects it. The pause after a contact is shorter (ours).
 LAPSES = 8.0
 
 
@@ -56,7 +56,7 @@ class Partner:
     period
         A gesture starts at each multiple of this period, s, if the body is at rest then (Section 5:
         2 s). A gesture that is longer than a period skips the multiples that it covers. With
-        ``life``, a new emotion does not wait, and shows in at most three gestures.
+        ``life``, a new emotion shows at once, and in three gestures at most.
     solve
         The inverse kinematics: it takes robot, target (9,), m, and present angles (8,), rad, and
         returns a solution.
@@ -100,7 +100,7 @@ class Partner:
 
     @property
     def ahead(self) -> tuple[float, float]:
-        """The angles left to a moving head's goal, rad: the turn to its left, and the rise."""
+        """How far a moving head has to go, rad: the turn to the robot's left, and the rise."""
         return self._mover.ahead
 
     @property
@@ -138,11 +138,11 @@ class Partner:
         self._paused = False
 
     def gesticulate(self, strokes: Sequence[float]) -> None:
-        """Beat with the arms to speech, with turning points at some of these ``times``, s from now.
+        """Accompany speech with beats of the arms that turn back at some of the ``strokes``.
 
-        The first gesture of a feeling takes precedence; what is left of the feeling is then in the
-        posture. A partner does not beat if it has no life, rests or is stopped. The times must
-        ascend.
+        The first gesture of a feeling takes precedence over beats; after it, the posture shows the
+        feeling. There are no beats if the partner has no ``life``, rests, or is stopped. The
+        strokes, s from now, must ascend.
         """
         self._arbiter.speak(self.body.state.time, strokes)
 
@@ -156,8 +156,8 @@ class Partner:
     ) -> None:
         """Perform a gesture once, as soon as the body is at rest, whatever the feelings are.
 
-        Of several wishes that wait, the latest counts. A wish that has waited :data:`LAPSES` s for
-        a stopped body is dropped.
+        If several wishes are waiting, only the latest counts. A wish that has waited :data:`LAPSES`
+        s for a stopped body is dropped.
 
         Parameters
         ----------
@@ -196,23 +196,23 @@ class Partner:
         return [*self._untold, *self._end(self.body.state.time, complete=False)]
 
     def drop(self, why: Lapse) -> None:
-        """Drop what was asked for and has not begun; the next step reports it."""
+        """Drop the wish that has not begun, if any; the next step reports it."""
         asked, self._arbiter.asked = self._arbiter.asked, None
         if asked is not None:
             time = self.body.state.time
             self._untold.append(WishDropped(time, asked.expression, why, asked.wish))
 
     def succeed(self, other: "Partner") -> None:
-        """Take over from a partner with another body: its stop holds, and its pause goes on."""
+        """Take over from a partner with another body: a stop or a pause of that partner goes on."""
         then, now = other.body.state.time, self.body.state.time
         if self._recovery.succeed(other._recovery, then, now):
             self.body.stop()
 
     def halt(self) -> None:
-        """Stop the body because nobody looks after it; it goes on after a pause.
+        """Stop the body because the loop does not respond; it goes on after a pause.
 
-        Any thread may call it while another uses the body. If the body misses this,
-        :meth:`make_sure` must stop it again.
+        Any thread may call it while another uses the body. If this does not reach the body,
+        :meth:`make_sure` stops it.
         """
         self._recovery.halted = self.body.state.phase is not Phase.STOPPED
         self.body.halt()
@@ -229,7 +229,7 @@ class Partner:
         Parameters
         ----------
         by_person
-            Whether a person looks at the body and asks for it: only then may the pause after a
+            Whether a person who sees the body asks for the release: only then may the pause after a
             contact be cut short.
 
         Raises
@@ -237,7 +237,7 @@ class Partner:
         UnsettledError
             The body has not come to rest yet.
         BodyError
-            The body is not stopped, or pauses after a contact.
+            The body is not stopped, or is pausing after a contact.
         """
         if self.body.state.phase is Phase.STOPPED:
             self._recovery.check(self.body.state, by_person=by_person)
@@ -302,7 +302,7 @@ class Partner:
             self._arbiter.facing = 0.0
 
     def _while_moving(self, time: float) -> Iterator[Event]:
-        """Interrupt the current move if something more urgent need not wait for its end."""
+        """Interrupt the current move if something more urgent may begin before it ends."""
         broken_off = self._arbiter.breaks_in(self._performance, time)
         if broken_off:
             yield from self._end(time, complete=False)

@@ -1,8 +1,8 @@
 """One performance: the key poses of a gesture in order, each with its hold.
 
-A :class:`Performance` takes a function from a mood to key poses. It tells whether the next key
-pose is due, and which one it is. A gesture's key poses are recomputed for every move, at the
-mood of that moment; those of a request or of an act at rest stay the same.
+A :class:`Performance` takes a function from a mood to key poses. It knows whether the next key pose
+is due, and which one it is. A gesture's key poses are recomputed for every move, at the mood of
+that moment; those of a request or of an act at rest stay the same.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -80,7 +80,7 @@ class Performance:
         return time >= self._hold_until - 1e-9
 
     def go_on(self, mood: float) -> Iterator[tuple[int, KeyPose]]:
-        """Yield the key poses still to come, each with its number, at a mood."""
+        """Yield the key poses that are still to come at this mood, each with its number."""
         poses = self._poses(mood)
         self._count = len(poses)
         for index in range(self._next, len(poses)):
@@ -102,11 +102,11 @@ class Performance:
         return self._passes_at is not None and time >= self._passes_at and not self.complete
 
     def not_sent(self, index: int) -> None:
-        """Keep a key pose that the body did not take, until it is at rest."""
+        """Keep a key pose that the body did not take, until the body is at rest."""
         self._next, self._passes_at = index, None
 
     def sent(self, pose: KeyPose, slows_at: float | None) -> None:
-        """Note the key pose that was just sent: it is held from its arrival on, or passed.
+        """Note the key pose that was just sent, which the body will hold or pass.
 
         ``slows_at`` is when the body slows down for it, s; None for a body that stops at each.
         """

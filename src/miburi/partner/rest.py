@@ -2,8 +2,8 @@
 
 Breaths, glances and sighs come one by one with pauses between them, not periodically; most of the
 time nothing moves. Mood shows in them: a sad partner holds its head low, and its acts are small
-and slow. While it attends to somebody it faces them and only breathes, and now and then looks
-aside, as people do. ``rest.toml`` has the acts and all numbers.
+and slow. While it attends to somebody, it faces them, breathes, and now and then looks aside, as
+people do. ``rest.toml`` has the acts and all the numbers.
 """
 
 from collections.abc import Sequence
@@ -39,7 +39,7 @@ _SIZES, _TEMPOS = (0.8, 1.2), (0.85, 1.1)
 _BEATS, _OTHERS, _TRIED = (0.5, 1.5), (0.0, 0.5, 0.9), 0.8
 #: The only act while somebody is in distress, or is talking with the partner.
 _CALM = "breath"
-#: What a turn to a face is called.
+#: The name of a turn to a face.
 _TURNS = "turn"
 #: The shortest look aside, s (ours).
 _BRIEFEST = 0.1
@@ -104,7 +104,7 @@ class Rest:
     robot
         Gives lengths, limits and neutral.
     seed
-        Draws the acts, their pauses and their sizes.
+        The seed for the choice of acts, pauses and sizes.
     """
 
     def __init__(self, robot: Robot, seed: int) -> None:
@@ -129,7 +129,7 @@ class Rest:
         calm: bool = False,
         attends: Attention | None = None,
     ) -> Performance | None:
-        """Return the act that begins at ``time`` s, if one is due: first of all a turn to a face.
+        """Return the act that begins at ``time`` s, if one is due; a turn to a face comes first.
 
         Parameters
         ----------
@@ -224,11 +224,11 @@ class Rest:
         return max(mean + deviation * float(self._eyes.standard_normal()), _BRIEFEST)
 
     def choose(self, strokes: Sequence[float]) -> list[float]:
-        """Return the strokes that the arms are to make, in order, the first one always."""
+        """Return the strokes that the arms make, in order, including the first."""
         return [at for k, at in enumerate(strokes) if self._hands.random() < _TRIED or k == 0]
 
     def beat(self, feelings: FeelingModel, turn: float) -> Performance:
-        """Return one beat of the arms to speech, turned as the body is.
+        """Return one beat of the arms, for a body that is turned like this one.
 
         Mood shows in its size and in how the head is held.
         """
@@ -265,8 +265,8 @@ class Rest:
 def may_go_on(act: str, attends: Attention | None) -> bool:
     """Whether an act at rest fits the partner's part in a conversation; if not, it is broken off.
 
-    A sigh or a stretch may end by itself: if it were broken off, nothing would bring the body back
-    at once. After an act that turns away, a turn brings it back.
+    A sigh or a stretch is allowed to finish: if it were interrupted, nothing would bring the body
+    back at once. After an act that turns the body away, another turn brings it back.
     """
     if act in get_args(Attention):
         return act == attends

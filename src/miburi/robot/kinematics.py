@@ -9,7 +9,7 @@ direction that the chest faces and d(S) = sin S · fwd − cos S · up:
     left hand  = the same with its own lat, and with −LE, −LF for RE, RF
     head       = (L01 + LH1) up + LH2 (cos H fwd + sin H up)
 
-These are Eqs. 3–11 with their misprints corrected; :mod:`miburi.robot.printed` keeps those.
+These are Eqs. 3–11 with their misprints corrected; :mod:`miburi.robot.printed` has them as printed.
 """
 
 import numpy as np

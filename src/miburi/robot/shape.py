@@ -1,8 +1,7 @@
 """Links and parts: which link turns about which joint, and which solids it consists of.
 
-A robot's description gives two tables, from which the physical model, the URDF file and the pages
-draw the robot. At zero angles the arms point straight out to the sides and the head
-link points forward.
+A robot's description yields two tables, from which the physical model, the URDF file and the pages
+are made. At zero angles the arms point straight out to the sides and the head link points forward.
 """
 
 from collections.abc import Sequence
@@ -115,7 +114,7 @@ class Part:
 
     @property
     def middle(self) -> Point:
-        """The centre of its mass, in the link's frame, m."""
+        """Its centre of mass, in the link's frame, m."""
         if self.end is None:
             return self.position
         (a, b, c), (d, e, f) = self.position, self.end
@@ -125,7 +124,7 @@ class Part:
 def links(robot: Robot) -> list[Link]:
     """Return the links from the base outwards; their joints have the names in ``JOINTS``."""
     size = robot.lengths
-    down_the_side: Point = (0.0, -1.0, 0.0)  # shoulders and head nod about the robot's right
+    down_the_side: Point = (0.0, -1.0, 0.0)  # shoulders and head nod about it
     along: Point = (1.0, 0.0, 0.0)
     table = [
         Link("torso", BASE, "waist", (0, 0, 0), (0, 0, 1)),

@@ -1,15 +1,15 @@
-"""The contact rule that compares motors with what the free servo would have done.
+"""The contact rule that compares motors with a model of the free servo.
 
 The rule compares each motor's speed with the one it should have. The delayed profile is what a
 stiff servo would do; :mod:`miburi.servos.free` is what *this* servo with *this* load does if nobody
 is in its way. The model assumes the nominal voltage, each joint's inertia at the middle of its
-range, and a load that varies linearly from the move's start to its end. It begins with the motor's
-own speed, because a motor that still swings after its last move has not met anybody.
+range, and a load that varies linearly from the move's start to its end. The model begins with the
+motor's own speed, because a motor that still swings after its last move has not hit anything.
 
 What the model misses grows with the speed, up to some 500 steps/s. So the guards ``slack``,
 ``behind`` and ``ahead`` are those of a motor that reaches ``FAST`` in its move. A motor at rest is
-granted half of each, and one in between in proportion; until
-``SETTLES``, the speed with which a motor swings at the start counts in the same way. With a
+granted half of each guard, and a slow motor a share in proportion to its speed; until ``SETTLES``,
+the speed with which a motor swings at the start counts in the same way. With a
 slack of 10 steps::
 
     top speed in the move [steps/s]     0   128   256   384   512   1000
@@ -39,18 +39,19 @@ SETTLES = 200_000
 
 @dataclass(frozen=True)
 class FreeRule(Rule):
-    """The paper's period and ratio, against the speed that the free servo would have had.
+    """The paper's period and ratio, applied to the speed of the free servo.
 
     The lag is the one with which the model fits the servo best. For the identified XL330 that is
-    5.5 ms: half of it makes up for the model's steps of 5 ms, by which it runs early; the rest is
-    the servo's own delay.
+    5.5 ms: half of it makes up for the steps of the model, which runs early by half a step of 5 ms;
+    the rest is the servo's own delay.
 
     Attributes
     ----------
     servo
         The motors, as they move if nobody is in their way.
     sag
-        (8,) in 1/256: a factor for each motor on the error due to the described weight.
+        (8,), in units of 1/256: a factor for each motor, applied to the error that the described
+        weight causes.
     """
 
     servo: FreeServo = field(kw_only=True)
@@ -102,7 +103,7 @@ class _FreeWatch(Watch):
         self._behind, self._ahead = guards.behind * share + doubt, guards.ahead * share + doubt
 
     def go_on(self, before: Watch, seen: int, elapsed: int) -> None:
-        """Go on from another watch: the free servo, too, keeps its place and its speed."""
+        """Go on from an earlier watch over the motors, with the free servo's place and speed."""
         goal = self._goal
         super().go_on(before, seen, elapsed)
         self._goal = goal  # it has the offset already
@@ -132,8 +133,8 @@ class _FreeWatch(Watch):
             self._model_time += steps * STEP
             went = self.profile.position(self._model_time - self.rule.guards.lag)
             distance = self.profile.distance
-            # The share is in 1/256, like positions. For motors that come back from beyond their
-            # ends, the share would be outside 0 to 1.
+            # The share is in 1/256, like positions. For motors that come back from beyond the ends
+            # of their travel, the share would be outside 0 to 1.
             share = np.clip(went // np.maximum(distance, 1), 0, np.where(distance > 0, FINE, 0))
             sag = loading.begin + (((loading.end - loading.begin) * share) >> 8)
             now = loading.offset + went

@@ -1,4 +1,4 @@
-"""What happens to the partner besides words: touches, motion, sounds, faces.
+"""Things that happen to the partner besides speech: touches, motion, sounds, faces.
 
 An impression is made from the kind of an event and from its clarity. ``happenings.toml``, beside
 this module, has the feelings for each kind.
@@ -28,7 +28,7 @@ MAKES_UP = 60.0
 
 
 class Happening(Table):
-    """What one kind of happening brings; ``happenings.toml`` says what each key does."""
+    """The effect of one kind of happening; ``happenings.toml`` explains each key."""
 
     source: Source
     feeling: FeelingName
@@ -38,7 +38,7 @@ class Happening(Table):
 
 @cache
 def happenings() -> dict[Kind, Happening]:
-    """Return what each kind brings; the file is read once."""
+    """Return the effect of each kind; the file is read once."""
     text = (resources.files(__package__) / "happenings.toml").read_text(encoding="utf-8")
     return TypeAdapter(dict[Kind, Happening]).validate_python(tomllib.loads(text))
 

@@ -51,7 +51,7 @@ class Alarms(Table):
 
 
 class Asked(Table):
-    """Questions about the partner's own feelings, by language, and greetings beside them."""
+    """Questions about the partner's own feelings, by language, and greetings that go with them."""
 
     en: list[str]
     greetings: list[str]
@@ -59,7 +59,7 @@ class Asked(Table):
 
 
 class Smileys(Table):
-    """Smileys by feeling; the strength of a smiley without words, and its log-odds beside words."""
+    """Smileys by feeling: their strength if they stand alone, and log-odds next to words."""
 
     alone: Share
     weight: Annotated[float, Field(gt=0, le=20)]
@@ -128,7 +128,7 @@ def alarm_in(text: str) -> Impression | None:
 
 
 def smiley_weight() -> float:
-    """Return a smiley's evidence beside words: log-odds of each feeling against none."""
+    """Return the evidence of a smiley next to words: log-odds of each feeling against none."""
     return _smileys()[0].weight
 
 
@@ -191,7 +191,7 @@ def cut_questions(text: str, language: Language) -> str | None:
 
 
 def _find_undenied(phrases: re.Pattern[str], text: str) -> re.Match[str] | None:
-    """Return the first phrase of a sentence that is not negated."""
+    """Return the first phrase in a sentence that is not negated there."""
     sentence = _plain(text)
     for match in phrases.finditer(sentence):
         if not _DENIED.search(sentence[: match.start()].rstrip()):
@@ -205,7 +205,7 @@ def _plain(text: str) -> str:
 
 
 def stems_in(text: str) -> Impression:
-    """Return what a Japanese sentence shows by the stems in it, and by its smileys' feelings."""
+    """Return the feeling that the stems and smileys of a Japanese sentence show."""
     (text, smileys), table = cut_smileys(text), _stems()
     denial = re.compile(table.denial)
     places: dict[str, dict[int, str]] = {}

@@ -29,14 +29,14 @@ class Lane:
     Parameters
     ----------
     partner
-        Leads to the partner's process: takes a Stop's time and who pressed, or None as a sign of
-        life, and answers each with None when it is done.
+        The connection to the partner's process. It takes the time of a Stop and who pressed it, or
+        None as a heartbeat, and answers each message with None when it has been handled.
     gate
         Says who may stop the partner.
     answer
-        Answers a guest with a status and words.
+        Answers a client with a status and a message.
     clock
-        Gives s, the same in all processes.
+        Returns the time, s, on a clock that all processes share.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class Lane:
             return False  # it brings a body
         headers = [*request.headers]
         if request.http_version != b"1.1" or not _WISHES.isdisjoint(dict(headers)):
-            return False  # whoever asks for more than a Stop is the server's guest
+            return False  # the server handles a client that asks for more than a Stop
         guest.ends = reader.their_state is h11.MUST_CLOSE
         known = {name: value.decode("latin-1") for name, value in headers}
         guest.origin = self._gate.origin_of(STOP, known)
@@ -91,12 +91,12 @@ class Lane:
         return True
 
     def stop(self, guest: Guest) -> None:
-        """Send a guest's Stop, or let it share the next one if one is on its way."""
+        """Send a client's Stop. If another Stop is on its way, both share the next message."""
         self._waiting.append(guest)
         self._send()
 
     def hear(self) -> bool:
-        """Hear that the partner has done what it was told; False if its process has ended."""
+        """Take the answer that a message was handled; return False if the process has ended."""
         try:
             self._partner.recv()
         except (OSError, EOFError):
@@ -108,7 +108,7 @@ class Lane:
         return True
 
     def tidy(self, now: float) -> None:
-        """Give a sign of life, and tell whoever has waited for too long."""
+        """Send a heartbeat, and answer clients that have waited for too long."""
         if not self._asked and now - self._told >= BEAT:
             self._tell(None)
         for waiting in (self._sent, self._waiting):

@@ -1,4 +1,4 @@
-"""The fleet's page: all partners at one broker, and Stop for one or all."""
+"""The fleet's page: all partners on one broker, and Stop for one or all."""
 
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
@@ -32,7 +32,7 @@ class StopIn(Message):
 
 
 def make_fleet_app(fleet: Fleet) -> FastAPI:
-    """Return the app with a fleet's page and its routes; the fleet listens while it is served."""
+    """Return the app with a fleet's page and routes; it connects the fleet while it runs."""
     app = FastAPI(openapi_url=None)
     refuse_in_words(app)
 

@@ -55,7 +55,7 @@ def pairing_router(reach: Reach, content: Callable[[Request], str]) -> APIRouter
             return JSONResponse({"detail": _WRONG}, 401)
         earlier = request.cookies.get(COOKIE, "")
         key = keys.pair(request.headers.get("user-agent", ""), earlier)
-        if not keys.is_token(wish.token):  # all devices were forgotten meanwhile
+        if not keys.is_token(wish.token):  # all devices were forgotten in the meantime
             keys.drop(key)
             return JSONResponse({"detail": _WRONG}, 401)
         answer = Response(status_code=204)

@@ -32,7 +32,7 @@ async def attempt(partner: LivePartner, wish: Wish[Any]) -> None:
 
 
 def button(label: str, hint: str, classes: str = "", key: str = "") -> ui.html:
-    """Add a plain button; it shows its ``key``, and its ``hint`` under the pointer, if any."""
+    """Add a plain button that shows its ``key``, and its ``hint``, if any, as a tooltip."""
     content = escape(label) + (f"<kbd aria-hidden=true>{escape(key)}</kbd>" if key else "")
     element = ui.html(content, sanitize=False, tag="button")
     element.classes(f"plain-button {classes}").props('type="button"')

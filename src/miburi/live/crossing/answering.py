@@ -47,8 +47,8 @@ def answer(
 ) -> None:
     """Answer the server from now on, in separate threads, until it has gone.
 
-    If the server hangs after its start, nobody sees the body; if the reception hangs, nobody can
-    press Stop. After 3 s of either, the body is stopped.
+    If the server hangs once it has started, nobody can watch the body on a page; if the reception
+    (which takes Stops) hangs, nobody can press Stop. After 3 s of either, the body is stopped.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def answer(
     ends
         The partner's ends of the pipes.
     on_ready
-        Called when the server listens, and the reception receives.
+        Called once the server is listening and the reception takes Stops.
     on_hang
         Called when the server, or the reception, has hung for another 10 s.
     reception
@@ -109,7 +109,7 @@ class _Answering:
         self._runner.stop(Press("partner"))
 
     def stop_all(self, stopping: Connection) -> None:
-        """Stop the body whenever the other side says so; None is only its sign of life."""
+        """Stop the body whenever the other side says so; None is only its heartbeat."""
         watchdog = None
 
         def tell(_done: Future[None] | None = None) -> None:
@@ -133,7 +133,7 @@ class _Answering:
                     self._watch("reception", watchdog)
 
     def _watch(self, who: str, watchdog: Watchdog) -> None:
-        """Watch the started process ``who``; once all have started, the partner is ready."""
+        """Watch the process ``who``, which has started; the partner is ready once all have."""
         threading.Thread(target=watchdog.watch, args=(self._over,), daemon=True).start()
         with self._arriving:
             self._awaited.discard(who)
@@ -142,7 +142,7 @@ class _Answering:
             self._on_ready()
 
     def answer_all(self) -> None:
-        """Take the server's messages in their order."""
+        """Handle the server's messages in order."""
         with suppress(OSError, EOFError):
             while True:
                 match self._ends.asking.recv():

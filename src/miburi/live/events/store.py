@@ -1,8 +1,8 @@
-"""The SQLite file of a partner's events: all of the last month, and stops of the last year.
+"""The SQLite file of a partner's events: all from the last month, and stops from the last year.
 
 The partner's process writes, the server's reads. Committed events survive if the program is killed;
-a power cut may lose the last moments. Besides events, the file holds the first number of each start
-of the partner, and small notes, such as the last event that a home has received.
+a power cut may lose the last moments. Besides events, the file holds the number of the first event
+of each run of the partner, and small notes, such as the last event that a home has received.
 """
 
 import sqlite3
@@ -106,7 +106,7 @@ class EventStore:
         return int(self.note("pruned") or 0)
 
     def begin(self, boot: str) -> int:
-        """Note that a start of the partner begins here; return the number of its first event."""
+        """Note that a new run of the partner begins here; return the number of its first event."""
         with self._lock, self._file:
             kept = "SELECT max(number) FROM events UNION SELECT max(first) - 1 FROM boots"
             rows = self._file.execute(kept).fetchall()
@@ -115,9 +115,9 @@ class EventStore:
         return first
 
     def end_of(self, boot: str) -> int | None:
-        """Return the last event number that a start may have used; None if it is unknown.
+        """Return the last event number that a run may have used; None if the run is unknown.
 
-        For the latest start, the number is above those of all events.
+        For the latest run, the number is higher than that of any event.
         """
         with self._lock:
             first = self._file.execute("SELECT first FROM boots WHERE boot = ?", (boot,)).fetchone()
@@ -158,7 +158,7 @@ class EventStore:
             rows = self._file.execute(query, (after, most)).fetchall()
         events = []
         for (content,) in rows:
-            with suppress(ValidationError):  # of another version; readers see a gap
+            with suppress(ValidationError):  # an event of another version; readers see a gap
                 events.append(LiveEvent.model_validate_json(content))
         return events
 

@@ -35,8 +35,8 @@ class Measured:
     ik_error
         The largest position error of all key poses and extremities, m.
     self_collisions
-        Number of records (one each 0.02 s) in which two parts of the robot met; ``met`` names the
-        first two.
+        Number of records (one every 0.02 s) in which two parts of the robot collide; ``met`` names
+        the first two.
     contact_stops
         0 or 1; ``stopped_by`` names the motor.
     """

@@ -40,7 +40,7 @@ def write_gallery(
     face: bool = False,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Path:
-    """Write films, strips and hand paths of every gesture at 0.3, 0.6 and 0.9, and a page.
+    """Write a page with films, strips and hand paths of every gesture at three moods.
 
     Returns
     -------

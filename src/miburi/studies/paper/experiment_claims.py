@@ -1,7 +1,7 @@
 """Section 5 of the paper: its experiment.
 
 Each function takes the :class:`~miburi.studies.paper.runs.Runs` and returns one
-:class:`~miburi.studies.paper.claim.Claim`; its name is the claim's name.
+:class:`~miburi.studies.paper.claim.Claim`; the function's name is the claim's name.
 """
 
 from itertools import pairwise
@@ -85,7 +85,7 @@ def period(runs: Runs) -> Claim:
 
 
 def right_positions(runs: Runs) -> Claim:
-    """Measure how far the inverse kinematics is off, by default and as printed."""
+    """Measure the error of the default solver, and of Table 2 as printed."""
     errors = 1e3 * np.array([solution.error for solution in runs.printed_solver.solutions])
     medians = np.median(errors, axis=0)
     default = 1e3 * max(s.error.max() for s in runs.experiments[0].solutions)

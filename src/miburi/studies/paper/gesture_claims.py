@@ -1,7 +1,7 @@
 """Section 4 of the paper: emotions, gestures and contacts.
 
 Each function takes the :class:`~miburi.studies.paper.runs.Runs` and returns one
-:class:`~miburi.studies.paper.claim.Claim`; its name is the claim's name.
+:class:`~miburi.studies.paper.claim.Claim`; the function's name is the claim's name.
 """
 
 from itertools import pairwise
@@ -28,7 +28,7 @@ _DRAWN = 1000
 
 
 def emotion_before_mood(_: Runs) -> Claim:
-    """Compare one happy sentence with happy sentences for a quarter of an hour."""
+    """Compare one happy sentence with a quarter of an hour of them."""
     happy = FEELINGS.index("happiness")
     model = EmotionalModel()
     rest = model.mood[happy]
@@ -49,7 +49,7 @@ def emotion_before_mood(_: Runs) -> Claim:
 
 
 def repetition(_: Runs) -> Claim:
-    """Compare happy sentences for an hour with a single one."""
+    """Compare an hour of happy sentences with a single one."""
     happy = FEELINGS.index("happiness")
     often, once = EmotionalModel(), EmotionalModel()
     rest = once.mood[happy]
@@ -166,7 +166,7 @@ def twenty_percent(runs: Runs) -> Claim:
 
 
 def healing(runs: Runs) -> Claim:
-    """Let the mood heal beside an untouched twin."""
+    """Let the mood heal, and compare it with that of a twin that was not touched."""
     sentence = (
         "“The decrease will then be able to be erased within some time, at the same rhythm as the "
         "mood value.”"

@@ -30,7 +30,7 @@ def write_paper(
     seeds: int = 5,
     trials: int = 1000,
 ) -> Path:
-    """Carry out the paper's claims, and write ``paper.md`` with its pictures in ``images``.
+    """Check the paper's claims, and write ``paper.md`` with its pictures in ``images``.
 
     ``targets``, ``seeds`` and ``trials`` are those of :class:`~miburi.studies.paper.runs.Runs`.
 

@@ -37,9 +37,10 @@ _PAGE = Path(__file__).with_suffix(".html")
 class AnswerRow:
     """One value of one answer, with the film that it is about; a participant is only a number.
 
-    ``whole`` and ``broken`` say how often a live gesture was shown in that trial; None for a film.
-    ``seconds`` is how long the page took, and ``plays`` how often its film was started; None where
-    that is not known. ``left_out`` says whether the findings leave the participant out.
+    ``whole`` and ``broken`` count how often a live gesture was shown to its end and interrupted in
+    that trial; they are None for a film. ``seconds`` is how long the page took, and ``plays`` how
+    often its film was started; None where that is not known. ``left_out`` says whether the findings
+    leave the participant out.
     """
 
     participant: int

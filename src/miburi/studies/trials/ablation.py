@@ -1,4 +1,4 @@
-"""Remove a part of the contact stop, or put it on servos in another state, for comparison.
+"""Remove a part of the contact stop, or try it with servos in another state, for comparison.
 
 The functions take a robot or its rule and the name of a part or state, and return what
 :class:`~miburi.studies.trials.plan.Subject` needs.
@@ -42,13 +42,13 @@ RULES: dict[str, Callable[[FreeRule], Rule]] = {
 }
 
 
-#: Parts of how servos are driven that can be left out: the lift of goals above the sag, and the
+#: Parts of the servos' drive that can be left out: the lift of goals above the sag, and the
 #: ceiling of the motors' push.
 WITHOUT = {"lift": {"lift": 0.0}, "ceiling": {"headroom": 1000.0}}
 
 
 def undriven(robot: Robot, name: str) -> Robot:
-    """Return a robot whose servos are driven without a part of ``WITHOUT``."""
+    """Return a robot whose servos lack one of the parts in ``WITHOUT``."""
     servo = robot.servo.model
     drive = servo.drive.model_copy(update=WITHOUT[name])
     return robot.with_servo(servo.model_copy(update={"drive": drive}))
