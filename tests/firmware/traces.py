@@ -206,11 +206,12 @@ def _draw_looks(rng: np.random.Generator, trace: np.void, only_window: bool) -> 
             based = np.where(on, based + moved, np.stack([now, np.zeros_like(now)]))
             carried = granted
             period_ends, time = period_ends - int(trace["elapsed"]), 0
-        profile = watch.profile
-        early, later = granted_share(profile, watch.loading.velocity), granted_share(profile)
-        doubt, goal = lag_doubt(profile), profile.distance * FINE
-        early, early_doubt = np.maximum(early, carried[0]), np.maximum(doubt, carried[1])
-        goal = goal + watch.loading.offset - watch.loading.end
+        if k in (0, trace["again"]):
+            profile = watch.profile
+            early, later = granted_share(profile, watch.loading.velocity), granted_share(profile)
+            doubt, goal = lag_doubt(profile), profile.distance * FINE
+            early, early_doubt = np.maximum(early, carried[0]), np.maximum(doubt, carried[1])
+            goal = goal + watch.loading.offset - watch.loading.end
         time = max(time, _moment(rng, watch, odd, time, period_ends))
         due = time >= period_ends
         granted = np.stack((early, early_doubt) if time < SETTLES else (later, doubt))

@@ -72,7 +72,7 @@ class Bus:
         self.spoil: Callable[[bytes], bytes] = lambda data: data
         self.instructions = 0
         self._byte = 0.0
-        self._alive: list[Servo] = []
+        self._alive: dict[int, list[Servo]] = {}  # by id, while a packet is heard
         self._begun, self._last = b"", 0.0
 
     def answer(self, data: bytes, time: float, baud: int = 1_000_000) -> list[Answer]:
@@ -90,13 +90,11 @@ class Bus:
             if instruction == STATUS:
                 continue
             self.instructions += 1
-            alive = self._alive = [
-                one
-                for one in self.servos
-                if not one.dead and abs(BAUDS[one.get("baud")] / baud - 1) < _BAUD_TOLERANCE
-            ]
-            for one in alive:
-                one.heard(time)
+            self._alive = {}
+            for one in self.servos:
+                if not one.dead and abs(BAUDS[one.get("baud")] / baud - 1) < _BAUD_TOLERANCE:
+                    one.heard(time)
+                    self._alive.setdefault(one.get("id"), []).append(one)
             answers += self._collide(self._obey(servo, instruction, parameters, time))
         return [(start, self.spoil(said)) for start, said in answers]
 
@@ -123,7 +121,7 @@ class Bus:
                 at += 5 + count
             return []
         answers = []
-        for one in self._alive:
+        for one in (one for those in self._alive.values() for one in those):
             if servo in (one.get("id"), BROADCAST):
                 answers += self._single(one, servo, instruction, parameters, time)
             elif self._shares(one, servo) and instruction == WRITE and len(parameters) > 2:
@@ -165,11 +163,10 @@ class Bus:
         answers: list[Answer] = []
         blocks: list[tuple[int, int, bytes]] = []
         for servo, address, count in asked:
-            those = [one for one in self._alive if one.get("id") == servo]
-            if not those:
+            if servo not in self._alive:
                 break
             said = []
-            for one in those:
+            for one in self._alive[servo]:
                 error, data = one.read(address, count, time)
                 if fast:
                     block = (error, servo, data.ljust(count, b"\0"))
@@ -184,9 +181,8 @@ class Bus:
         return answers
 
     def _write(self, servo: int, address: int, data: bytes, time: float) -> None:
-        for one in self._alive:
-            if one.get("id") == servo:
-                one.write(address, data, time)
+        for one in self._alive.get(servo, ()):
+            one.write(address, data, time)
 
     def _single(
         self, one: Servo, servo: int, instruction: int, parameters: bytes, time: float

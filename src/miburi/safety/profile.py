@@ -71,6 +71,8 @@ class Profile:
         (n,) speed at the start, 1/256 steps/s along the direction; 0 from rest.
     shift
         (n,) twice the delay, µs, of this motor against a motor that begins at the cruising speed.
+    fastest
+        (n,) the top speed that each motor reaches, 1/256 steps/s; a triangle's is at its tip.
     """
 
     distance: Steps
@@ -81,6 +83,7 @@ class Profile:
     fall: Steps
     initial: Steps
     shift: Steps
+    fastest: Steps = field(init=False)
     _moves: bool = field(init=False)
     _slows: Steps = field(init=False)
 
@@ -88,6 +91,7 @@ class Profile:
         # Nearly all moves begin at rest, and then there is less to compute.
         object.__setattr__(self, "_moves", bool(self.initial.any()))
         tip = np.minimum(self.speed, self.acceleration * self.fall * FINE // SECOND)
+        object.__setattr__(self, "fastest", np.maximum(tip, np.abs(self.initial)))
         object.__setattr__(self, "_slows", np.where(self.initial > tip, -1, 1))
 
     @classmethod
@@ -113,13 +117,6 @@ class Profile:
         cruises = truncated(distance * FINE * SECOND, speed) + truncated(shift + full, 2)
         total = np.where(triangle, ramp + fall, cruises)
         return cls(distance, speed, acceleration, ramp, total, fall, initial, shift)
-
-    @property
-    def fastest(self) -> Steps:
-        """The top speed that each motor reaches, (n,) 1/256 steps/s; a triangle's is at its tip."""
-        tip = np.minimum(self.speed, self.acceleration * self.fall * FINE // SECOND)
-        fastest: Steps = np.maximum(tip, np.abs(self.initial))
-        return fastest
 
     def position(self, time: Steps | int) -> Steps:
         """Return the travel in 1/256 steps after ``time`` µs, broadcast against the motors.
