@@ -69,8 +69,8 @@ firmware: ## the card's firmware, and the emulated card
 
 firmware-proof: .venv/test.stamp ## the firmware's tests with the full counts (about 10 minutes)
 	MIBURI_TRACES=100000 MIBURI_MOVES=2000,500 MIBURI_FUZZ=1000000 MIBURI_LIES=300 \
-		MIBURI_LOSS=500 $(BIN)/python -m pytest -n auto --dist worksteal --timeout 3600 -m "proof or not proof" \
-		tests/firmware
+		MIBURI_LOSS=500 $(BIN)/python -m pytest -n auto --dist worksteal --timeout 3600 \
+		-m "proof or not proof" tests/firmware
 
 # uv alone can resolve to the lowest versions, and for other systems.
 .PHONY: test-lowest check-wheels
