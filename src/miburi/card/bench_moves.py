@@ -31,7 +31,7 @@ __all__ = [
     "with_gain",
 ]
 
-#: Speed of the moves to a pose, rad/s; time for it to come to rest, and to look at it, s.
+#: Speed of the moves to a pose, rad/s; time for the body to come to rest, and to be read, s.
 GENTLY, REST, LOOK = 0.8, 1.5, 0.5
 
 #: The joint at which weights pull; how far it stays from its limits, rad; poses per joint to try.
@@ -43,7 +43,7 @@ DEEPER = 3
 
 
 def peek(card: Card, motor: int, address: int, count: int) -> int:
-    """Return the number stored in a servo's ``count`` (1 to 12) registers from ``address`` on.
+    """Return the number in ``count`` (1 to 12) registers of a servo, from ``address`` on.
 
     Not during a motion.
 
@@ -59,7 +59,7 @@ def peek(card: Card, motor: int, address: int, count: int) -> int:
 def with_gain(card: Card, gain: float, deeper: int = 1) -> Robot:
     """Set another P gain, with wide guards; return the robot with it, the body awake at neutral.
 
-    The load that is sent for the elbow counts ``deeper`` times.
+    The card multiplies the load that is sent for the elbow by ``deeper``.
     """
     servo = card.robot.servo.model
     drive = servo.drive.model_copy(update={"gain": gain})
@@ -82,9 +82,9 @@ def go(
 ) -> list[Report]:
     """Make one move; return the reports from its start on, however it ends.
 
-    ``duty``, of ``FULL_PWM``, replaces the move's own ceiling. ``hung`` is the elbow's sag under a
-    weight, in quarters of a step; with it, the elbow's load is sent divided by ``DEEPER``, because
-    the card then multiplies loads by it (:func:`with_gain`).
+    ``duty`` (at most ``FULL_PWM``) replaces the move's own ceiling of the motors' duty. ``hung`` is
+    the elbow's sag under a weight, in quarters of a step. If it is given, the elbow's load is sent
+    divided by ``DEEPER``, by which the card then multiplies it (:func:`with_gain`).
     """
     move = Move(angles, np.full(len(JOINTS), speed))
     here, origin = np.array(card.report.positions), card.goals

@@ -18,8 +18,8 @@ from miburi.safety.stop import Phase, StopReason
 __all__ = ["free_moves", "gestures", "record", "swings"]
 
 #: How far a joint moves to either side of the middle, as a share of half its range. At top speed it
-#: may have to move further: from side to side it travels at least ``_RUN`` times the way that it
-#: needs to reach that speed, so that it holds the speed for a while. To either side, it moves no
+#: may have to move further: from side to side it travels at least ``_RUN`` times the distance that
+#: it needs to reach that speed, so that it holds the speed for a while. To either side, it moves no
 #: further than the share ``_FARTHEST`` (ours).
 _REACH, _RUN, _FARTHEST = 0.35, 1.1, 0.97
 #: Speeds of single joints, rad/s; the last is above that of every servo (ours).
@@ -81,7 +81,7 @@ def free_moves(robot: Robot) -> Iterator[tuple[str, Move]]:
 def swings(robot: Robot) -> Iterator[Move]:
     """Yield moves in which the arms swing against each other, from neutral to neutral.
 
-    They shake the waist, which itself turns little, with them or against them.
+    They shake the waist. It turns a little itself, in the same direction or the other.
     """
     middle, half = (robot.lower + robot.upper) / 2, (robot.upper - robot.lower) / 2
     # The left elbow and fingertip are mirrored already, so only the shoulder changes its sign.
@@ -164,7 +164,7 @@ def _record_one(card: Card, move: Move, driven: Robot | None) -> Trace:
     if (made := card.underway) is None:
         raise BodyError("The card made no move; connect to it again.")
     before = [report for report in reports if report.time <= made.began]
-    # The card does not judge readings that a motor did not answer.
+    # The card does not judge a reading in which a motor was silent.
     complete = [r for r in reports if r.time > made.began and r.heard == _ALL]
     start, order = np.array(before[-1].positions), made.order
     profile, direction = order.profile(card.settings, origin)

@@ -66,7 +66,7 @@ class ReportHistory:
         self._reports.append(report)
 
     def start_clock(self, now: float) -> None:
-        """Start the body's clock now, at 0, by the latest report: the first may come late."""
+        """Set the body's clock to 0 at the latest report, because the first one may come late."""
         self.began = now
         self._offset = self.heard - now - self.latest.time / SECOND
 

@@ -238,7 +238,7 @@ class CardSettings:
         )
 
     def with_servos(self, robot: Robot, rule: "FreeRule") -> "CardSettings":
-        """Return these settings with identified servos: the gain of ``robot``, and their rule."""
+        """Return these settings with the gain of ``robot`` and the rule of its servos."""
         servo, sag = robot.servo.model, np.clip(rule.sag, *ALLOWED["sag"][:2])
         joints = (
             replace(joint, free=FreeMotor(*map(int, free)), sag=int(own))
@@ -338,8 +338,8 @@ class CardSettings:
 
 
 def _error_per_pwm(servo: Servo) -> int:
-    """Return the error that causes one unit of duty, in 1/65536 steps."""
-    # A D gain takes off some of the duty, so the error may be larger: no limit is known.
+    """Return the error at which a servo uses one unit of duty, in 1/65536 steps."""
+    # With a D gain, the same error uses less duty, so no limit of the error is known.
     most = ALLOWED["error_per_pwm"][1]
     return most if servo.gains.d else round(servo.divisor.p_divisor / servo.drive.gain * 65_536)
 

@@ -88,8 +88,8 @@ def stop_and_settle(
         settings = of_robot.with_calibration(read_settings(ask))
     if has.crc != settings.crc or not has.complete:
         _send(ask, settings)
-    # A card that could not read its stored settings may already have those of the description from
-    # an earlier greeting.
+    # A card that could not read its stored settings may already have been given the description's
+    # settings by an earlier greeting.
     plain = not has.complete or has.crc == of_robot.crc
     return settings, has.unreadable and plain and wanted is None
 

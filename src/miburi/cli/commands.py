@@ -63,7 +63,8 @@ def main() -> None:
     signal.signal(signal.SIGTERM, _interrupt)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            # A pipe on Windows cannot encode arrows or a mu; its reader gets each line at once.
+            # A pipe on Windows cannot encode arrows or a mu. Also, a reader should get each line at
+            # once.
             stream.reconfigure(errors="replace", line_buffering=True)
     try:
         log_to_stderr()

@@ -133,7 +133,7 @@ def preview(
 
 
 _LEAD = "Take a hand of the resting robot and lead it slowly. To end, keep still for 2 s."
-#: Time without a state after which something may be missing, s (ours).
+#: If no state comes for so long, s, the recording may lack something (ours).
 _GAP = 0.5
 
 

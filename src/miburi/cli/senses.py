@@ -57,7 +57,7 @@ def say(
 ) -> None:
     """Say something to a live partner.
 
-    From elsewhere it needs MIBURI_TOKEN, and over https also MIBURI_AUTHORITY.
+    For a partner on another computer it needs MIBURI_TOKEN, and over https also MIBURI_AUTHORITY.
     """
     with partner_at(url) as partner:
         if as_json:

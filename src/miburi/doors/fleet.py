@@ -67,7 +67,7 @@ class Fleet:
         self._reports: dict[str, HomeReport] = {}
         #: Whether there are more partners than are known here.
         self.overfull = False
-        #: Set while connected, and once all that the broker keeps has arrived.
+        #: Two events: set while connected, and set once all that the broker keeps has arrived.
         self.met, self.greeted = asyncio.Event(), asyncio.Event()
         self._echo = Topics(broker.path(f"fleet-{token_hex(4)}")).here
 
@@ -89,7 +89,7 @@ class Fleet:
             )
             for name in sorted(self._online)
         ]
-        # Whoever needs a person comes first.
+        # Partners that need a person come first.
         partners.sort(key=lambda one: (not _is_stopped(one), not one.lost))
         return FleetOut(connected=connected, partners=partners)
 

@@ -1,7 +1,7 @@
 """The partner's own voice for its pages: the sound of its latest sentence, by a synthesizer.
 
-A page with its voice on plays the sound, and the page's own switch mutes it. While the sound plays,
-the page's ears are closed and the mouth on the page moves with it.
+The sound is played by each page whose voice is switched on; the page's own switch mutes it. While
+the sound plays, the page's ears are closed and the mouth on the page moves with it.
 """
 
 import asyncio
@@ -46,7 +46,7 @@ def voice_router(partner: LivePartner, synthesizer: Synthesizer) -> APIRouter:
         },
     )
     async def voice(number: int) -> Response:
-        """Return the sound of the latest spoken sentence, whose number this is."""
+        """Return the sound of the latest spoken sentence, if ``number`` is its number."""
         nonlocal latest
         spoken(number)
         async with turn:

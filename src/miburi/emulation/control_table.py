@@ -16,7 +16,7 @@ EEPROM_END, SIZE = 64, 228
 class Register:
     """One entry: first byte, size in bytes, factory value, least and largest value.
 
-    ``limit`` names the register whose value is the largest allowed, on both sides of 0. A register
+    ``limit`` names another register, whose value bounds this one on both sides of 0. A register
     without a range (``low`` > ``high``) is read-only.
     """
 

@@ -117,8 +117,8 @@ def zero_moment_radius(
 ) -> float:
     """Return how far the zero-moment point gets from the foot's middle, mm.
 
-    ``motion`` (n, 8) rad, one pose each ``period`` s. Where it stays within the foot's radius the
-    robot does not tip.
+    ``motion`` (n, 8) rad, one pose each ``period`` s. The robot does not tip while the zero-moment
+    point stays within the foot's radius.
     """
     places = np.array(
         [
@@ -145,7 +145,7 @@ def zero_moment_radius(
 
 
 def push_that_tips(robot: Robot, table: Sequence[Weight], height: float) -> float:
-    """Return the horizontal push, N, that tips the robot at rest, ``height`` mm above the table."""
+    """Return the horizontal push, N, at ``height`` mm above the table that tips the robot."""
     mass = sum(weight.mass for weight in table)
     foot = 1000 * robot.shape.pedestal_radius - 1.5  # its edge is cut off
     return float(mass * GRAVITY * foot / height)

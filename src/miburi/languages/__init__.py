@@ -69,7 +69,7 @@ class _Whom(Table):
 
 
 class _Clue(Table):
-    """Patterns for words of a question, and for words that answer it although they differ."""
+    """Patterns for the words of a question, and for different words that answer it."""
 
     asks: str
     tells: str
@@ -186,7 +186,7 @@ def tells_of_oneself(told: str, language: Language) -> bool:
 
 
 def clues_in(question: str, language: Language) -> tuple[set[int], str]:
-    """Return the numbers of the clues that a question asks for, and its other words, plain.
+    """Return the indices of the clues that a question asks for, and its other words, plain.
 
     >>> clues_in("When is my appointment?", "en")[1]
     'when is my'
@@ -200,14 +200,14 @@ def clues_in(question: str, language: Language) -> tuple[set[int], str]:
 
 
 def clues_of(told: str, language: Language) -> set[int]:
-    """Return the numbers of the clues that words give."""
+    """Return the indices of the clues that a statement gives."""
     words = plain(told, language)
     clues = enumerate(_rules(language).clues)
     return {number for number, clue in clues if re.search(clue.tells, words)}
 
 
 def with_whom(told: str, earlier: Iterable[str], language: Language) -> str:
-    """Return what was told; a sentence about "she" gets the name of a person from earlier ones.
+    """Return what was told, with a name before a sentence about "she", from earlier sentences.
 
     ``earlier`` has the sentences before it, the newest first. If an earlier sentence names two
     people whom "she" may mean, no guess is made.

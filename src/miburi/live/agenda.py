@@ -1,7 +1,7 @@
 """Carry out what others ask of a partner, and note what becomes of it.
 
-A request is a *wish*: an event with an id notes its arrival, and exactly one further event its end,
-such as ``gesture_ended``, ``speech_broken_off`` or ``wish_dropped``.
+A request is a *wish*: an event with an id records its arrival, and exactly one later event records
+its end, such as ``gesture_ended``, ``speech_broken_off`` or ``wish_dropped``.
 """
 
 from collections.abc import Callable, Sequence
@@ -100,7 +100,7 @@ class Agenda:
     def tell(
         self, partner: Partner, say: Callable[[], Spoken], why: str | None = None
     ) -> LiveEvent:
-        """Let ``say`` begin a sentence; note it, with the reason, and return the event."""
+        """Call ``say`` to begin a sentence; record it with the reason, and return the event."""
         if self._speaker.speaking:
             self._end_speech("speech_broken_off")
         spoken = say()

@@ -44,7 +44,7 @@ class Commands:
     Parameters
     ----------
     stop
-        Stops the body; it is given who pressed Stop.
+        Stops the body; its argument says who pressed Stop.
     """
 
     def __init__(self, stop: Callable[[By], None]) -> None:
@@ -59,7 +59,7 @@ class Commands:
         self._done: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
 
     def ask(self, command: Callable[[], Result]) -> Future[Result]:
-        """Let the loop run a command; the future returned gets its result or its error.
+        """Let the loop run a command; return a future for its result or its error.
 
         Raises
         ------
@@ -137,7 +137,7 @@ class Commands:
 
 
 def _run(command: Command, future: Future[Any]) -> Callable[[], None]:
-    """Run a command; return a function that answers the asker, also with an error."""
+    """Run a command; return a function that gives the asker the result or the error."""
     try:
         answer = partial(future.set_result, command())
     except UnsettledError:

@@ -60,7 +60,7 @@ class Pace:
         self.failure: str | None = None
 
     def start(self, on_failure: Callable[[], None]) -> None:
-        """Start both threads; ``on_failure`` is called once, from any thread, if it is given up."""
+        """Start both threads; any of them calls ``on_failure`` if the loop is given up on."""
         self._on_failure = on_failure
         self._watchdog.beat()
         self._thread = threading.Thread(target=self._run, name="partner", daemon=True)

@@ -171,8 +171,8 @@ def effort(runs: Runs) -> Claim:
         f"{found.blocked} trials, anywhere on the arms: 95 % press on the person with "
         f"{pressed:.1f} N or less over 0.1 s; the peak of the first touch is {peak:.1f} N in the "
         f"median, {found.peak_force_p99:.0f} N or less in 99 %",
-        "very low is less than a hand weighs, 3.3 N (0.56 % of 60 kg, de Leva 1996); the condition "
-        "is a mean over 0.1 s, without the first touch's peak",
+        "we take “very low” as less than a hand weighs, 3.3 N (0.56 % of 60 kg, de Leva 1996); the "
+        "condition is a mean over 0.1 s, without the first touch's peak",
     )
 
 
