@@ -89,7 +89,7 @@ Tune = list[Annotated[list[float], Field(min_length=2, max_length=2)]]
 
 
 class Spoken(BaseModel):
-    """What the partner says aloud; pages with the voice on speak it."""
+    """A sentence that the partner says aloud; pages whose voice is switched on speak it."""
 
     number: int = Field(description="A new number means a new sentence.")
     text: str = Field(description="The sentence.")
@@ -259,7 +259,7 @@ class MotorsOut(BaseModel):
 
 
 class Snapshot:
-    """One state, and its JSON; each made from the other at most once, for all viewers."""
+    """One state as an object and as JSON; the missing form is made once, for all viewers."""
 
     def __init__(self, state: State | None = None, json: str = "", serial: int = -1) -> None:
         self._given, self._json = state, json
@@ -277,7 +277,7 @@ class Snapshot:
         return self._json or self.state.model_dump_json()
 
     def at_least(self, serial: int, body: BodyState, held: bool, latest: int) -> "Snapshot":
-        """Return this state with what must show even if the observer fails, such as a stop."""
+        """Return this state with fields that must be right even if the observer fails."""
         update = {
             "serial": serial,
             "time": round(body.time, 3),

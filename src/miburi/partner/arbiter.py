@@ -40,7 +40,7 @@ class Company:
     calm
         Whether somebody is in distress. The partner then shows no feeling, and rests.
     attends
-        Its part in a conversation, in which it faces the person; None: there is none.
+        Its role in a conversation, in which it faces the person; None if there is no conversation.
     """
 
     gaze: float = 0.0
@@ -123,7 +123,7 @@ class Arbiter:
         self.asked, self.asked_at, self._interrupts = asked, time, interrupts
 
     def speak(self, time: float, strokes: Sequence[float]) -> None:
-        """Note the times of prominent syllables of a sentence, s from ``time`` on, ascending."""
+        """Note the times of prominent syllables of a sentence, ascending, in s after ``time``."""
         within = [at for at in strokes if at >= gestures.BEAT_LEAD]
         chosen = [] if self._rest is None else self._rest.choose(within)
         self._strokes = deque(time + at for at in chosen)

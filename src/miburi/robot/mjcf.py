@@ -35,7 +35,7 @@ TIMESTEP = 0.002
 FACE_PIXELS = 192
 #: Position of the human hand while nobody reaches for the robot, m.
 HAND_AWAY = (0.45, -0.35, 0.10)
-#: The human hand is a capsule of this radius and half length (a finger or two), m.
+#: The human hand is a capsule: its radius, and half of its length (a finger or two), m.
 HAND_SIZE = (0.016, 0.045)
 #: Mass of the sprung hand, kg: that of a hand in ISO/TS 15066's body model.
 HAND_MASS = 0.6
@@ -59,7 +59,8 @@ def to_mjcf(
 
     The mocap body ``hand`` collides with the robot only. A ``sprung_hand`` has mass, hangs on a
     spring along each axis (joints ``hand_x``, ``hand_y``, ``hand_z``) and can grasp, by the
-    equality ``grasp``. With ``face`` the screen carries a square of the material ``face``, whose
+    equality constraint ``grasp``. With ``face`` the screen carries a square of the material
+    ``face``, whose
     texture can be drawn on. ``meshes`` are the files of the real shapes, in mm, by link and colour:
     with them, the real shapes and the phone are drawn, and the simple shapes that collide are in
     group 3, which viewers hide.
@@ -129,7 +130,8 @@ def to_mjcf(
         _hand(world)
     if face:
         _face(robot, asset, bodies["head"])
-    # MuJoCo itself excludes pairs that a joint connects, but not for bodies fixed to the world.
+    # MuJoCo itself ignores contacts between bodies that a joint connects, unless one is fixed to
+    # the world.
     ET.SubElement(ET.SubElement(root, "contact"), "exclude", body1=BASE, body2="torso")
     actuator = ET.SubElement(root, "actuator")
     servo = robot.servo.model
@@ -145,7 +147,7 @@ def to_mjcf(
 
 
 def _horns(root: ET.Element, servo: Servo) -> None:
-    """Add friction behind gears with play, by a tendon along the joints of motor and play."""
+    """Add friction behind gears that have play: a tendon spans motor and play."""
     if not servo.loop.backlash:
         return
     tendons = ET.SubElement(root, "tendon")

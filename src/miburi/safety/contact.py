@@ -30,9 +30,9 @@ of the iphonoid's right shoulder; a step is 0.088°.
 
 1. ``lag``, 5.5 ms: the delay with which the motor follows its profile.
 2. ``slack``, 10 steps: the travel that may always be missing from a window, because encoders count
-whole steps and gears have play. 3. ``least``, 8 steps: a window in which less travel is expected is
-not judged, because one step is
-   too coarse a measure for a slow motion. If that is still so when the period ends, the window
+whole steps and gears have play. 3. ``least``, 8 steps: a window is judged only if at least this
+travel is expected, because one step is too coarse a measure for a slow motion. If that is still so
+when the period ends, the window
    runs on: at 50 steps/s it is judged after 160 ms.
 4. ``behind``, 12 steps: the motor may never be further than this behind the delayed profile. 5.
 ``ahead``, 12 steps: it may never be further than this ahead of the delayed profile. 6. ``arrival``,
@@ -178,7 +178,8 @@ class Contact:
     sign
         Which part of the rule saw it.
     measured, expected
-        Travel in 1/256 steps: in the window for the sign ``speed``, else since the move began.
+        Travel in 1/256 steps: within the window if the sign is ``speed``, and otherwise since the
+        move began.
     length
         Duration of that travel, µs.
     """
@@ -284,7 +285,7 @@ class Watch:
     def go_on(self, before: "Watch", seen: int, elapsed: int) -> None:
         """Continue the watch over a move that was replaced: nothing is forgotten.
 
-        A hand that holds a motor back is seen however often moves replace one another. Only the
+        A hand that holds a motor back is noticed, however often moves replace one another. Only the
         window of a motor that turns round starts again, at its turning point: otherwise travel in
         both directions would be added up.
 
@@ -358,7 +359,7 @@ class Watch:
     def expected_travel(self, time: int) -> Steps:
         """Return the travel of the delayed profile since the move began, (8,) in 1/256 steps."""
         if time not in self._upcoming:
-            # Twenty regular readings at once cost hardly more than one.
+            # To compute twenty regular readings at once takes hardly longer than to compute one.
             times = time + _READINGS
             travels = self.profile.position(times[:, None] - self.rule.guards.lag) + self._offset
             self._upcoming = dict(zip(times.tolist(), travels, strict=True))
@@ -374,7 +375,7 @@ def lag_doubt(profile: Profile) -> Steps:
 
 
 def worst(sign: Sign, suspects: Flags, window: Window) -> Contact:
-    """Return the contact of the suspect with the largest deviation; of equals, the first."""
+    """Return the contact of the suspected motor that deviates most; of equals, the first."""
     deviation = np.where(suspects, np.abs(window.expected - window.measured), -1)
     motor = int(np.argmax(deviation))
     measured, expected, length = (

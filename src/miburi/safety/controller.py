@@ -29,9 +29,9 @@ on pressing (all figures are ours):
 A body at rest can be led by hand. If a motor is held away from its resting place for
 ``YIELD_AFTER``, by more than its ``slack`` and its ``arrival``, the body stops as ``TOUCHED``. All
 motors then hold softly where they are, yield every ``YIELD_AFTER``, and go back slowly when they
-are released. After ``YIELDS`` in a row they wait until nothing keeps them from their places: a
-motor that turns the wrong way would otherwise go on for ever. If a limb was led to a place where
-its weight pulls more, it sinks a little each time that it yields.
+are released. After giving way ``YIELDS`` times in a row, they wait until nothing keeps them from
+their places. Otherwise a motor that turns the wrong way would turn for ever. If a limb was led to a
+place where its weight pulls more, it sinks a little each time that it yields.
 """
 
 from dataclasses import dataclass, replace
@@ -297,8 +297,8 @@ class Controller:
         travel = np.maximum((positions - self.watch.start) * direction + self.watch.came, 0)
         most = round(GIVE_WAY / step)
         if self.watch.turned[motor] and travel[motor] < most:
-            # The motor has hardly come back yet. So the obstacle lies further along the path that
-            # the free servo would have taken.
+            # The motor has hardly come back yet. So the obstacle is further along the free servo's
+            # path than the motor is.
             stays = positions.copy()
             stays[motor] -= direction[motor] * (
                 most if contact.measured < contact.expected else -most
@@ -344,8 +344,8 @@ class Controller:
             return
         self._yields_at = time + YIELD_AFTER if self._is_led else None
         here = positions + self._sag
-        # Whether a motor is held away by more than it may stray at rest, or, while led by hand, by
-        # a little.
+        # Whether a motor is held away: by more than it may stray at rest, or by only a little while
+        # a hand leads the body.
         most = 2 if self._is_led else self.rule.guards.slack
         blocked = 2 * np.abs(here - self.origin) > most
         if not blocked.any():

@@ -1,7 +1,7 @@
 """The contact rule exactly as the paper prints it (Eqs. 1 and 2), for comparison.
 
 :class:`PrintedRule` takes the place of :class:`~miburi.safety.contact.Rule`: at the end of each
-period it compares the speed of each motor that has not arrived with the speed sent. In
+period for each motor that has not arrived, it compares the measured speed with the speed sent. In
 its first window a motor that follows with a lag, and with a ramp a, covers v (p − lag − v / 2a): it
 passes only if lag + v / 2a is at most 0.0628 p, 6.28 ms. Real servos need more, and brake too, so
 the rule stops nearly every free move; ``docs/paper.md`` shows the share of moves that it stops,

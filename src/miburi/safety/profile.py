@@ -70,7 +70,7 @@ class Profile:
     initial
         (n,) speed at the start, 1/256 steps/s along the direction; 0 from rest.
     shift
-        (n,) twice the delay, µs, of this motor against a motor that begins at the cruising speed.
+        (n,) twice the delay, µs, of each motor compared with one that begins at the cruising speed.
     fastest
         (n,) the top speed that each motor reaches, 1/256 steps/s; a triangle's is at its tip.
     """
@@ -125,7 +125,7 @@ class Profile:
         """
         t: Steps = np.minimum(np.maximum(time, 0), self.total)
         left = self.total - t
-        # With t clipped to the ramp, a t² · 128 fits into 64 bits for every allowed servo.
+        # With t clipped to the ramp, a · t² · 128 fits into 64 bits for every allowed servo.
         risen = np.minimum(t, self.ramp)
         rising = self.acceleration * risen * risen * (FINE // 2) // SECOND**2
         to_go = np.minimum(left, self.fall)

@@ -22,7 +22,8 @@ __all__ = [
     "own_addresses",
 ]
 
-#: Connections that the kernel queues; it makes any beyond these retry after a second.
+#: The number of connections that the kernel queues; any further ones have to try again after a
+#: second.
 _BACKLOG = 1024
 #: Hosts that mean every address of this computer.
 EVERYWHERE = ("0.0.0.0", "::", "")  # noqa: S104

@@ -127,7 +127,7 @@ def own_names() -> list[str]:
 
 
 def kept_certificates(folder: Path, hosts: Iterable[str], now: datetime) -> Certificates:
-    """Return the certificates in a folder; make those that are missing or no longer usable.
+    """Return the certificates in a folder; replace those that are missing or no longer usable.
 
     The authority is made once, and replaced only if its file is broken, not ours, open to others,
     or near its end. The server's certificate is also replaced when the hosts change.
@@ -308,7 +308,7 @@ def _pem(identity: _Identity) -> bytes:
 
 
 def _write(path: Path, content: bytes, mode: int) -> None:
-    """Write a file that is complete, and never more open than ``mode``, at every moment."""
+    """Write a file that is complete at every moment, and never more open than ``mode``."""
     draft = path.with_name(f".{path.name}.new")
     draft.unlink(missing_ok=True)
     with os.fdopen(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode), "wb") as file:

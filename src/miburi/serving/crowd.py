@@ -22,7 +22,7 @@ _ByAddress = defaultdict[str, dict[Guest, None]]
 
 
 class Crowd:
-    """All guests, and the files that they take.
+    """All guests (connections), and the file descriptors that they use.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ class Crowd:
         _leave(self._shaking, guest)
 
     def set_apart(self, guest: Guest) -> None:
-        """Let a guest no longer count for its address."""
+        """Take a guest out of the count of its address."""
         self._apart[guest] = None
         _leave(self._addresses, guest)
 

@@ -1,9 +1,9 @@
 """How a server takes connections: what it grants them before it knows who is asking.
 
 Headers are limited in size, and must arrive in time. An address may have only a limited number of
-connections: one more closes its oldest silent one, so that nobody keeps others out by opening many
-and saying nothing. An encrypted connection counts from its first moment, not from the end of its
-handshake, so the same holds for it.
+connections. A further connection closes the oldest silent one of its address, so nobody keeps
+others out by opening many and saying nothing. An encrypted connection counts from its first moment,
+not from the end of its handshake, so the same holds for it.
 
 If a :mod:`reception <miburi.serving.reception>` listens for the server, each request by http comes
 through a :class:`Passage` with a connection of its own, which ends with the answer.
@@ -32,8 +32,8 @@ from miburi.serving.passing import ENCRYPTED, Note, Passed, taken_in
 
 __all__ = ["Passage", "configure", "encryption", "listen_encrypted"]
 
-#: s for which a closed connection waits for the other side, which may be asleep, to say farewell;
-#: less than the server's own shutdown may take.
+#: How long, s, a connection that we close waits for the other side, which may be asleep, to close
+#: it, too. It must be shorter than the server's own shutdown may take.
 _FAREWELL = 0.5
 _BACKLOG = 2048
 #: Key in a request's state: what a reception knows of it.
@@ -189,7 +189,7 @@ def _made(server: uvicorn.Server) -> _Connection:
 async def listen_encrypted(
     server: uvicorn.Server, listener: socket.socket, context: ssl.SSLContext
 ) -> None:
-    """Let a server that has started listen on one more socket, by https."""
+    """Let a running server listen on one more socket, by https."""
     server.servers.append(
         await asyncio.get_running_loop().create_server(
             lambda: _Handshake(_made(server), context),

@@ -21,8 +21,8 @@ _DRAWN = range(16, 65)
 #: Who presses: a person at a page or a terminal; a smart home; an agent (MCP); ROS; a program that
 #: uses :mod:`miburi.client.remote`; the partner itself, where nobody could have pressed.
 By = Literal["person", "home", "agent", "ros", "program", "partner"]
-#: Programs may end the Stops of these. Agents and ROS cannot release anything, and people who stop
-#: through them rely on a person to look.
+#: Programs may end the Stops of these. Agents and ROS cannot release anything: people who press
+#: Stop through them rely on somebody who looks at the body first.
 _PROGRAMS_MAY_END = ("program", "partner")
 _HELD = (
     "a person pressed Stop, so only a person can release the body: in the studio or on its face. "

@@ -27,7 +27,7 @@ RELEASE = "/api/page/release"
 
 
 class _Shown(Message):
-    """The state that a page shows, by its serial."""
+    """The number of the state that a page shows."""
 
     seen: int | None = None
 

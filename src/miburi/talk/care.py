@@ -62,7 +62,7 @@ class WordsOfCare(Table):
         Lines for the ten minutes after words of distress, used in turn.
     ask, yes
         Questions about possible distress, by kind, and regular expressions for a yes. A language
-        without a model has neither.
+        without a model of distress has neither.
     help
         Advice, by kind of distress.
     never
@@ -128,7 +128,7 @@ def find_region(name: str) -> str:
 
 
 def agrees(text: str, language: Language) -> bool:
-    """Whether an answer is a yes to the question if somebody needs help."""
+    """Whether an answer says yes to the question whether somebody needs help."""
     return find_phrase(_yes(language), plain(text, language), language) is not None
 
 

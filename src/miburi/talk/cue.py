@@ -36,16 +36,16 @@ class Cue(Table):
     look
         Where it looks.
     stays
-        For how many turns later words may refer to this cue. With 1, they are a question that the
-        script's ``again`` matches, unless it asks for an act; with more, they are words that
-        ``more`` matches.
+        The number of turns in which words may still refer to this cue. If it is 1, a question that
+        the script's ``again`` matches does so, unless it asks for an act; if it is more, words that
+        ``more`` matches do.
     broad
         Whether its patterns catch much, so that :mod:`miburi.talk.asking` may know better.
     light
         Whether a wrong match would be silly: the model must be surer than elsewhere, and beside
         ``heavy`` words this cue is not used.
     mine
-        Whether this topic is only about somebody who speaks of themselves.
+        Whether this topic applies only if the speaker speaks of themselves.
     heavy
         Whether this topic is taken up although a greeting or thanks came before it.
     own
@@ -55,8 +55,8 @@ class Cue(Table):
     capital
         Whether what it is about must be written with a capital, as a name is.
     without, within
-        A slot that must be empty, and one that must be filled: a person whose name is known does
-        not get another by "it is Toby"; "I do not get it" is about a joke only after one
+        A slot that must be empty, and one that must be filled: if the speaker's name is known, "it
+        is Toby" does not change it; "I do not get it" is about a joke only after one
         (``after_joke``).
     tune
         [Hz, s] notes that a page plays instead of the words.

@@ -22,7 +22,7 @@ LONGEST_REPLY = 300
 
 #: Characters that are read, and braces that are tried as the beginning of an object (ours).
 _READ, _TRIES = 8000, 64
-#: The strength of a feeling that came without a usable one (ours).
+#: The strength of a feeling whose strength is missing or unusable (ours).
 _USUAL = 0.5
 #: What models call the eight feelings; any other name is no feeling.
 _SYNONYMS = {

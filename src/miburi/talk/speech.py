@@ -1,4 +1,4 @@
-"""Take what is said to the partner: hear the feeling of the words, feel with it, and answer."""
+"""Take what is said to the partner: hear the feeling of the words, share it, and answer."""
 
 import asyncio
 from collections import Counter
@@ -39,12 +39,12 @@ __all__ = ["Speech"]
 #: How long the partner looks in a direction on request, s, and the mood of a gesture on request
 #: (ours).
 _LOOKED, _SHOWN = 2.0, 0.8
-#: The likelihood from which a joy is shared although there are words of illness or death (ours).
+#: How likely a joy must be to be shared although there are words of illness or death (ours).
 _SURE_OF_JOY = 0.9
 #: How long a "yes" still answers the question whether somebody needs help (ours).
 _ANSWERED = timedelta(minutes=2)
-#: The first this many answers after words of distress return to the distress; after them, one in
-#: this many (ours).
+#: After words of distress, the first three answers return to the distress, and then every fifth
+#: (ours).
 _STAYS, _EVERY = 3, 5
 
 
@@ -64,7 +64,7 @@ class Speech:
     seed
         Chooses among its own answers.
     folder
-        The folder for what the partner knows about people; with None, it forgets that at its end.
+        The folder for what the partner knows about people; None: it forgets that when it ends.
     """
 
     def __init__(

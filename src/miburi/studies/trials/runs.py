@@ -70,7 +70,7 @@ def carry_out_plan(
     InputError
         ``workers`` is not positive.
     OutputError
-        ``out`` cannot be written, or another run's journal is in its place.
+        ``out`` cannot be written, or its journal belongs to another run.
     MiburiError
         ``ray`` is given and Ray is not installed or does not answer, or ``out`` is given and
         PyArrow is not installed.

@@ -77,8 +77,8 @@ class Summary:
     latency_above_2N_max
         The longest latency of contacts that reached 2 N over 0.1 s.
     peak_force_p99, peak_force_p99_interval
-        The force that 99 of 100 contacts stay under, and its interval from the order of the values
-        alone; a largest value has none, since it grows with the number of trials.
+        The force that 99 of 100 contacts stay under, and its interval, from the order of the values
+        alone. The largest value has no interval, because it grows with the number of trials.
 
     Intervals of counts are Wilson's; all are of 95 %. A figure that rests on no trial is None.
     """

@@ -76,7 +76,7 @@ class Outcome:
     seconds
         Simulated time.
     stopped, sign, motor
-        Whether the contact rule stopped the body, the sign that it noticed, and the motor.
+        Whether the contact rule stopped the body, the sign of contact, and the motor.
     false_stop
         Whether it stopped before anybody touched it.
     touched
@@ -91,8 +91,8 @@ class Outcome:
     right_motor
         Whether the stop names a motor that carries the touched part.
     brushes, brush_force
-        How many people were drawn earlier whom the robot only brushed past, and the largest force
-        on them.
+        The number of people that the trial drew before and the robot only brushed past, and the
+        largest force on them.
     self_collision
         Whether two parts of the robot met before anybody touched it.
     """
@@ -205,7 +205,7 @@ def enact(
 def _meetings(
     plant: TrialPlant, conditions: Conditions, hand: HandKind, rng: np.random.Generator
 ) -> Iterator[tuple[Person, Meeting]]:
-    """Yield persons who can meet the drawn move, each with the meeting."""
+    """Yield persons in the way of the move that was drawn, each with their meeting."""
     for _ in range(_PERSONS):
         person = draw_person(rng, hand)
         meeting = plan(plant, person, conditions.start, conditions.moves[0][0])
