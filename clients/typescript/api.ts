@@ -1738,7 +1738,7 @@ export interface components {
             until?: number | null;
             /**
              * Right
-             * @description The right hand, relative to its shoulder: forward, out, up; 1 is the arm's reach.
+             * @description The right hand, relative to its shoulder: forward, out, up; 1 is the reach.
              */
             right: number[];
             /**
@@ -2128,7 +2128,7 @@ export interface components {
         };
         /**
          * Spoken
-         * @description What the partner says aloud; pages with the voice on speak it.
+         * @description A sentence that the partner says aloud; pages whose voice is switched on speak it.
          */
         Spoken: {
             /**
