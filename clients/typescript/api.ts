@@ -492,7 +492,7 @@ export interface paths {
         put?: never;
         /**
          * Words
-         * @description Include what people say in events from now on; or stop, and delete it.
+         * @description Set whether events include people's words; if not, the words kept so far are deleted.
          */
         post: operations["words"];
         delete?: never;

@@ -81,7 +81,7 @@ def _search_as_printed(problem: Problem, x: Array, told: Array, iterations: int)
 def _search_from_ends(
     problem: Problem, x: Array, told: Array, best: float, iterations: int
 ) -> LocalSearch:
-    """Search by residuals, then from clones with one variable at a bound, as long as it helps."""
+    """Search by residuals; then, while it helps, from clones with one variable at a bound."""
     ends = problem.settings.ends
     value, linear = yield from _descend(problem, x, told, best, iterations)
     for _ in range(_SWEEPS if ends else 0):
@@ -150,7 +150,7 @@ def _descend(problem: Problem, x: Array, told: Array, best: float, iterations: i
 
 
 def _learn(known: int, normal: Array, step: Array, gradient: Array, old: Array) -> Array:
-    """Return half the Hessian after a new ``gradient``, which follows ``known`` earlier ones."""
+    """Return half the Hessian after a new ``gradient``; ``known`` counts the earlier ones."""
     if known == 0:  # scaled so that the first step has about the length _FIRST
         return np.eye(gradient.size) * float(np.linalg.norm(gradient)) / (2.0 * _FIRST)
     change = gradient - old
@@ -161,7 +161,7 @@ def _learn(known: int, normal: Array, step: Array, gradient: Array, old: Array) 
 
 
 def _slopes(problem: Problem, x: Array, told: Array) -> Generator[Array, Array, Array]:
-    """Return the function's derivatives, (m, n), at ``x``, where it returned ``told``."""
+    """Return the derivatives, (m, n), at ``x``, where the function's value is ``told``."""
     if problem.jacobian is not None:
         wanted = f"finite derivatives of the shape {(told.size, x.size)}"
         given = np.atleast_2d(real_numbers(problem.jacobian(x), "jacobian(x)", wanted))

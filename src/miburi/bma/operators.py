@@ -125,7 +125,7 @@ def differences(x: Array, centre: Array, points: Array, values: Array) -> Array:
 
 
 def free(x: Array, gradient: Array, lower: Array, upper: Array) -> NDArray[np.bool_]:
-    """Return which variables, (n,), the gradient does not push against a bound."""
+    """Return a mask, (n,), of the variables that the gradient does not push against a bound."""
     pressed = ((x <= lower) & (gradient >= 0.0)) | ((x >= upper) & (gradient <= 0.0))
     return ~pressed
 
@@ -135,7 +135,7 @@ def printed_step(gradient: Array, damping: float) -> tuple[Array, float]:
 
     The ratio that sets the next γ divides by gᵀs.
 
-    But for γ I the matrix has rank one, so s = -g / (γ + gᵀg) (Sherman and Morrison).
+    Apart from γ I the matrix has rank one, so s = -g / (γ + gᵀg) (Sherman and Morrison).
     """
     squared = gradient @ gradient
     return gradient / -(damping + squared), float(-squared / (damping + squared))
@@ -179,9 +179,9 @@ def ends(x: Array, lower: Array, upper: Array) -> Array:
     """Return 2n clones of ``x``: each variable once at its least and once at its greatest value.
 
     This is ours, not the paper's. Where a local search is trapped, the way out often begins at a
-    bound. A joint at one limit escapes from the other, since after half a turn an arm bent the
-    other way is nearly where it was. A nearly straight arm escapes from the limit that bends it
-    back.
+    bound. A search that is stuck at one limit of a joint starts again from its other limit: after
+    half a turn, an arm that is bent the other way is nearly in the same place. For a nearly
+    straight arm, that is the limit at which it is bent backwards.
     """
     clones, j = np.repeat(x[None], 2 * x.size, axis=0), np.arange(x.size)
     clones[2 * j, j], clones[2 * j + 1, j] = lower, upper

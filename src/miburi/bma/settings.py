@@ -146,7 +146,7 @@ class Settings:
 
 _SEARCHES = ("printed", "gradient", "residual")
 _MOST = 1_000_000
-#: The least that a count may be; 0 for the others.
+#: The least value of some counts; the other counts may be 0.
 _LEAST = {"individuals": 2, "clones": 2, "segment": 1, "transferred": 1}
 _COUNTS = tuple(name for name, kind in Settings.__annotations__.items() if kind is int)
 _TINY, _HUGE = 1e-300, 1e300

@@ -183,7 +183,7 @@ class Body(Protocol):
         """
 
     def course(self) -> Course:
-        """Return where the motors' profiles are now: the start of a move that begins at once."""
+        """Return where the motors' profiles are now; a move that begins at once starts there."""
 
     def stop(self) -> None:
         """Stop all motors and hold softly until released."""

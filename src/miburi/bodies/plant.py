@@ -68,7 +68,7 @@ class Plant:
         #: Which motors :meth:`push` drives by their duty; None before the first push.
         self._driven: NDArray[np.bool_] | None = None
         self._hand = self.model.geom("hand").id
-        #: The parts that a placed hand is kept out of; a sprung one gives way by itself.
+        #: The parts that a placed hand is kept out of; a sprung hand gives way by itself.
         trunk = [] if sprung_hand else [self.model.body(name).id for name in (BASE, "torso")]
         self._trunk = np.flatnonzero(np.isin(self.model.geom_bodyid, trunk))
         self._start = 0.0
@@ -80,8 +80,8 @@ class Plant:
         motor = self._servo.motor
         self._braking = np.full(len(JOINTS), self._servo.damping - self._servo.friction.viscous)
         self._stiffness, self._damping = self._servo.stiffness, self._servo.control_damping
-        #: The supply's voltage under load drops by this, V²/(N·m)², times the square of the torque,
-        #: divided by the voltage.
+        #: The constant k, V²/(N·m)², of the supply's drop under load, k T² / U, with torque T and
+        #: voltage U.
         self._drop = self._servo.supply.resistance * motor.resistance / motor.torque_constant**2
         from miburi.servos.friction import set_friction  # it loads Numba
 

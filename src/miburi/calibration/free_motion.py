@@ -88,7 +88,7 @@ class Need:
     Attributes
     ----------
     slack
-        Travel that was missing from a window, beyond the ratio.
+        Travel that a window lacked, beyond what the ratio allows.
     behind, ahead
         Distance from the delayed profile, less the ``lag_doubt`` that the rule adds itself.
     arrival

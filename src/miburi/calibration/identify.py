@@ -322,7 +322,7 @@ def _stiffened(robot: Robot, times: float) -> Robot:
 def proposed_gain(robot: Robot, found: Identified) -> int:
     """Return the P gain with which these servos are as stiff as they should be.
 
-    It stays as it is where the servos' median is good, 4 to 5.5 N·m/rad as measured.
+    It stays as it is if the median stiffness of the servos, as measured, is 4 to 5.5 N·m/rad.
     """
     gain, middle = robot.servo.model.drive.gain, float(np.median(stiffness(robot, found)))
     if _WELL[0] <= middle <= _WELL[1]:

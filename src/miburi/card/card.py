@@ -55,7 +55,8 @@ _SILENCE = 1.0
 _RETRY = 1.0
 #: Seconds between heartbeats to an idle card; it stops after 30 s without one.
 _LIFE = 5.0
-#: Least time between two reports, ms; shorter than that between readings, so that all are sent.
+#: Least time between two reports, ms; shorter than the time between readings, so that each reading
+#: is reported.
 _REPORT_PERIOD = 10
 #: Seconds within which several reports arrive.
 _LOOK = 0.1

@@ -57,7 +57,7 @@ class Order(NamedTuple):
         move: Move,
         velocity: Steps | None = None,
     ) -> "Order":
-        """Return the order for motors at ``positions`` whose profiles are at ``origin``; steps.
+        """Return the order for motors at ``positions`` with profiles at ``origin``, in steps.
 
         ``velocity`` is the profiles', (8,) 1/256 steps/s; None if the motors are held.
         """
@@ -178,7 +178,7 @@ class Underway(NamedTuple):
     def of(
         cls, order: Order, settings: CardSettings, place: Steps, velocity: Steps, began: int = 0
     ) -> "Underway":
-        """Return an order that begins where the profiles are, in 1/256 steps, 1/256 steps/s."""
+        """Return an order that begins where the profiles are, and at their speed."""
         profile, direction = order.profile(settings, whole(place), velocity)
         motion = Motion(profile, direction, whole(place))
         return cls(order, began, granted_share(profile), motion)

@@ -51,7 +51,7 @@ class Asker:
 
     @classmethod
     def within(cls, app: FastAPI, by: By) -> Self:
-        """Return an asker for an application in this process; its Stops count as pressed ``by``."""
+        """Return an asker for an application in this process; ``by`` says who presses its Stops."""
         transport = httpx.ASGITransport(app, raise_app_exceptions=False)
         http = httpx.AsyncClient(
             transport=transport, base_url="http://127.0.0.1/api/v1", headers={BY: by}

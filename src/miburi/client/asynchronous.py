@@ -136,7 +136,7 @@ class AsyncPartner:
         return await self._asker.say(SayIn(text=text, tone=tone))
 
     async def speak(self, text: str) -> str:
-        """Let the partner say something aloud, where a page has its voice on."""
+        """Let the partner say something aloud on pages whose voice is switched on."""
         return await self._asker.wish("/speak", SpeakIn(text=text))
 
     async def express(self, expression: Expression) -> str:

@@ -187,7 +187,7 @@ class RemotePartner:
         return SayOut.model_validate_json(self._line.ask("POST", "/say", said).content)
 
     def speak(self, text: str) -> str:
-        """Let the partner say something aloud, where a page has its voice on; return its id."""
+        """Let the partner say something on pages whose voice is on; return the request's id."""
         return self._line.wish("/speak", {"text": text})
 
     def express(

@@ -196,7 +196,7 @@ def _in_words(
 def _wish(
     work: Callable[Parameters, Awaitable[str]],
 ) -> Callable[Parameters, Awaitable[str]]:
-    """Also return an answer if the body cannot do something now: that is not the agent's error."""
+    """Answer, too, if the body cannot do something now: that is not the agent's error."""
 
     @wraps(work)
     async def answer(*args: Parameters.args, **kwargs: Parameters.kwargs) -> str:

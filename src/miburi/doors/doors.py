@@ -1,6 +1,6 @@
 """The doors besides HTTP that a user can open.
 
-A door's libraries, an extra, are loaded on opening.
+A door's libraries are loaded when it is opened; they come with an extra of pip.
 """
 
 from dataclasses import dataclass, field

@@ -50,7 +50,7 @@ class About:
 
 
 def cut(payload: object) -> bytes:
-    """Return a payload, cut to the longest wish, so that overlong ones cost nothing."""
+    """Return a payload, cut to the longest allowed length, so that a longer one costs nothing."""
     return payload[:_LONGEST] if isinstance(payload, bytes) else b""
 
 

@@ -76,7 +76,7 @@ class RosNetwork:
 
 
 def _peers() -> str:
-    """Return this computer's addresses: a ROS node accepts only what is sent to one of its own."""
+    """Return this computer's addresses: a ROS node accepts only what is sent to its computer."""
     own = {
         str(address.ip)
         for adapter in ifaddr.get_adapters()

@@ -162,7 +162,7 @@ class Servo:
         self.segment = self.before = None
 
     def drive(self, time: float, place: float, speed: float) -> float | None:
-        """Return the motor's duty, −1 to 1, at a turn of the control; None with torque off.
+        """Return the motor's duty, −1 to 1, in a period of the control; None with torque off.
 
         ``place`` is where the shaft is, in steps; ``speed`` its speed, in steps/s.
         """
@@ -263,7 +263,7 @@ class Servo:
         return self._error(0), bytes(data[at] if at < len(data) else 0 for at in addresses)
 
     def _reading(self, name: str, time: float) -> int:
-        """Return what a register holds that the servo fills in when it is read."""
+        """Return the value of a register that the servo fills in when it is read."""
         sign, segment, value = self._count.sign, self._under_way(time), 0
         place = self.shaft.position(self, time)
         wanted = place if segment is None else segment.at(time)

@@ -84,7 +84,7 @@ class EmotionalModel(FeelingModel):
         self._levels = np.where(self._held, self._levels, levels) if held else levels
 
     def _passage(self, dt: float, *, held: bool) -> "_Passage":
-        """Return what ``dt`` seconds do; the latest is kept, since most steps are equally long.
+        """Return what ``dt`` seconds do; the result is kept, since most steps are equally long.
 
         Without a held level it depends on the temperament and ``dt`` alone.
         """
@@ -174,7 +174,7 @@ class _Passage(NamedTuple):
         )
 
     def take(self, pending: Array, level: Array) -> tuple[Array, Array]:
-        """Return what is pending, and the level, afterwards."""
+        """Return what is pending, and the level, after the step."""
         p, x = pending - self.rest_pending, level - self.rest_level
         p, x = (
             self.kept * p + self.phi * (self.staying * p - self.supply * x),

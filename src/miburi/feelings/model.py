@@ -315,7 +315,7 @@ class FeelingModel(ABC):
         self._lowered *= np.exp(-dt / self.temperament.fading[2])
 
     def _inhibit_mood(self, remaining: Array) -> None:
-        """Multiply the shown mood by a share, (n,); the model also multiplies its slowest level."""
+        """Multiply the shown mood by a share, (n,); subclasses do so with their slowest level."""
         sunk = remaining * self._lowered + (1 - remaining) * self._rest
         self._lowered = np.where(self._held[2], self._lowered, sunk)
 
@@ -325,7 +325,7 @@ class FeelingModel(ABC):
 
     @abstractmethod
     def _excite(self, feeling: int, strength: float) -> None:
-        """Apply a stimulus; its strength allows for its source and for habituation."""
+        """Apply a stimulus, whose strength is already scaled for its source and for habituation."""
 
     @abstractmethod
     def _pass(self, dt: float) -> None:

@@ -94,7 +94,8 @@ class SpikingModel(FeelingModel):
         while (first := self._next.min()) <= self._since:
             layer, neuron = divmod(int(self._next.argmin()), len(FEELINGS))
             self._advance(first)
-            # A spike may lower the mood, so let losses heal up to the spike, and from then on.
+            # A spike may lower the mood, so let losses heal in two steps, before the spike and
+            # after it.
             self._heal(left - self._since)
             left = self._since
             self._fire(layer, neuron)

@@ -107,8 +107,8 @@ class Turning(Table):
 class Attaching(Table):
     """How slowly an attachment to a person changes, and how much resting moods follow it (ours).
 
-    An attachment's time constant is a mood's times ``slower``; the attachment times ``leaning`` is
-    added to the resting moods.
+    The time constant of an attachment is that of a mood, multiplied by ``slower``. The attachment,
+    multiplied by ``leaning``, is added to the resting moods.
     """
 
     slower: Annotated[float, Field(ge=1, le=10_000)] = 500.0

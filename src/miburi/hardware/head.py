@@ -19,7 +19,8 @@ from miburi.robot.description import Array
 
 __all__ = ["NECK_FLANGE", "Clamp", "clamp", "cradle", "jaw", "jaw_rows", "neck", "phone"]
 
-#: mm: the cradle's plate, the foam behind the phone, and how much narrower the narrowest phone is.
+#: In mm: the cradle's plate, the foam behind the phone, and by how much a phone may be narrower
+#: than the cradle.
 _PLATE, _FOAM, _TRAVEL = 3.0, 1.0, 7.5
 #: Thickness of the neck's flange, mm.
 NECK_FLANGE = 3.0
@@ -129,7 +130,8 @@ def cradle(robot: Robot) -> Manifold:
     fixed = box((c.plate, lip + 2.5), (c.half, c.half + 3.0), (c.low - 3.0, grip))
     fixed_lip = box((lip, lip + 2.5), (c.half - 4.0, c.half + 3.0), (c.low - 3.0, grip))
     fork = moved(servo.cheeks(face), _fork_frame())
-    # A longer LH2 would leave a gap for fingers, so the bridge begins where every fork's does.
+    # With a longer LH2, a gap would be left that could pinch fingers, so the bridge begins at the
+    # same distance as that of every fork.
     half = (
         dimensions().servo.horn_face - dimensions().servo.idler_face
     ) / 2 + dimensions().wall.plate

@@ -87,7 +87,8 @@ def screws(robot: Robot) -> dict[str, list[Screw]]:
             cheek = s.idler_face - w.plate
             far = s.case_holes_z[1]
             group("idler", "M2x6", [(x, cheek, z) for x, z in servo.circle()], -1)
-            # The set's idlers come with their own screws; the printed idler is for the head.
+            # The idlers of ROBOTIS's set come with their own screws; the printed idler is for the
+            # head.
             axle = "M2.6x6" if mount.joint == "head" else "M2.6x8"
             group("axle", axle, [(0.0, s.idler_face, 0.0)], -1)
             group("case", "M2x8", [(x, s.back - _UNDER, far) for x in sides], -1)

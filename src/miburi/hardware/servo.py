@@ -53,7 +53,7 @@ _BACK_PLATE = 14.5
 
 
 def case(fit: float = 0.0) -> Manifold:
-    """Return the case as a box, larger by ``fit`` but in front, where it meets a plate."""
+    """Return the case as a box, larger by ``fit`` except in front, where it meets a plate."""
     s = dimensions().servo
     return box(
         (-s.half_width - fit, s.half_width + fit), (s.back - fit, s.front),
@@ -147,7 +147,8 @@ def case_screws(rows: Sequence[float], face: float, away: float) -> list[Manifol
         for side in (-x, x):
             far = face + away * 30
             head = rod((side, face + away * under, z), (side, far, z), holes.m2_head / 2)
-            # Beside the horn's window a wall would be too thin: the head's room opens into it.
+            # A wall beside the horn's window would be too thin, so the room for the screw's head
+            # opens into the window.
             inner = head.translate((-3.0 * side / x, 0, 3.0)) if z < 0 else head
             tools.append(rod((side, face - away, z), (side, far, z), holes.m2_clearance / 2))
             tools.append(hull(head, inner))

@@ -1,9 +1,9 @@
 """Each limb alone: for a given waist angle, the best angles of arms and head are known exactly.
 
 It takes a body, a work record with its target, and an angle of the waist, and gives a pose and the
-value of Eq. 13 there. A search over one angle remains, which finds the best pose of a target out of
-reach. This is ours, not the paper's, and the only part of the solver that knows more about the body
-than how to evaluate it. Importing this module loads Numba.
+value of Eq. 13 there. A search over one angle remains, which finds the best pose for a target out
+of reach. This is ours, not the paper's, and the only part of the solver that knows more about the
+body than how to evaluate it. Importing this module loads Numba.
 """
 
 from math import acos, atan2, cos, pi, sin, sqrt
@@ -18,7 +18,7 @@ from miburi.robot import Array
 __all__ = ["choose_nearest", "nearest_angle", "place_body"]
 
 #: Tolerances: an angle outside a limit by no more than this, rad, is put on the limit; a hand
-#: within this share of the arm's length of the shoulder's axis counts as on the axis.
+#: counts as on the shoulder's axis if it is nearer to it than this share of the arm's length.
 _SLIGHT = 1e-9
 
 

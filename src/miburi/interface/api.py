@@ -130,7 +130,7 @@ def make_api(
     seed
         Seeds the choice among its own answers.
     folder
-        The folder for what it knows about people; with None, it forgets that at its end.
+        The folder for what the partner knows about people; None: it forgets that when it ends.
     clock
         Tells the time where the partner stands.
     """
@@ -382,7 +382,7 @@ def _private(router: APIRouter, runner: LivePartner) -> None:
 
     @router.post("/words", status_code=NOTHING, responses=REFUSED)
     async def words(wish: WordsIn) -> None:
-        """Include what people say in events from now on; or stop, and delete it."""
+        """Set whether events include people's words; if not, the words kept so far are deleted."""
         await granted(runner, AllowWords(wish.allowed))
 
 

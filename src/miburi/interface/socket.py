@@ -1,4 +1,4 @@
-"""The WebSocket ``/api/v1/live``: it sends states at a chosen rate and events, and takes commands.
+"""The WebSocket ``/api/v1/live``: it sends events, and states at a chosen rate, and takes commands.
 
 Each viewer has its own tasks and its own rate: at 50 a second it gets every step, and at lower
 rates the latest state. A slow viewer misses states, a dead one is dropped, and neither the partner

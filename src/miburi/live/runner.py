@@ -233,8 +233,8 @@ class Runner:
         try:
             events = partner.step(STEP)
         except BodyError as error:
-            # A card may have stopped, or been lost, between its report and our command: it has
-            # stopped in that case, and the next state says why. A repeated refusal is noted once.
+            # A card may have stopped, or been lost, between its report and our command. Either way
+            # the body is stopped, and the next state says why. A repeated refusal is noted once.
             if not inside.log.holds("refused", str(error), seconds=_REPEATS):
                 inside.note("refused", name=str(error))
         inside.serial += 1

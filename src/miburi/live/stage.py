@@ -114,7 +114,7 @@ class Stage:
         return due
 
     def begin_act(self, wish: str | None) -> None:
-        """Take in that the body has begun an act."""
+        """Record that the body has begun an act."""
         if self.current is not None and wish == self.current.wish:
             self._waits = False
 

@@ -105,9 +105,9 @@ class NoteTalk(Wish[LiveEvent]):
 
 @dataclass(frozen=True)
 class Speak(Wish[str]):
-    """Say something aloud, coloured by what is felt; the latest wins. The answer is the wish's id.
+    """Say something aloud, coloured by what is felt; the answer is the wish's id.
 
-    A ``tune`` of [Hz, s] notes is played instead of the words. ``why`` is for the log.
+    A new sentence replaces the one before. A ``tune`` of [Hz, s] notes is played instead of the words. ``why`` is for the log.
     """
 
     text: str
@@ -176,7 +176,10 @@ class Pause(Wish[None]):
 
 @dataclass(frozen=True)
 class MoveHand(Wish[None]):
-    """Move the simulated hand to ``position`` (3,), m, fingers ``along`` (3,), or away (None)."""
+    """Move the simulated hand to ``position`` (3,), m; None takes it away.
+
+    Its fingers point along ``along`` (3,).
+    """
 
     position: Array | None
     along: Array
@@ -184,7 +187,7 @@ class MoveHand(Wish[None]):
 
 @dataclass(frozen=True)
 class ChangeTemperament(Wish[None]):
-    """Go on with another of the partner's temperaments, or with one that rests in another way."""
+    """Go on with another of the partner's temperaments, or with another way to rest."""
 
     name: str
     rest: RestLevel | None = None

@@ -49,7 +49,7 @@ class Mover:
 
     @property
     def ahead(self) -> tuple[float, float]:
-        """The angles left to a moving head's goal, rad: the turn to its left, and the rise."""
+        """How far a moving head has to go, rad: the turn to the robot's left, and the rise."""
         state = self._body.state
         if state.phase in (Phase.STOPPED, Phase.IDLE):
             return 0.0, 0.0
@@ -70,7 +70,7 @@ class Mover:
         return sent
 
     def go_on(self, performance: Performance, mood: float, time: float) -> list[MoveSent] | None:
-        """Send the next key pose of a performance that moves the body; None: there is none.
+        """Send the next key pose of the performance, if one moves the body.
 
         The returned list is empty if a moving body did not accept the pose; it is sent again at
         rest.

@@ -35,8 +35,8 @@ FIRST_PAUSE, LONGEST_PAUSE = 1.0, 16.0
 #: speed is two encoder steps in the window over which velocities are measured; the time is longer
 #: than a stopped motor waits before it yields.
 REST_SPEED, REST_TIME = 0.1, 0.25
-#: A body that is led slowly counts as moving when a motor has come further than this, rad, since
-#: the last such time (ours): more than one step of an encoder.
+#: A body that is led slowly counts as moving whenever a motor has come further than this, rad,
+#: since it last counted as moving (ours): more than one step of an encoder.
 _MOVED_ON = 0.004
 #: A hand that moved the body has let go once the body has been still this long, s (ours).
 LET_GO = 2.0

@@ -63,7 +63,7 @@ class ShownEmotion:
         emotion: Array,
         before: Array | None,
     ) -> Expression | None:
-        """Return the feeling that rose last if it is nearly as strong as ``felt``, else that."""
+        """Return the feeling that rose last if it is nearly as strong as ``felt``, or ``felt``."""
         if before is not None and (emotion - before).max() > _RISES:
             self._rose_last = int((emotion - before).argmax())
         newest = self._rose_last
@@ -75,5 +75,5 @@ class ShownEmotion:
 
     @property
     def rises(self) -> bool:
-        """Whether this emotion has risen, not just outlasted a stronger one, and is unshown."""
+        """Whether this emotion is unshown, and has risen rather than outlasted a stronger one."""
         return self._rose and self.shown == 0

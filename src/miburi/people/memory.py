@@ -30,13 +30,13 @@ STAYS = timedelta(hours=2)
 #: go (ours).
 MOST_PEOPLE, MOST_FACTS = 50, 500
 _NAME, _FACT = 40, 200  # letters
-#: How many remarks are kept while somebody is there; and for how long "she" and "that" may mean
-#: something in the latest few of them (ours).
+#: How many remarks are kept while somebody is there; and for how long "she" and "that" may refer to
+#: the latest few of them (ours).
 _REMARKS, _FEW, _MEANT = 60, 3, timedelta(minutes=5)
 #: The share of a question's weight that an answer must have if it was only said by the way (ours).
 _SURER = 0.6
-#: The share of a correction's weight that the fact must have which it corrects; and for how long
-#: after it was asked to keep something a correction is of that (both ours).
+#: The share of a correction's weight that a fact must have to be corrected by it; and for how long
+#: a correction may refer to the fact that was kept last (both ours).
 _SAME, _JUST = 0.25, timedelta(minutes=1)
 #: Remarks of at most so many letters are told again in whole, others by the sentence (ours).
 _SHORT = 120
@@ -113,8 +113,8 @@ class Memory:
         #: Remarks of the person who is there, each with its time, and with its sentences that ask
         #: nothing; these are never written either.
         self._remarks: deque[tuple[datetime, str, list[str]]] = deque(maxlen=_REMARKS)
-        #: How often something was deleted; other rooms that remember the talk watch this, to forget
-        #: it, too.
+        #: How often something was deleted; other parts of the program that remember the talk watch
+        #: this, to forget it, too.
         self.deleted = 0
         self._until = clock()
         self._attachment: Attachment | None = None
@@ -213,7 +213,7 @@ class Memory:
         self.deleted += 1
 
     def hear(self, stimuli: tuple[Stimulus, ...] = (), contacts: int = 0) -> None:
-        """Add the deeds of the person who is there, if any, and the contacts meanwhile."""
+        """Count what the person who is there has done, and the contacts since then."""
         person, now = self.present, self._clock()
         if person is None or self._attachment is None:
             return
@@ -296,8 +296,8 @@ class Memory:
     def corrected(self, text: str, language: Language) -> str | None:
         """Return what a correction would be about, if anything.
 
-        That is a fact or a remark of this talk about the same thing, or else what it was just asked
-        to keep.
+        That is a fact or a remark of this talk about the same thing, or else a fact that the person
+        has just asked to have kept.
         """
         now = self._clock()
         age = {fact.text: now - fact.told for fact in self._facts_now()}
@@ -324,7 +324,7 @@ class Memory:
     def due(
         self, now: datetime, but: Set[tuple[str, int]] = frozenset()
     ) -> tuple[Acquaintance, Fact] | None:
-        """Return the person who is there and a fact due today, except ``but`` (name, number)."""
+        """Return the person who is there, and a fact due today that is not among ``but``."""
         person = self.present
         for fact in [] if person is None else person.facts:
             today = fact.due is not None and fact.due.date() == now.date() and fact.due <= now

@@ -41,7 +41,7 @@ def recall(
     """Return the fact that answers a question, the latest of equals; None if no fact does.
 
     It must have at least a share of the question's weight, ``enough``. If the words correct a fact
-    ("Not on the third, on the fourth"), it need not have all that they are about.
+    ("Not on the third, on the fourth"), the fact need not contain all their subjects.
 
     >>> told = ["My daughter Anna comes on Sunday.", "I take my tablets at eight."]
     >>> recall("When does Anna come?", told, "en")

@@ -105,7 +105,8 @@ def demand(robot: Robot, start: Steps, origin: Steps, profile: Profile, directio
             offset=(origin - start) * direction * FINE,
             begin=error(gravity[0]) * direction,
             end=error(gravity[-1]) * direction,
-            # A D gain makes the duty depend on the speed, too: no error alone reaches the limit.
+            # A D gain makes the duty depend on the speed, too, so there is no error that reaches
+            # the limit at every speed.
             most=UNLOADED.most if servo.control_damping else error(ceiling),
         ),
     )

@@ -38,13 +38,14 @@ __all__ = ["Heard", "features", "hear_distress", "judge_distress"]
 
 
 #: Likelihoods above which it reports distress, and above which it asks whether there is any. They
-#: are ours, chosen on lines by writers whose lines were not in the training of the tested model.
+#: are ours, chosen with a model that was trained without the lines on which it was tested.
 _FINDS, _WONDERS = 0.7, 0.35
 #: A death wish without any plain word is asked about up to this likelihood: asking helps (ours).
 _SURE = 0.95
 #: Likelihoods above which distress is asked about, and reported, in a long text without any plain
-#: word. The gravest of its parts is judged, and of many parts one is grave by chance. The third is
-#: how many parts are many. Japanese lost cries by it, as a plain sentence has several there (ours).
+#: word. The gravest of its parts is judged, and of many parts one is grave by chance. The third
+#: says from which number on there are many parts. In Japanese this rule lost cries for help,
+#: because even a plain sentence has several parts there (ours).
 _CHATTERS, _SURE_OF_CHATTER, _MANY = 0.6, 0.9, 5
 #: Longest text that is judged only as a whole, the length of the parts of a longer one, and the
 #: distance between two parts (ours). A cry for help has little weight in a minute's chatter.

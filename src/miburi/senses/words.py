@@ -1,6 +1,7 @@
 """Words: a sentence in, an impression out, with what each word brought.
 
-A model and lists judge a sentence. The first list that finds its words decides, else the model:
+A sentence is judged by a model and by lists. The first list that finds its words decides, else the
+model:
 
 - a linear model of the eight feelings and of no feeling, for English (``words.npz``, trained by
   ``tools/train_words.py``): a weight for each word, each pair of words, each group of letters and

@@ -3,8 +3,8 @@
 On the loopback address anybody at this computer may do so; on any other address a token is needed
 everywhere but on the pairing and privacy pages. Requests from other sites' pages are refused in
 both cases, unless the user lets an origin use the interface. If the server also listens by https,
-it accepts no token unencrypted: plain http is for this computer itself, and tells others only where
-https is.
+it accepts no token unencrypted: plain http is for this computer itself; to others it only tells the
+address for https.
 """
 
 import asyncio
@@ -310,7 +310,7 @@ class Gate:
         async def guarded(message: Message) -> None:
             nonlocal began
             if received > LARGEST and not began:
-                # The reader of the body may have mistaken our refusal for an error in it.
+                # The code that reads the body may have taken our refusal for an error of the body.
                 raise RefusedError(413, f"a request may have {LARGEST} bytes at most.")
             if message["type"] == "http.response.start":
                 began = True

@@ -85,8 +85,8 @@ class Reception:
     passage
         Leads to the server; a Unix socket that never blocks.
     stopping
-        Leads to the partner's process: takes a Stop's time and who pressed, or None as a sign of
-        life, and answers each with None when it is done.
+        The connection to the partner's process. It takes the time of a Stop and who pressed it, or
+        None as a heartbeat, and answers each message with None when it has been handled.
     gate
         Says who may stop the partner.
     most

@@ -137,7 +137,7 @@ class Guest:
         return not self._out, bool(self._back)
 
     def wait(self, head: int) -> None:
-        """Take in a request's head of ``head`` bytes, to wait for the server; 0 if unreadable."""
+        """Keep a request's head of ``head`` bytes for the server; return 0 if it is unreadable."""
         self.head = (_receive(self.line, head) if head else None) or b""
         self.waits, self.looked, self.begun = True, False, False
 

@@ -73,7 +73,7 @@ def no_load_speed(servo: Servo, voltage: float) -> float:
 def required_torque(
     servo: Servo, speed: Numbers, acceleration: Numbers, load: Numbers, inertia: Numbers
 ) -> Numbers:
-    """Return the duty that a motion needs, as a blocked motor's torque at this duty, N·m.
+    """Return the duty that a motion needs, given as the torque of a blocked motor at it, N·m.
 
     Parameters
     ----------

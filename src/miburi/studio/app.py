@@ -52,7 +52,7 @@ def make_app(
     doors
         The doors that are open besides HTTP.
     folder
-        The folder for what the partner knows about people; with None, it forgets that at its end.
+        The folder for what the partner knows about people; None: it forgets that when it ends.
     """
     app = make_api(runner, doors.talk, doors.care, doors.seed, folder)
     app.include_router(live_router(runner))

@@ -33,7 +33,7 @@ _TAKES_UP = 0.5
 JOYS = ("happiness", "thrill")
 _GLAD, _SPOKEN_OF = (*JOYS, "surprise"), 0.6
 #: In a remark of more words than this, one word does not tell what it is about: "supper" may stand
-#: in it by the way. Only somebody who is spoken of is taken up then (ours).
+#: in it by the way. Then the answer takes up only a person who is named in it (ours).
 _RAMBLES = 16
 #: Patterns for the punctuation around a sentence, for all sentences but the first, and for a clause
 #: with its punctuation.

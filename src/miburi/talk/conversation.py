@@ -68,7 +68,7 @@ _FORMAT = {
     "type": "json_schema",
     "json_schema": {"name": "reply", "strict": True, "schema": _SCHEMA},
 }
-#: Statuses of servers that do not know what we ask for besides words.
+#: Statuses of servers that do not know a field of our request, such as the form of the reply.
 _UNKNOWN_WISH = (400, 422)
 #: What a status most often means.
 _HINTS = {

@@ -21,7 +21,8 @@ REASONS: tuple[Reason, ...] = ("greeting", "date", "question")
 #: The shortest absence after which it greets, and the shortest silence after which it asks.
 _ABSENCE, _SILENCE = timedelta(hours=3), timedelta(minutes=45)
 #: A person counts as there if they were noticed within the first of these times. Within the second
-#: time, the partner greets a person who came, and asks a person who was noticed.
+#: of these times, the partner greets a person who came, and puts a question to a person whom it
+#: noticed.
 _THERE, _GLIMPSED = timedelta(minutes=10), timedelta(seconds=10)
 #: The shortest time between two first remarks, and the time without an answer after which one
 #: counts as ignored.

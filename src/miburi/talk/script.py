@@ -81,7 +81,8 @@ class Script(Table):
     grave, heavy, people, oneself
         Likewise four regular expressions. ``grave`` is for words of a question that may be grave,
         and ``heavy`` for words beside which nothing ``light`` is said (by default none). ``people``
-        is for remarks about people, and for calls, ``oneself`` for the speaker (by default any).
+        is for remarks about people and for calls ("Hello?"), ``oneself`` for words about the
+        speaker (by default, any words).
     fact, question, belongs
         Regular expressions of sentences that tell something to remember, of questions, and of a
         sentence that belongs to the fact before it (none by default).
@@ -184,7 +185,7 @@ class Script(Table):
     def asked_of(
         self, said: str, than: Match | None, *, felt: bool = False, told: bool = False
     ) -> Iterator[Match]:
-        """Yield the intents of words that match no pattern, or only the broad pattern of ``than``.
+        """Yield the intents of words that match no pattern, or only the broad one of ``than``.
 
         Where a feeling was heard, or somebody told of a topic, the model must be sure. If it knows
         nothing, the intent is ``open``. If the question may be grave, the model is not asked, and

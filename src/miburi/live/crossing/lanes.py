@@ -93,7 +93,7 @@ class Cancel(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """The result of a request; states from this serial on show its effect."""
+    """The result of a request, and the serial number of the first state that shows its effect."""
 
     number: int
     result: Any

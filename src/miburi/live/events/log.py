@@ -221,7 +221,7 @@ class Log:
 
 
 def _write(store: EventStore, told: "SimpleQueue[LiveEvent | threading.Event | None]") -> None:
-    """Write whole batches from the queue until a None comes; set each flag that is reached."""
+    """Write whole batches from the queue until a None comes; set the flags found there."""
     ended = False
     while not ended:
         waiting = [told.get(), *(told.get_nowait() for _ in range(told.qsize()))]

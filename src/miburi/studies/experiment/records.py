@@ -53,7 +53,7 @@ class Healing:
 class WindowRecord:
     """One motor as the contact rule saw it: mean speed in the window and expected speed, rad/s.
 
-    ``ratio`` includes what the rule grants, so it crosses the limit where the body stops.
+    ``ratio`` includes the rule's slack, so it crosses the limit where the body stops.
     """
 
     time: float

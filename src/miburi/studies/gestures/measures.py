@@ -1,11 +1,11 @@
 """Measure Laban's space, weight, time and flow in a recorded motion, as eight numbers.
 
 :func:`measure` takes the paths of hands and head and returns :class:`Measures`. As usual in
-affective movement analysis, the hull stands for space, speed and acceleration for time and weight,
-jerk and curvature for flow (Larboulette and Gibet, A review of
-computable expressive descriptors of human motion, MOCO 2015; Wallbott, Bodily expression of
-emotion, Eur. J. Soc. Psychol. 28, 1998; Hartmann, Mancini and Pelachaud, Implementing expressive
-gesture synthesis for embodied conversational agents, GW 2005).
+affective movement analysis, the hull stands for space, the speed for time, the acceleration for
+weight, and jerk and curvature for flow (Larboulette and Gibet, A review of computable expressive
+descriptors of human motion, MOCO 2015; Wallbott, Bodily expression of emotion, Eur. J. Soc.
+Psychol. 28, 1998; Hartmann, Mancini and Pelachaud, Implementing expressive gesture synthesis for
+embodied conversational agents, GW 2005).
 """
 
 from dataclasses import dataclass

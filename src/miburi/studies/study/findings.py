@@ -217,7 +217,7 @@ def _rating(values: list[tuple[int, float]]) -> MeanRating:
 
 def _sum(orders: list[tuple[int, float, int]]) -> PairOrder:
     right, pairs = sum(one for _, one, _ in orders), sum(one for _, _, one in orders)
-    # Each pair is given the share of right pairs in its group (one person's pairs), so the total
+    # Each pair is replaced by the share of right pairs among those of the same person, so the total
     # stays the same.
     each = [(who, one / of) for who, one, of in orders if of for _ in range(of)]
     low, high = mean_interval(

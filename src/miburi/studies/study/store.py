@@ -1,9 +1,9 @@
 """Answers in one SQLite file: each is on the disk before the participant sees the next page.
 
 A participant has a number, a place (which sets the order of the films) and a code that only the
-participant knows. No name, address or time of day is kept; how long an answer took is, unless the
-study says otherwise. When a participant withdraws, only the number stays, and the next participant
-gets the place.
+participant knows. No name, address or time of day is kept. The time that an answer took is kept
+unless the study says otherwise. When a participant withdraws, only the number stays, and the next
+participant gets the place.
 """
 
 import sqlite3

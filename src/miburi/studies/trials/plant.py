@@ -255,7 +255,7 @@ _VARIED = (
     "dof_damping", "jnt_stiffness", "body_mass", "body_inertia", "body_ipos", "geom_quat",
     "geom_solref", "geom_friction", "geom_contype", "geom_conaffinity", "eq_obj2id", "eq_data",
 )  # fmt: skip
-#: The first this many of a servo's friction constants are torques or shares of a torque.
+#: How many of a servo's friction constants, from the first on, are torques or shares of a torque.
 _TORQUES = 4
 
 
