@@ -178,7 +178,10 @@ class Underway(NamedTuple):
     def of(
         cls, order: Order, settings: CardSettings, place: Steps, velocity: Steps, began: int = 0
     ) -> "Underway":
-        """Return an order that begins where the profiles are, and at their speed."""
+        """Return an order that begins where the profiles are, and at their speed.
+
+        ``place`` is in 1/256 steps, ``velocity`` in 1/256 steps/s.
+        """
         profile, direction = order.profile(settings, whole(place), velocity)
         motion = Motion(profile, direction, whole(place))
         return cls(order, began, granted_share(profile), motion)

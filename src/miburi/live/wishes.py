@@ -107,7 +107,8 @@ class NoteTalk(Wish[LiveEvent]):
 class Speak(Wish[str]):
     """Say something aloud, coloured by what is felt; the answer is the wish's id.
 
-    A new sentence replaces the one before. A ``tune`` of [Hz, s] notes is played instead of the words. ``why`` is for the log.
+    A new sentence replaces the one before. A ``tune`` of [Hz, s] notes is played instead of the
+    words. ``why`` is for the log.
     """
 
     text: str
