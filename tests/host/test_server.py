@@ -95,7 +95,7 @@ def test_on_this_computer_it_answers_at_once_and_moves(there: Program) -> None:
     assert page.status_code == 200
     assert "Miburi" in page.text
     assert (
-        "Simulated, with the constants that others measured on the servo XL330-M288-T." in page.text
+        "Simulated, with constants that other people measured on a servo XL330-M288-T." in page.text
     )
     for source in ("http://", "https://"):
         assert source not in page.text.replace("http://www.w3.org", "")

@@ -94,7 +94,7 @@ _TAGS = {
     "show": "What to make it show and say; each wish has an id, which its events carry.",
     "recordings": "Files of its motion and feelings (MCAP).",
     "privacy": "Whether events may repeat what people say.",
-    "people": "Whom it knows, and when it may begin to speak by itself.",
+    "people": "The people it knows, and when it may begin to speak by itself.",
 }
 _PLAIN = Care()
 #: Limits for touches, motions and sounds from one address: per second, and in a burst (ours).

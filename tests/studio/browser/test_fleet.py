@@ -45,7 +45,9 @@ def test_the_page_of_a_fleet(page: Page, broker: Mosquitto, listener: Listener) 
         page.get_by_role("button", name="Stop: bath").click()
         listener.hear(Topics("bath").stop)
         be(listener, "bath", stopped="asked", held=True)
-        expect(page.get_by_role("status")).to_contain_text("All that were asked have stopped.")
+        expect(page.get_by_role("status")).to_contain_text(
+            "All partners that were to stop have stopped."
+        )
         page.get_by_role("button", name="Stop all").click()
         expect(page.get_by_role("alert")).to_contain_text("stopped: attic.", timeout=15_000)
         page.goto("about:blank")

@@ -51,12 +51,12 @@ def test_it_says_what_it_heard_and_why_and_what_it_feels(
     assert "% sure" in heard
     assert "Now I feel sadness" in heard
     until(page, lambda now: now["emotion"][1] > 0.1)
-    page.get_by_text("What pointed to it, and how strongly").first.click()
+    page.get_by_text("What pointed to this feeling, and how strongly").first.click()
     assert re.search(r"“sad” \+\d+\.\d", page.locator(".talk details").inner_text())
     nothing = say(page, "The table has four legs")
     assert "heard no feeling in that" in nothing
     assert "Tell me with a plain word" in nothing
-    assert say(page, "How are you?").startswith("You asked what I feel. “")
+    assert say(page, "How are you?").startswith("You asked how I feel. “")
 
 
 def test_of_the_faces_panels_one_is_open_at_a_time(face: Page) -> None:
