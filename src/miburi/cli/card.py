@@ -35,7 +35,10 @@ __all__ = [
     "upload",
 ]
 
-app = typer.Typer(help="The robot's card: an Arduino with the firmware.", no_args_is_help=True)
+app = typer.Typer(
+    help="The robot's card, its controller board: an Arduino with the firmware.",
+    no_args_is_help=True,
+)
 
 Port = Annotated[
     str, typer.Argument(metavar="PORT", help="The card's serial port, such as /dev/ttyACM0.")
@@ -169,7 +172,10 @@ def calibrate(
     ids: Annotated[bool, typer.Option(help="Give new servos their ids first.")] = False,
     zeros: Annotated[bool, typer.Option(help="Find zero poses and directions by hand.")] = False,
     built: Annotated[
-        bool, typer.Option(help="The body is printed: find wrongly mounted servos by hand.")
+        bool,
+        typer.Option(
+            help="A body of printed parts: move it by hand to find wrongly mounted servos."
+        ),
     ] = False,
     robot: RobotFile = None,
 ) -> None:

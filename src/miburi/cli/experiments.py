@@ -152,7 +152,7 @@ def day(
     temperament: TemperamentName = "default",
     model: Annotated[str, typer.Option(help="cascade or spiking.")] = "cascade",
 ) -> None:
-    """Draw the three levels over a scripted day of conversation."""
+    """Draw emotion, feeling and mood over a scripted day of conversation."""
     from miburi.feelings import EmotionalModel
     from miburi.feelings.spiking import SpikingModel
     from miburi.studies.day import plot_day

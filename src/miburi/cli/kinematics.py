@@ -55,8 +55,12 @@ def forward(
 
 
 def ik(
-    right: Annotated[Point | None, typer.Option(help="Right hand, m.", show_default=False)] = None,
-    left: Annotated[Point | None, typer.Option(help="Left hand, m.", show_default=False)] = None,
+    right: Annotated[
+        Point | None, typer.Option(help="Right hand's position, m.", show_default=False)
+    ] = None,
+    left: Annotated[
+        Point | None, typer.Option(help="Left hand's position, m.", show_default=False)
+    ] = None,
     head: Annotated[Point | None, typer.Option(help="Head centre, m.", show_default=False)] = None,
     robot: RobotFile = None,
     solver: IkWay = "default",

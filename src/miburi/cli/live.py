@@ -27,7 +27,7 @@ def status(
     url: PartnerAddress = HERE,
     as_json: Annotated[bool, typer.Option("--json", help="Print the whole state as JSON.")] = False,
 ) -> None:
-    """Say how a live partner is: what it feels, whether its body is stopped, and why."""
+    """Print the state of a live partner: what it feels, whether its body is stopped, and why."""
     with partner_at(url) as partner:
         state = partner.state
     print(state.model_dump_json() if as_json else _in_words(state))

@@ -37,7 +37,7 @@ __all__ = [
     "warn_of_misfits",
 ]
 
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON; one line per answer.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON, one line for each result.")]
 RobotFile = Annotated[
     Path | None,
     typer.Option("--robot", help="A robot description; default: the iphonoid.", show_default=False),

@@ -42,7 +42,7 @@ def run(
     https: Annotated[
         bool,
         typer.Option(
-            "--https", help="Let phones connect by a token, and lend their camera and microphone."
+            "--https", help="Let phones connect with a token, and use their camera and microphone."
         ),
     ] = False,
     host: Annotated[
@@ -116,7 +116,7 @@ def run(
         ),
     ] = None,
     forget: Annotated[
-        bool, typer.Option("--forget", help="Forget the moods of last time.")
+        bool, typer.Option("--forget", help="Forget the moods of the last run.")
     ] = False,
     rest: Annotated[
         Literal["still", "quiet", "lively"] | None,
@@ -128,7 +128,9 @@ def run(
     seed: Annotated[int, typer.Option(help="The seed of the gestures' variations; 0 or more.")] = 0,
     programs_may_release: Annotated[
         bool,
-        typer.Option("--programs-may-release", help="Let programs end a person's Stop, too."),
+        typer.Option(
+            "--programs-may-release", help="Let programs release the body after a person's Stop."
+        ),
     ] = False,
     allow_origin: Annotated[
         list[str] | None,
@@ -147,7 +149,7 @@ def run(
         ),
     ] = "warning",
 ) -> None:
-    """Wake the live partner and open its studio."""
+    """Wake the robot partner, and open its studio (a web page) in the browser."""
     if servo is not None and body != "simulated":
         raise InputError("--servo is for the simulated body; a card has servos of its own.")
     if serial is not None and body != "card":

@@ -76,7 +76,9 @@ def listen(
     ] = None,
     phrases: Annotated[
         Path | None,
-        typer.Option(help="A file of phrases to know; default: everyday ones.", show_default=False),
+        typer.Option(
+            help="A file of phrases to recognise; default: everyday ones.", show_default=False
+        ),
     ] = None,
     url: PartnerAddress = HERE,
 ) -> None:

@@ -149,7 +149,7 @@ def calibrate(
     robot: RobotFile = None,
     servo: ServoName = None,
 ) -> None:
-    """Identify a robot's simulated servos in free moves; write what was found and the guards."""
+    """Identify simulated servos in moves without contact; write their constants and guards."""
     from miburi.calibration.file import write_calibration
     from miburi.ground.files import whole_files
     from miburi.studies.trials.workshop import calibrate_servos
