@@ -45,7 +45,7 @@ def test_every_stop_is_told_in_words_and_none_by_its_key(
 
 
 @pytest.mark.parametrize(
-    ("force", "told"), [(12.34, "12.3 N"), (1300.9, "over 60 N: the drawn hand")]
+    ("force", "told"), [(12.34, "12.3 N"), (1300.9, "over 60 N: a drawn hand")]
 )
 def test_no_force_is_told_that_no_motor_can_press_with(force: float, told: str) -> None:
     stop = StopOut(
@@ -61,8 +61,8 @@ def test_no_force_is_told_that_no_motor_can_press_with(force: float, told: str) 
     [
         (
             "en",
-            "A remark: sadness, strength 1.00, for “sad”",
-            "A touch: happiness, strength 0.60, for a stroke",
+            "A remark: sadness, strength 1.00, because of “sad”",
+            "A touch: happiness, strength 0.60, because of a stroke",
         ),
         (
             "ja",
@@ -91,7 +91,7 @@ def test_the_log_says_why_it_felt_something(
 @pytest.mark.parametrize(
     ("language", "told"),
     [
-        ("en", "A remark: thrill, strength 0.97, for “happy”, a raised voice"),
+        ("en", "A remark: thrill, strength 0.97, because of “happy”, a raised voice"),
         ("ja", "声かけ：興奮、強さ 0.97（「happy」, 大きく高い声）"),
     ],
 )

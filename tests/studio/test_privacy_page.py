@@ -58,7 +58,7 @@ def test_with_all_open_it_names_with_whom_and_no_secret(runner: Runner) -> None:
     finally:
         runner.recordings.end()
     assert said.count('class="now on"') == 6, "by https, so not by plain http"
-    for where in ("broker.local hears", "go to models.example"):
+    for where in ("broker.local gets", "go to models.example"):
         assert where in said
     for secret in ("a-token", "a-key", "anna", "secret", "AB:CD", str(Path.home())):
         assert secret not in said
