@@ -55,7 +55,7 @@ def test_it_says_what_it_heard_and_why_and_what_it_feels(
     assert re.search(r"“sad” \+\d+\.\d", page.locator(".talk details").inner_text())
     nothing = say(page, "The table has four legs")
     assert "heard no feeling in that" in nothing
-    assert "Tell me with a plain word" in nothing
+    assert "Use a plain word" in nothing
     assert say(page, "How are you?").startswith("You asked how I feel. “")
 
 
@@ -83,7 +83,7 @@ def test_what_watches_or_listens_is_told_beside_stop(studio: Page) -> None:
 def test_the_log_says_why_and_what_is_open_stays_open(studio: Page) -> None:
     page = studio
     say(page, "I feel miserable")
-    entry = page.locator(".log details", has_text="for “miserable”").first
+    entry = page.locator(".log details", has_text="because of “miserable”").first
     entry.locator("summary").focus()
     page.keyboard.press("Enter")
     expect(entry.get_by_text("“miserable” +")).to_be_visible()

@@ -209,7 +209,7 @@ def test_a_phone_that_is_lifted_tells_its_partner(face: Page) -> None:
 
 @pytest.mark.parametrize(
     ("language", "words"),
-    [("en", "localhost or over https; this page is neither"), ("ja", "localhost か https")],
+    [("en", "this computer or over https, and this page does not"), ("ja", "localhost か https")],
 )
 def test_what_a_page_that_is_not_secure_cannot_do_is_grey_and_says_why(
     browser: Browser, url: str, language: str, words: str
