@@ -339,3 +339,14 @@ def test_somebody_who_asks_for_everything_hears_what_matters_to_them(
     assert "Katie" in told
     assert "garage" in told
     assert "beehive" not in told
+
+
+def test_a_correction_of_what_was_said_by_the_way_is_not_written_either(
+    path: Path, clock: Clock
+) -> None:
+    one = allowed(path, clock)
+    one.meet("Dot")
+    one.note("The MOT is on the third.", ["The MOT is on the third."])
+    one.amend("No, not the third, the thirteenth.", "en")
+    assert "the thirteenth" in (one.recall("When is the MOT?", "en") or "")
+    assert "MOT" not in path.read_text("utf-8")

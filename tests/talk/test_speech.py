@@ -10,6 +10,7 @@ from tests.fixtures.live import until
 from miburi.live.runner import Runner
 from miburi.live.state import State
 from miburi.live.wishes import Pause, Release
+from miburi.talk.answers import Answerer
 from miburi.talk.care import Care
 from miburi.talk.initiative import Manners
 from miburi.talk.said import SayOut
@@ -422,3 +423,8 @@ def test_a_correction_of_a_name_does_not_rename_who_is_there(talk: Talk) -> None
 
 def test_it_tells_the_date_of_tomorrow(talk: Talk) -> None:
     assert "Thursday, November 26" in talk.say("What's the date tomorrow?").answer
+
+
+def test_a_wish_to_remember_never_goes_to_a_language_model() -> None:
+    said = "Remember something for me, would you? The hint is purple otter."
+    assert any(match.cue.acts for match in Answerer().wanted(said, "en", {}))

@@ -261,10 +261,8 @@ class Memory:
             return _together([fact.text for fact in best], language)
         told = [fact.text for fact in facts]
         for asked in (question, *_ASKED.findall(question)):
-            found = recall(asked, told, language) or recall(
-                asked, self._said_now(), language, _SURER
-            )
-            if found is not None:
+            found = recall(asked, told, language)
+            if found := found or recall(asked, self._said_now(), language, _SURER):
                 return found.rstrip(".。")
         return None
 
@@ -286,8 +284,11 @@ class Memory:
         joined = _together([old, " ".join(text.split())], language)[:_FACT]
         facts = self._facts_now()
         place = next((n for n, fact in enumerate(facts) if fact.text == old), None)
-        if place is None:  # it was only said by the way
-            self.remember(joined, language, due)
+        if place is None:  # it was only said by the way, and is not written
+            for n, (when, said, told) in enumerate(self._remarks):
+                if old in (" ".join(told), *told):
+                    rest = [each for each in told if each not in old]
+                    self._remarks[n] = when, said, [joined, *rest]
         else:
             due = due or facts[place].due
             facts[place] = facts[place].model_copy(update={"text": joined, "due": due})

@@ -106,7 +106,7 @@ class Answerer:
 
     def wanted(self, said: str, language: Language, known: Mapping[str, str]) -> list[Match]:
         """Return the intents of what was said at this point of the talk, the most urgent first."""
-        return list(script(language).intents_of(said, {*known, *self._fun()}))
+        return list(script(language).intents_of(said, {"next", *known, *self._fun()}))
 
     def _fun(self) -> list[str]:
         """Return the slot that tells what it lately did for fun, if anything."""
