@@ -45,10 +45,18 @@ struct Board {
   int bus_read() { return Serial1.read(); }
 
   int host_read() { return Serial.read(); }
-  void host_write(const uint8_t* bytes, uint8_t count) { Serial.write(bytes, count); }
+  void host_write(const uint8_t* bytes, uint8_t count) {
+    while (count != 0) {
+      for (int room = Serial.availableForWrite(); count != 0 && room > 0; count--, room--) {
+        Serial.write(*bytes++);
+      }
+      // Serial.write() would wait awake for room: a byte takes 1,390 cycles.
+      sleep_while([] { return Serial.availableForWrite() == 0; });
+    }
+  }
 
   void alive() { wdt_reset(); }
-  bool host_is_quiet() { return Serial.availableForWrite() == SERIAL_TX_BUFFER_SIZE - 1; }
+  static bool host_is_quiet() { return Serial.availableForWrite() == SERIAL_TX_BUFFER_SIZE - 1; }
   bool eeprom_ready() { return eeprom_is_ready(); }
   uint8_t eeprom_read(uint16_t address) {
     return eeprom_read_byte(reinterpret_cast<const uint8_t*>(address));
@@ -57,15 +65,28 @@ struct Board {
     eeprom_update_byte(reinterpret_cast<uint8_t*>(address), byte);
   }
 
-  // Sleeps until the next byte, or the next tick of the clock (1 ms) at the latest.
+  // Sleeps until a byte comes, the host has got all, or the clock ticks (every 1.024 ms). Each byte
+  // that leaves for the host wakes the processor, too, but then there is nothing to do.
   void rest() {
+    const uint32_t tick = millis();
+    const bool quiet = host_is_quiet();
+    sleep_while([=] {
+      return Serial.available() == 0 && Serial1.available() == 0 && host_is_quiet() == quiet &&
+             millis() == tick;
+    });
+  }
+
+  // Sleeps, and asks again after each interrupt.
+  template <class Condition>
+  static void sleep_while(Condition holds) {
     set_sleep_mode(SLEEP_MODE_IDLE);
-    noInterrupts();  // else a byte that comes just now would wait for the tick
-    if (Serial.available() == 0 && Serial1.available() == 0) {
+    noInterrupts();  // else what comes between question and sleep would wait for the next tick
+    while (holds()) {
       sleep_enable();
       interrupts();
       sleep_cpu();
       sleep_disable();
+      noInterrupts();
     }
     interrupts();
   }
