@@ -140,7 +140,8 @@ int mega_run(mega_t *m, uint64_t until) {
   while (avr->cycle < until) {
     const int state = avr_run(avr);
     if (state == cpu_Done || state == cpu_Crashed) return 2;
-    if (bus->count && avr->cycle - bus->last_sent > 3 * byte_time(bus)) {
+    /* Interrupts that come together hold a byte of a packet up by more than three bytes' time. */
+    if (bus->count && avr->cycle - bus->last_sent > 5 * byte_time(bus)) {
       avr_cycle_timer_cancel(avr, halt, m);
       return 1;
     }
