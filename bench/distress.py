@@ -5,7 +5,8 @@
 Our own lines are tests/senses/distress-en.tsv and -ja.tsv; nothing was chosen on them. Those of
 strangers are in bench/distress-lines. Intervals are Wilson's, 95 %. A line counts as heard if it is
 taken for distress of any kind; "asked about" counts, beside these, those that may be distress and
-get a question. docs/senses.md shows these tables; a test compares them.
+get a question; "a slight sign" those that get one only if there is another sign soon. The page
+docs/senses.md shows these tables; a test compares them.
 """
 
 import sys
@@ -57,8 +58,9 @@ def main() -> None:
         same = sum(a == told(b) for a, (_, _, b) in zip(bare, rows, strict=True))
         print(f"{language}: the same without punctuation: {same}/{len(rows)}; {each:.2f} ms a line")
     print("\n# Lines by strangers\n")
-    print("| by the stranger | English | Japanese | asked about, English | Japanese |")
-    print("|---|---|---|---|---|")
+    print("| by the stranger | English | Japanese | asked about, English | Japanese "
+          "| a slight sign, English | Japanese |")  # fmt: skip
+    print("|---|---|---|---|---|---|---|")
     kinds = []
     for writer in WRITERS:
         folder = ROOT / "bench" / "distress-lines" / writer
@@ -68,10 +70,11 @@ def main() -> None:
             each_language = [judged(rows_of(folder / f"{name}-{one}.tsv")) for one in ("en", "ja")]
             heard = [share(sum(told(h) is not None for *_, h in rows), len(rows))
                      for rows in each_language]  # fmt: skip
-            asked = [sum(h is not None and h.doubtful for *_, h in rows) / len(rows)
-                     for rows in each_language]  # fmt: skip
+            asked, slight = (
+                [sum(h is not None and h.doubtful and h.slight == faint for *_, h in rows)
+                 / len(rows) for rows in each_language] for faint in (False, True))  # fmt: skip
             alike = name == "stories" and not (folder / "household-en.tsv").exists()
-            columns = [*heard, *(f"{100 * one:.1f} %" for one in asked)]
+            columns = [*heard, *(f"{100 * one:.1f} %" for one in asked + slight)]
             print(f"| {writer}: {ALIKE if alike else what} | {' | '.join(columns)} |")
             if name == "grave":
                 right = [sum(told(h) is not None and h.kind == THEIRS.get(k, k) for k, _, h in rows)

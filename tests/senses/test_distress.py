@@ -12,7 +12,7 @@ from miburi.senses import Impression, stimuli
 from miburi.senses.distress import hear_distress, judge_distress
 from miburi.senses.kinds import KINDS
 from miburi.senses.words import hear
-from miburi.talk.care import Care, agrees, find_region, may_be_said, regions, words_of_care
+from miburi.talk.care import Care, agrees, denies, find_region, may_be_said, regions, words_of_care
 
 #: Lines that nothing was chosen on: kind, or - everyday, or = stories and the like; and the line.
 KEPT_BACK = {
@@ -172,18 +172,42 @@ def test_what_may_be_distress_is_asked_about() -> None:
     heard = hear("There's a funny smell from the cooker")
     assert (heard.distress, heard.worry, heard.feeling) == (None, "gas", None)
     assert heard.reason == "perhaps distress (gas)"
-    assert all(hear(said).worry is None for said in ("Good morning!", "I am so happy", "おはよう"))
+    for said in ("Good morning!", "I am so happy", "おはよう"):
+        assert (hear(said).worry, hear(said).hint) == (None, None)
+
+
+def test_a_slight_sign_of_distress_is_not_asked_about_at_once() -> None:
+    heard = hear("i'm in the snow by a big road and i've only got the one slipper on")
+    assert (heard.distress, heard.worry, heard.hint) == (None, None, "help")
+
+
+@pytest.mark.parametrize(
+    "said",
+    ["no", "No, not really.", "Not so good.", "not today", "いいえ", "大丈夫じゃないです",
+     "あまりよくないです"],
+)  # fmt: skip
+def test_a_no_is_heard(said: str) -> None:
+    assert denies(said, language_of(said))
+
+
+@pytest.mark.parametrize(
+    "said",
+    ["yes", "No, I'm fine", "not too bad", "no need", "nobody rang", "I'm all right", "大丈夫です",
+     "いいえ、大丈夫です", "はい"],
+)  # fmt: skip
+def test_other_answers_are_no_no(said: str) -> None:
+    assert not denies(said, language_of(said))
 
 
 @pytest.mark.parametrize(("language", "least", "most"), [("en", 0.65, 0.08), ("ja", 0.65, 0.1)])
 def test_strangers_who_say_it_sideways(language: Language, least: float, most: float) -> None:
-    """Told or asked about; the shares that bench/distress.txt gives, with room for chance."""
+    """Heard in any way; the shares that bench/distress.txt gives, with room for chance."""
     folder = Path(__file__).parents[2] / "bench" / "distress-lines" / "fifth"
 
     def noticed(name: str) -> float:
         rows = (folder / f"{name}-{language}.tsv").read_text(encoding="utf-8").splitlines()
         heard = [hear(row.split("\t")[1], language) for row in rows]
-        return sum(bool(one.distress or one.worry) for one in heard) / len(heard)
+        return sum(bool(one.distress or one.worry or one.hint) for one in heard) / len(heard)
 
     assert noticed("grave") >= least
     assert noticed("stories") <= most

@@ -250,10 +250,43 @@ def test_it_asks_whether_somebody_needs_help_and_a_yes_is_distress(talk: Talk) -
     assert talk.runner.snapshot.state.distress is not None
 
 
-def test_a_call_for_help_that_no_answer_is_known_to_is_asked_about(talk: Talk) -> None:
-    asked = talk.say("i'm in the snow by a big road and i've only got the one slipper on")
-    assert asked.worry == "help"
-    assert asked.answer == Care().ask("help", "en", 0)
+SLIGHT = "i'm in the snow by a big road and i've only got the one slipper on"
+
+
+@pytest.mark.parametrize("then", ["no", "Not really."])
+def test_after_a_slight_sign_a_no_is_asked_about(talk: Talk, then: str) -> None:
+    wondered = talk.say(SLIGHT)
+    assert (wondered.worry, wondered.answer) == (None, Care().wonder("en", 0))
+    asked = talk.say(then)
+    assert (asked.worry, asked.answer) == ("help", Care().ask("help", "en", 0))
+    assert talk.say("yes").distress == "help"
+
+
+@pytest.mark.parametrize("between", [0, 4, 5])
+def test_a_second_slight_sign_soon_after_is_asked_about(talk: Talk, between: int) -> None:
+    talk.say("The rent's paid to the end of the month, and that's as far as I go too.")
+    for _ in range(between):
+        assert talk.say("The door is open.").worry is None
+    second = talk.say("Nobody would notice till the milk went off.")
+    assert second.worry == ("suicide" if between < 5 else None)
+
+
+@pytest.mark.parametrize("then", ["Yes, thank you.", "No, I'm fine.", "I'm all right, love."])
+def test_after_a_slight_sign_who_is_all_right_is_asked_nothing_more(talk: Talk, then: str) -> None:
+    talk.say(SLIGHT)
+    well = talk.say(then)
+    assert (well.worry, well.distress) == (None, None)
+
+
+def test_a_no_long_after_a_slight_sign_is_only_a_no(talk: Talk) -> None:
+    talk.say(SLIGHT)
+    talk.now += timedelta(minutes=3)
+    assert talk.say("no").worry is None
+
+
+def test_an_order_like_a_slight_sign_is_carried_out(talk: Talk) -> None:
+    sung = talk.say("Give us a song before I go out. Anything, so long as it's not modern.")
+    assert (sung.meant, sung.worry) == ("song", None)
 
 
 @pytest.mark.parametrize(("between", "minutes"), [("no, nothing", 0), (None, 3)])

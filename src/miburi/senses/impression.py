@@ -48,6 +48,8 @@ class Impression:
         The kind of help that they need now, if any. In that case no feeling is looked for.
     worry
         Possible distress. The partner asks about it, and no feeling is looked for.
+    hint
+        A slight sign of distress. The partner asks about it if there is another one soon.
 
     Raises
     ------
@@ -62,6 +64,7 @@ class Impression:
     topic: Literal["asked"] | None = None
     distress: Distress | None = None
     worry: Distress | None = None
+    hint: Distress | None = None
 
     def __post_init__(self) -> None:
         if self.feeling is not None:

@@ -178,11 +178,17 @@ def hear(text: str, usual: Language = FALLBACK) -> Impression:
     """
     text = text[:LONGEST].encode(errors="ignore").decode()  # drop lone surrogates
     distress = judge_distress(text, usual)
+    if distress is not None and distress.slight:
+        return replace(_felt(text, usual), hint=distress.kind)
     if distress is not None and distress.doubtful:
         return Impression(None, 0.0, "speech", worry=distress.kind)
     if distress is not None:
         why = (Brought(distress.words, 0.0),) if distress.words else ()
         return Impression(None, 0.0, "speech", why, distress=distress.kind)
+    return _felt(text, usual)
+
+
+def _felt(text: str, usual: Language) -> Impression:
     language = language_of(text, usual)
     rest = cut_questions(text, language)
     if rest is None:

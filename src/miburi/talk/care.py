@@ -33,6 +33,7 @@ __all__ = [
     "Numbers",
     "WordsOfCare",
     "agrees",
+    "denies",
     "find_region",
     "may_be_said",
     "regions",
@@ -61,8 +62,10 @@ class WordsOfCare(Table):
     after
         Lines for the ten minutes after words of distress, used in turn.
     ask, yes
-        Questions about possible distress, by kind, and regular expressions for a yes. A language
-        without a model of distress has neither.
+        Questions about possible distress, by kind, and regular expressions for a yes.
+    wonder, no
+        Questions after a slight sign of distress, and regular expressions for a no. A language
+        without a model of distress has none of these four.
     help
         Advice, by kind of distress.
     never
@@ -74,6 +77,8 @@ class WordsOfCare(Table):
     after: list[_Line]
     ask: dict[Distress, list[_Line]] = Field(default_factory=dict)
     yes: list[str] = Field(default_factory=list)
+    wonder: list[_Line] = Field(default_factory=list)
+    no: list[str] = Field(default_factory=list)
     help: dict[Distress, list[_Line]]
     never: list[str]
 
@@ -97,6 +102,10 @@ class Care:
     def ask(self, kind: Distress, language: Language, turn: int) -> str:
         """Return a question that asks if somebody needs help, with advice in case they do."""
         return self._fill(words_of_care(language).ask[kind], language, turn)
+
+    def wonder(self, language: Language, turn: int) -> str:
+        """Return the question whether somebody is all right."""
+        return self._fill(words_of_care(language).wonder, language, turn)
 
     def stay(self, language: Language, turn: int) -> str:
         """Return a line for the ten minutes after a distress."""
@@ -132,6 +141,11 @@ def agrees(text: str, language: Language) -> bool:
     return find_phrase(_yes(language), plain(text, language), language) is not None
 
 
+def denies(text: str, language: Language) -> bool:
+    """Whether an answer says no to the question whether somebody is all right."""
+    return find_phrase(_no(language), plain(text, language), language) is not None
+
+
 def may_be_said(text: str) -> bool:
     """Whether a language model's words may be spoken: no distress, no harm, nothing that hurts."""
     languages = {language_of(text), FALLBACK}
@@ -156,6 +170,11 @@ def regions() -> dict[str, Numbers]:
 @cache
 def _yes(language: Language) -> re.Pattern[str]:
     return compile_phrases(words_of_care(language).yes or ["(?!)"], language)
+
+
+@cache
+def _no(language: Language) -> re.Pattern[str]:
+    return compile_phrases(words_of_care(language).no or ["(?!)"], language)
 
 
 @cache

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import asdict, replace
 from datetime import datetime, timedelta
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeGuard
 
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures import KeyPose, look
@@ -23,7 +23,7 @@ from miburi.senses.tone import Tone, coloured
 from miburi.serving.press import Press, who
 from miburi.talk.answers import JOYS, Answerer, SmallAnswer, is_needless, wants_stop
 from miburi.talk.beginning import Beginning
-from miburi.talk.care import Care, agrees, may_be_said
+from miburi.talk.care import Care, agrees, denies, may_be_said
 from miburi.talk.cue import Cue, Match
 from miburi.talk.dates import due_of
 from miburi.talk.endpoint import Endpoint, OvertakenError
@@ -41,11 +41,14 @@ __all__ = ["Speech"]
 _LOOKED, _SHOWN = 2.0, 0.8
 #: How likely a joy must be to be shared although there are words of illness or death (ours).
 _SURE_OF_JOY = 0.9
-#: How long a "yes" still answers the question whether somebody needs help (ours).
+#: How long a "yes" or "no" still answers the question whether somebody needs help, or is all right
+#: (ours).
 _ANSWERED = timedelta(minutes=2)
 #: After words of distress, the first three answers return to the distress, and then every fifth
 #: (ours).
 _STAYS, _EVERY = 3, 5
+#: A slight sign of distress is asked about if another was at most this many remarks before (ours).
+_SOON = 5
 
 
 class Speech:
@@ -87,6 +90,8 @@ class Speech:
         self._turns: Counter[str] = Counter()  # of help, by kind
         self._since = 0  # remarks since words of distress, except orders and unrelated questions
         self._asked: tuple[Distress, datetime] | None = None  # the distress asked about, and when
+        self._wondered: tuple[Distress, datetime] | None = None  # the same, for slight signs
+        self._signs = _SOON  # remarks since the latest sign of distress, if slight
         self._conversation = None if endpoint is None else _converse(endpoint)
         self._noted: tuple[str | None] | None = None  # the conversation's trouble, as logged
         self._counted = partner.history.number
@@ -99,7 +104,8 @@ class Speech:
         "Stop" stops the body before anything else. A sentence that another has overtaken gets no
         answer. Distress gets the help that fits; then, and for ten minutes after, no language model
         is asked, and the partner does not mention its own feelings. What may be distress is asked
-        about first, and a "yes" then counts as distress.
+        about first, and a "yes" then counts as distress. After a slight sign, the partner at most
+        asks whether somebody is all right; a "no", or a second sign soon, is then asked about.
 
         Parameters
         ----------
@@ -119,12 +125,14 @@ class Speech:
             await done(self._partner.stop(Press(who(by))))
         heard = coloured(await asyncio.to_thread(hear, said, language), tone)
         asked, self._asked = self._asked, None
-        if asked is not None and self._clock() - asked[1] < _ANSWERED and agrees(said, language):
+        wondered, self._wondered = self._wondered, None
+        if self._is_open(asked) and agrees(said, language):
             heard = Impression(None, 0.0, "speech", distress=asked[0])
         grave = heard.distress is not None
         wanted = self._answerer.wanted(said, language, self._known(said, language))
-        if heard.worry is not None and is_needless(heard.worry, wanted):
-            heard = replace(heard, worry=None)
+        heard = self._weigh(heard, wanted)
+        if heard.distress is None and self._is_open(wondered) and denies(said, language):
+            heard = Impression(None, 0.0, "speech", worry=wondered[0])
         acts = any(match.cue.acts for match in wanted)
         if not grave and heard.worry is None and acts:
             heard = Impression(None, 0.0, "speech")  # an order shows nobody's feeling
@@ -141,6 +149,10 @@ class Speech:
             await granted(self._partner, Speak(answer, "partner"))
         elif grave or self._stays_with(said, language, wanted):
             answer, meant = self._comfort(heard.distress, language), None
+            await granted(self._partner, Speak(answer, "partner"))
+        elif heard.hint is not None and self._is_idle(wanted):
+            self._wondered = heard.hint, self._clock()
+            answer, meant = self._wonder(language), None
             await granted(self._partner, Speak(answer, "partner"))
         else:
             answer, meant = await self._answer(said, heard, language, felt, acts=acts)
@@ -170,6 +182,35 @@ class Speech:
             self._answerer.forget()
             if self._conversation is not None:
                 self._conversation.forget()
+
+    def _is_open(
+        self, asked: tuple[Distress, datetime] | None
+    ) -> TypeGuard[tuple[Distress, datetime]]:
+        """Return whether a question was asked, and so lately that it may be answered now."""
+        return asked is not None and self._clock() - asked[1] < _ANSWERED
+
+    def _weigh(self, heard: Impression, wanted: list[Match]) -> Impression:
+        """Return what was heard without a needless question; a second slight sign gets one."""
+        sign = heard.worry or heard.hint
+        self._signs += 1
+        if sign is None:
+            return heard
+        if is_needless(sign, wanted):
+            return replace(heard, worry=None, hint=None)
+        before, self._signs = self._signs, 0
+        if heard.hint is not None and before <= _SOON:
+            return Impression(None, 0.0, "speech", worry=heard.hint)
+        return heard
+
+    def _is_idle(self, wanted: list[Match]) -> bool:
+        """Return whether there is nothing better to say than to ask if somebody is all right."""
+        return self._conversation is None and all(match.cue.broad for match in wanted)
+
+    def _wonder(self, language: Language) -> str:
+        """Return the question whether somebody is all right."""
+        turn = self._turns["wonder"]
+        self._turns["wonder"] += 1
+        return self._care.wonder(language, turn)
 
     def _stays_with(self, said: str, language: Language, wanted: list[Match]) -> bool:
         """Return whether an answer still speaks of a distress that was heard before."""
