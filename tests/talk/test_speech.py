@@ -461,3 +461,10 @@ def test_it_tells_the_date_of_tomorrow(talk: Talk) -> None:
 def test_a_wish_to_remember_never_goes_to_a_language_model() -> None:
     said = "Remember something for me, would you? The hint is purple otter."
     assert any(match.cue.acts for match in Answerer().wanted(said, "en", {}))
+
+
+def test_a_name_that_is_to_be_remembered_is_only_a_name(talk: Talk) -> None:
+    talk.say("My name's Maureen, but everybody calls me Mo. Will you remember that?")
+    present = talk.speech.memory.present
+    assert present is not None
+    assert present.name == "Mo"

@@ -198,7 +198,8 @@ class Answerer:
         keeps = match is None or match.cue.do == "remember"
         if keeps and (told or (after and not earlier)):  # "I was a cook. Remember that, will you?"
             match = next(_sayable(words.intents_of(asks, slots), slots), match)
-        if told and match is not None and match.it and match.words and _is_short(match.it, words):
+        it = match.it if match is not None and keeps else None
+        if match is not None and told and it and _is_short(it, words):
             # "He rings at four, so remind me at ten to."
             whole = f"{told}, {match.words}"
             match = match._replace(words=whole, it=words.turn_round(whole))
