@@ -358,6 +358,22 @@ def test_after_a_distress_it_stays_with_it_and_then_answers_again(talk: Talk) ->
     assert talk.runner.snapshot.state.felt is None
 
 
+UNPLAIN = "There's a cockerel by the kettle been stood on his head ever since."
+
+
+@pytest.mark.parametrize("fun", ["Do you know any jokes?", "Give us a wave, go on.", "Sing!"])
+def test_who_wants_fun_after_words_that_were_hardly_of_distress_is_well(
+    talk: Talk, fun: str
+) -> None:
+    stays = {Care().stay("en", turn) for turn in range(4)}
+    assert talk.say(UNPLAIN).distress is not None
+    assert talk.say("It's a nice kettle.").answer in stays
+    later = [talk.say(said) for said in (fun, "My sister rang.", "Why is an egg oval?")]
+    assert not stays.intersection(str(one.answer) for one in later)
+    talk.say(UNPLAIN)
+    assert talk.say("My sister rang.").answer in stays
+
+
 @pytest.mark.parametrize(
     ("said", "shares"),
     [
@@ -468,3 +484,37 @@ def test_a_name_that_is_to_be_remembered_is_only_a_name(talk: Talk) -> None:
     present = talk.speech.memory.present
     assert present is not None
     assert present.name == "Mo"
+
+
+@pytest.mark.parametrize(
+    ("said", "asked", "holds"),
+    [
+        (["I've a geranium out there on its last legs.", "He's called Gerald."],
+         "What's the name of my geranium?", "Gerald"),
+        (["His nan's coming on Saturday.", "She's called Nana Pat.", "She has a dog, too."],
+         "What is his nan called?", "Nana Pat"),
+        (["Can you remember something for me, his library book's due back on Thursday."],
+         "When did I say that library book was due?", "Thursday"),
+        (["I've put the spare key in the blue teapot, and I want you to remember that because I "
+          "shan't."], "Where'd I tell you my spare key was?", "blue teapot"),
+    ],
+)  # fmt: skip
+def test_what_was_told_in_two_remarks_or_on_the_way_is_recalled(
+    talk: Talk, said: list[str], asked: str, holds: str
+) -> None:
+    for each in said:
+        talk.say(each)
+    answer = talk.say(asked)
+    assert (answer.meant, holds in (answer.answer or "")) == ("recall", True), answer.answer
+
+
+@pytest.mark.parametrize(
+    ("asked", "answer"),
+    [("So how long is it till our Janet comes?", "days away"),
+     ("How many sleeps till tomorrow?", "tomorrow"), ("How long is it till supper?", "")],
+)  # fmt: skip
+def test_it_counts_the_days_until_what_was_told(talk: Talk, asked: str, answer: str) -> None:
+    talk.say("Our Janet's coming on Monday with the little one.")
+    said = talk.say(asked)
+    assert (said.meant == "days_left") == bool(answer)
+    assert answer in (said.answer or "")

@@ -113,6 +113,7 @@ class Memory:
         #: Remarks of the person who is there, each with its time, and with its sentences that ask
         #: nothing; these are never written either.
         self._remarks: deque[tuple[datetime, str, list[str]]] = deque(maxlen=_REMARKS)
+        self._about: str | None = None  # the sentence to which the next may belong
         #: How often something was deleted; other parts of the program that remember the talk watch
         #: this, to forget it, too.
         self.deleted = 0
@@ -173,7 +174,7 @@ class Memory:
             self._known.people.append(person)
         self._until = now + STAYS
         if self._present is not person:
-            self._remarks.clear()
+            self._drop_remarks()
             self._present = person
             self._attachment = Attachment(self._temperament, person.attachment)
             self._attachment.step(max(0.0, (now - person.seen).total_seconds()))
@@ -187,11 +188,21 @@ class Memory:
         """Note that nobody is there any more."""
         self._present = self._attachment = None
         self._untold = []
-        self._remarks.clear()
+        self._drop_remarks()
 
-    def note(self, said: str, told: Sequence[str] = ()) -> None:
-        """Keep a remark, and its sentences that ask nothing, for the rest of the talk."""
-        self._remarks.append((self._clock(), said, [*told]))
+    def note(self, said: str, told: Sequence[str] = (), *, more: bool = False) -> None:
+        """Keep a remark, and its sentences that ask nothing, for the rest of the talk.
+
+        If it tells ``more`` of what the remark before it is about, it is kept together with that.
+        """
+        about = self._about if more else None
+        self._about = about or next(reversed(told), None)
+        first = [f"{about.rstrip('.!')}. {each}" for each in told[:1]] if about else told[:1]
+        self._remarks.append((self._clock(), said, [*first, *told[1:]]))
+
+    def _drop_remarks(self) -> None:
+        self._remarks.clear()
+        self._about = None
 
     def noted(self) -> Iterator[str]:
         """Yield what was said of late, sentence by sentence, newest first."""
@@ -209,7 +220,7 @@ class Memory:
 
     def forget_noted(self) -> None:
         """Forget what was said of late."""
-        self._remarks.clear()
+        self._drop_remarks()
         self.deleted += 1
 
     def hear(self, stimuli: tuple[Stimulus, ...] = (), contacts: int = 0) -> None:
@@ -259,10 +270,13 @@ class Memory:
             facts.sort(key=lambda fact: (fact.asked, tells_of_oneself(fact.text, language)))
             best = sorted(facts[-_LATEST:], key=lambda fact: fact.number)
             return _together([fact.text for fact in best], language)
-        told = [fact.text for fact in facts]
+        told, said = [fact.text for fact in facts], self._said_now()
         for asked in (question, *_ASKED.findall(question)):
-            found = recall(asked, told, language)
-            if found := found or recall(asked, self._said_now(), language, _SURER):
+            if found := recall(asked, told, language):
+                # "I have a geranium", which is a fact, and then "He is called Gerald".
+                longer = [each for each in said if each.startswith(found.rstrip(".!"))]
+                found = recall(asked, [found, *longer], language)
+            if found := found or recall(asked, said, language, _SURER):
                 return found.rstrip(".。")
         return None
 

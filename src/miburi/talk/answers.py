@@ -291,7 +291,8 @@ class Answerer:
 def _told_before(said: str, words: Script) -> tuple[str, str, str]:
     """Split a remark at the clause that asks to remember it: before, that clause, after.
 
-    The third part has the sentences after the clause, if they tell a fact and ask nothing. A part
+    The third part has the sentences after the clause, or the rest of its sentence if it announces
+    something ("Remember one thing for me, ..."), if they tell a fact and ask nothing. A part
     without meaning is empty.
     """
     clauses = _CLAUSE.findall(said)
@@ -301,6 +302,8 @@ def _told_before(said: str, words: Script) -> tuple[str, str, str]:
     before = "".join(clauses[: places[0]]).strip(_SIGNS)
     later = _REST.search("".join(clauses[places[0] :]))
     after = later.group().strip(_SIGNS) if later else ""
+    if not after and _announces(clauses[places[0]], words):
+        after = "".join(clauses[places[0] + 1 :]).strip(_SIGNS)
     polite = any(match.cue.aside for match in words.intents_of(after))
     if polite or words.asks(after) or words.is_heavy(after) or _is_short(after, words):
         after = ""
@@ -311,6 +314,11 @@ def _told_before(said: str, words: Script) -> tuple[str, str, str]:
 def _is_short(told: str, words: Script) -> bool:
     spaced = is_spaced(words.language)
     return len(told.split()) < 4 if spaced else len(told) < 6
+
+
+def _announces(said: str, words: Script) -> bool:
+    """Return whether somebody is about to tell something that is to be remembered."""
+    return any(match.cue.within == "next" for match in words.intents_of(said, {"next"}))
 
 
 def _asks_to_remember(said: str, words: Script) -> bool:

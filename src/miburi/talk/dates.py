@@ -6,7 +6,7 @@ from datetime import datetime, time, timedelta
 from miburi.languages import Language, is_spaced, plain
 from miburi.talk.script import script
 
-__all__ = ["due_of", "local_time"]
+__all__ = ["away", "due_of", "local_time"]
 
 #: From this time of day on, the partner speaks of what is due (ours).
 _MORNING = time(9)
@@ -38,6 +38,20 @@ def due_of(said: str, language: Language, now: datetime) -> datetime | None:
         if place >= 0 and (day := _NUMBER.search(_without(text, place, plain(name, language)))):
             return _next(now, month, int(day.group(1)))
     return None
+
+
+def away(said: str, told: str | None, language: Language, now: datetime) -> str | None:
+    """Return how far away the day is that somebody names, or else that of a fact; None if none is.
+
+    >>> away("How long is it till Sunday?", None, "en", datetime(2026, 11, 25))
+    '4 days away'
+    """
+    words = script(language).away
+    due = due_of(said, language, now) or due_of(told or "", language, now)
+    if due is None or not words:
+        return None
+    days = (due.date() - now.date()).days
+    return words[min(days, len(words) - 1)].format(days=days)
 
 
 def _has(text: str, word: str, language: Language) -> bool:

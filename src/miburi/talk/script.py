@@ -95,6 +95,8 @@ class Script(Table):
     weekdays, months, days, clock, date
         Words for the time: weekdays from Monday, months from January; ``days`` maps words such as
         "tomorrow" to a number of days.
+    away
+        What a day is: today, tomorrow, or a number of {days} away; if it is missing, none is said.
     """
 
     words: dict[str, str] = Field(default_factory=dict)
@@ -120,6 +122,7 @@ class Script(Table):
     months: Annotated[list[str], Field(min_length=12, max_length=12)]
     clock: str
     date: str
+    away: list[str] = Field(default_factory=list)
 
     @cached_property
     def _intents(self) -> list[tuple[Cue, re.Pattern[str]]]:
@@ -260,7 +263,7 @@ class Script(Table):
         facts: list[str] = []
         last = False  # whether the sentence before this one is a fact
         for each in sentences:
-            if last and self._fits("belongs", each):
+            if last and self.belongs_to(each):
                 facts[-1] += f" {each}"
             elif last := self._tells(each):
                 facts.append(each)
@@ -273,6 +276,10 @@ class Script(Table):
         """Return the sentences that ask nothing."""
         sentences = (found.strip() for found in _WHOLE.findall(said[:_READ]))
         return [each for each in sentences if each and not self.asks(each)]
+
+    def belongs_to(self, sentence: str) -> bool:
+        """Return whether a sentence tells more of what the one before it is about."""
+        return self._fits("belongs", sentence)
 
     def _tells(self, said: str) -> bool:
         return self._fits("fact", said) or tells_a_fact(said, self.language)

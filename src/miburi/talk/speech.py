@@ -25,7 +25,7 @@ from miburi.talk.answers import JOYS, Answerer, SmallAnswer, is_needless, wants_
 from miburi.talk.beginning import Beginning
 from miburi.talk.care import Care, agrees, denies, may_be_said
 from miburi.talk.cue import Cue, Match
-from miburi.talk.dates import due_of
+from miburi.talk.dates import away, due_of
 from miburi.talk.endpoint import Endpoint, OvertakenError
 from miburi.talk.moves import move
 from miburi.talk.said import FeltOut, SayOut, WhyOut
@@ -89,6 +89,8 @@ class Speech:
         )
         self._turns: Counter[str] = Counter()  # of help, by kind
         self._since = 0  # remarks since words of distress, except orders and unrelated questions
+        self._plain = False  # whether the latest words of distress were plain
+        self._over = False  # whether somebody has wanted fun since
         self._asked: tuple[Distress, datetime] | None = None  # the distress asked about, and when
         self._wondered: tuple[Distress, datetime] | None = None  # the same, for slight signs
         self._signs = _SOON  # remarks since the latest sign of distress, if slight
@@ -148,6 +150,9 @@ class Speech:
             answer, meant = self._ask(heard.worry, language), None
             await granted(self._partner, Speak(answer, "partner"))
         elif grave or self._stays_with(said, language, wanted):
+            if grave:
+                self._since, self._over = 0, False
+                self._plain = bool(heard.why) or self._is_open(asked)
             answer, meant = self._comfort(heard.distress, language), None
             await granted(self._partner, Speak(answer, "partner"))
         elif heard.hint is not None and self._is_idle(wanted):
@@ -161,7 +166,9 @@ class Speech:
         if self.memory.deleted == self._deleted:
             # "Remember that" keeps no words of distress, nor those before them.
             plain = "" if grave or heard.worry is not None else said
-            self.memory.note(plain, script(language).told_in(plain))
+            words = script(language)
+            told = words.told_in(plain)
+            self.memory.note(plain, told, more=bool(told) and words.belongs_to(told[0]))
         return SayOut(
             feeling=heard.feeling,
             asked=heard.topic == "asked",
@@ -221,6 +228,10 @@ class Speech:
         asks = words.asks(said)
         stays, people = self._since < _STAYS, words.tells_of_people(said)
         other = asks and ((known and not stays) or (not people and (known or not stays)))
+        fun = any(match.cue.light or match.cue.shows for match in wanted)
+        self._over = self._over or (fun and not self._plain)
+        if self._over:  # "Do you know any jokes?": then those were no words of distress
+            return False
         if other or any(match.cue.acts for match in wanted):
             return False
         self._since += 1
@@ -230,7 +241,6 @@ class Speech:
         """Return the answer to a distress, or to a remark after one."""
         turn = self._turns[kind or ""]
         self._turns[kind or ""] += 1
-        self._since = 0 if kind else self._since
         if kind is None:
             return self._care.stay(language, turn)
         return self._care.help(kind, language, turn)
@@ -284,6 +294,7 @@ class Speech:
         known = {
             "name": None if present is None else present.name,
             "told": told,
+            "away": away(said, told, language, self._clock()),
             "latest": self.memory.kept(language, 1),
             "kept": self.memory.kept(language),
             "corrected": self.memory.corrected(said, language),
