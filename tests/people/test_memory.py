@@ -12,7 +12,8 @@ from miburi.errors import InputError
 from miburi.feelings import FEELINGS, EmotionalModel, Stimulus, shipped_temperament
 from miburi.languages import Language
 from miburi.people import Memory
-from miburi.people.memory import MOST_FACTS, STAYS
+from miburi.people.memory import MOST_FACTS
+from miburi.people.remarks import STAYS
 from miburi.people.recall import recall
 
 FACTS, MORE_FACTS = (

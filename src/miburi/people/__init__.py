@@ -1,6 +1,7 @@
 """People whom the partner knows, if they allow it: their names, their facts, their kindness.
 
     memory       who they are and what they told it; one file on the user's own disk
+    remarks      what they have said in this talk
     recall       which of the facts told answers a question
     attachment   how somebody has treated the partner, over weeks
 

@@ -6,7 +6,6 @@ unless somebody has allowed one; without it, everything is forgotten when the pa
 
 import json
 import re
-from collections import deque
 from collections.abc import Callable, Iterator, Sequence, Set
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -21,25 +20,19 @@ from miburi.ground.files import write_whole
 from miburi.languages import Language, asks_for_everything, is_spaced, tells_of_oneself
 from miburi.people.attachment import Attachment
 from miburi.people.recall import recall
+from miburi.people.remarks import STAYS, Remarks
 
-__all__ = ["MOST_FACTS", "MOST_PEOPLE", "STAYS", "Acquaintance", "Fact", "Memory", "People"]
+__all__ = ["MOST_FACTS", "MOST_PEOPLE", "Acquaintance", "Fact", "Memory", "People"]
 
-#: How long somebody counts as there after they last spoke (ours).
-STAYS = timedelta(hours=2)
 #: The most people that are kept, and the most things told by each; beyond that, the oldest things
 #: go (ours).
 MOST_PEOPLE, MOST_FACTS = 50, 500
 _NAME, _FACT = 40, 200  # letters
-#: How many remarks are kept while somebody is there; and for how long "she" and "that" may refer to
-#: the latest few of them (ours).
-_REMARKS, _FEW, _MEANT = 60, 3, timedelta(minutes=5)
 #: The share of a question's weight that an answer must have if it was only said by the way (ours).
 _SURER = 0.6
 #: The share of a correction's weight that a fact must have to be corrected by it; and for how long
 #: a correction may refer to the fact that was kept last (both ours).
 _SAME, _JUST = 0.25, timedelta(minutes=1)
-#: Remarks of at most so many letters are told again in whole, others by the sentence (ours).
-_SHORT = 120
 #: The sentences of a remark that are written as questions.
 _ASKED = re.compile(r"[^.!?。！？]+[?？]")
 #: How many of the latest facts are told to somebody who asks for all of them (ours).
@@ -110,10 +103,7 @@ class Memory:
         self._present: Acquaintance | None = None
         #: What was told by somebody who has not said who they are; it is never written.
         self._untold: list[Fact] = []
-        #: Remarks of the person who is there, each with its time, and with its sentences that ask
-        #: nothing; these are never written either.
-        self._remarks: deque[tuple[datetime, str, list[str]]] = deque(maxlen=_REMARKS)
-        self._about: str | None = None  # the sentence to which the next may belong
+        self._remarks = Remarks()
         #: How often something was deleted; other parts of the program that remember the talk watch
         #: this, to forget it, too.
         self.deleted = 0
@@ -174,7 +164,7 @@ class Memory:
             self._known.people.append(person)
         self._until = now + STAYS
         if self._present is not person:
-            self._drop_remarks()
+            self._remarks.clear()
             self._present = person
             self._attachment = Attachment(self._temperament, person.attachment)
             self._attachment.step(max(0.0, (now - person.seen).total_seconds()))
@@ -188,39 +178,23 @@ class Memory:
         """Note that nobody is there any more."""
         self._present = self._attachment = None
         self._untold = []
-        self._drop_remarks()
+        self._remarks.clear()
 
     def note(self, said: str, told: Sequence[str] = (), *, more: bool = False) -> None:
-        """Keep a remark, and its sentences that ask nothing, for the rest of the talk.
-
-        If it tells ``more`` of what the remark before it is about, it is kept together with that.
-        """
-        about = self._about if more else None
-        self._about = about or next(reversed(told), None)
-        first = [f"{about.rstrip('.!')}. {each}" for each in told[:1]] if about else told[:1]
-        self._remarks.append((self._clock(), said, [*first, *told[1:]]))
-
-    def _drop_remarks(self) -> None:
-        self._remarks.clear()
-        self._about = None
+        """Keep a remark for the rest of the talk, as :meth:`Remarks.note` does."""
+        self._remarks.note(self._clock(), said, told, more=more)
 
     def noted(self) -> Iterator[str]:
         """Yield what was said of late, sentence by sentence, newest first."""
-        for said in self._remarks_now():
-            yield from reversed(re.split(r"[.!?]+", said))
+        return self._remarks.sentences(self._clock())
 
     def last_noted(self) -> str | None:
         """Return the latest remark, if it is recent."""
-        return next(self._remarks_now(), None)
-
-    def _remarks_now(self) -> Iterator[str]:
-        since = self._clock() - _MEANT
-        latest = [*self._remarks][-_FEW:]
-        return (said for when, said, _ in reversed(latest) if when >= since)
+        return next(self._remarks.latest(self._clock()), None)
 
     def forget_noted(self) -> None:
         """Forget what was said of late."""
-        self._drop_remarks()
+        self._remarks.clear()
         self.deleted += 1
 
     def hear(self, stimuli: tuple[Stimulus, ...] = (), contacts: int = 0) -> None:
@@ -270,7 +244,7 @@ class Memory:
             facts.sort(key=lambda fact: (fact.asked, tells_of_oneself(fact.text, language)))
             best = sorted(facts[-_LATEST:], key=lambda fact: fact.number)
             return _together([fact.text for fact in best], language)
-        told, said = [fact.text for fact in facts], self._said_now()
+        told, said = [fact.text for fact in facts], self._remarks.told(self._clock())
         for asked in (question, *_ASKED.findall(question)):
             if found := recall(asked, told, language):
                 # "I have a geranium", which is a fact, and then "He is called Gerald".
@@ -279,16 +253,6 @@ class Memory:
             if found := found or recall(asked, said, language, _SURER):
                 return found.rstrip(".。")
         return None
-
-    def _said_now(self) -> list[str]:
-        """Return what was told in the remarks of this talk: each in whole if it is short."""
-        since = self._clock() - STAYS
-        said = []
-        for when, _, told in self._remarks:
-            whole = " ".join(told)
-            if when >= since:
-                said += [whole] if len(whole) <= _SHORT else told
-        return said
 
     def amend(self, text: str, language: Language, due: datetime | None = None) -> None:
         """Add a correction to what it corrects."""
@@ -299,10 +263,7 @@ class Memory:
         facts = self._facts_now()
         place = next((n for n, fact in enumerate(facts) if fact.text == old), None)
         if place is None:  # it was only said by the way, and is not written
-            for n, (when, said, told) in enumerate(self._remarks):
-                if old in (" ".join(told), *told):
-                    rest = [each for each in told if each not in old]
-                    self._remarks[n] = when, said, [joined, *rest]
+            self._remarks.amend(old, joined)
         else:
             due = due or facts[place].due
             facts[place] = facts[place].model_copy(update={"text": joined, "due": due})
@@ -317,7 +278,7 @@ class Memory:
         now = self._clock()
         age = {fact.text: now - fact.told for fact in self._facts_now()}
         known = {fact.text: fact for fact in self._facts_now() if fact.language == language}
-        told = [*self._said_now(), *(each for each in known if age[each] <= STAYS)]
+        told = [*self._remarks.told(self._clock()), *(each for each in known if age[each] <= STAYS)]
         if (same := recall(text, told, language, _SAME, corrects=True)) is not None:
             return same
         just = [each for each, fact in known.items() if fact.asked and age[each] <= _JUST]

@@ -1,0 +1,65 @@
+"""The remarks of the talk that is going on; they are never written."""
+
+import re
+from collections import deque
+from collections.abc import Iterator, Sequence
+from datetime import datetime, timedelta
+
+__all__ = ["STAYS", "Remarks"]
+
+#: How long somebody counts as there after they last spoke (ours).
+STAYS = timedelta(hours=2)
+#: How many remarks are kept while somebody is there; and for how long "she" and "that" may refer to
+#: the latest few of them (ours).
+_KEPT, _FEW, _MEANT = 60, 3, timedelta(minutes=5)
+#: Remarks of at most so many letters are told again in whole, others by the sentence (ours).
+_SHORT = 120
+
+
+class Remarks:
+    """What the person who is there has said, each with its time and the sentences that tell."""
+
+    def __init__(self) -> None:
+        self._all: deque[tuple[datetime, str, list[str]]] = deque(maxlen=_KEPT)
+        self._about: str | None = None  # the sentence to which the next may belong
+
+    def clear(self) -> None:
+        """Forget them all."""
+        self._all.clear()
+        self._about = None
+
+    def note(self, now: datetime, said: str, told: Sequence[str], *, more: bool) -> None:
+        """Keep a remark, and its sentences that ask nothing.
+
+        If it tells ``more`` of what the remark before it is about, it is kept together with that.
+        """
+        about = self._about if more else None
+        self._about = about or next(reversed(told), None)
+        first = [f"{about.rstrip('.!')}. {each}" for each in told[:1]] if about else told[:1]
+        self._all.append((now, said, [*first, *told[1:]]))
+
+    def latest(self, now: datetime) -> Iterator[str]:
+        """Yield the latest few remarks to which words may refer, newest first."""
+        few = [*self._all][-_FEW:]
+        return (said for when, said, _ in reversed(few) if when >= now - _MEANT)
+
+    def sentences(self, now: datetime) -> Iterator[str]:
+        """Yield the sentences of the latest few remarks, newest first."""
+        for said in self.latest(now):
+            yield from reversed(re.split(r"[.!?]+", said))
+
+    def told(self, now: datetime) -> list[str]:
+        """Return what they told: each in whole if it is short."""
+        said = []
+        for when, _, told in self._all:
+            whole = " ".join(told)
+            if when >= now - STAYS:
+                said += [whole] if len(whole) <= _SHORT else told
+        return said
+
+    def amend(self, old: str, new: str) -> None:
+        """Put a corrected sentence in the place of what it corrects."""
+        for n, (when, said, told) in enumerate(self._all):
+            if old in (" ".join(told), *told):
+                rest = [each for each in told if each not in old]
+                self._all[n] = when, said, [new, *rest]
