@@ -13,8 +13,8 @@ from miburi.feelings import FEELINGS, EmotionalModel, Stimulus, shipped_temperam
 from miburi.languages import Language
 from miburi.people import Memory
 from miburi.people.memory import MOST_FACTS
-from miburi.people.remarks import STAYS
 from miburi.people.recall import recall
+from miburi.people.remarks import STAYS
 
 FACTS, MORE_FACTS = (
     [row.split("\t") for row in Path(__file__).with_name(name).read_text("utf-8").splitlines()]

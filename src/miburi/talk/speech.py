@@ -1,12 +1,11 @@
 """Take what is said to the partner: hear the feeling of the words, share it, and answer."""
 
 import asyncio
-from collections import Counter
 from collections.abc import Callable
-from dataclasses import asdict, replace
-from datetime import datetime, timedelta
+from dataclasses import asdict
+from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeGuard
+from typing import TYPE_CHECKING
 
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures import KeyPose, look
@@ -18,13 +17,13 @@ from miburi.people import Memory
 from miburi.robot import Array
 from miburi.safety.stop import StopReason
 from miburi.senses import Impression
-from miburi.senses.kinds import Distress
 from miburi.senses.tone import Tone, coloured
 from miburi.serving.press import Press, who
-from miburi.talk.answers import JOYS, Answerer, SmallAnswer, is_needless, wants_stop
+from miburi.talk.answers import JOYS, Answerer, SmallAnswer, wants_stop
 from miburi.talk.beginning import Beginning
-from miburi.talk.care import Care, agrees, denies, may_be_said
-from miburi.talk.cue import Cue, Match
+from miburi.talk.care import Care, may_be_said
+from miburi.talk.comfort import Comfort
+from miburi.talk.cue import Cue
 from miburi.talk.dates import away, due_of
 from miburi.talk.endpoint import Endpoint, OvertakenError
 from miburi.talk.moves import move
@@ -41,14 +40,6 @@ __all__ = ["Speech"]
 _LOOKED, _SHOWN = 2.0, 0.8
 #: How likely a joy must be to be shared although there are words of illness or death (ours).
 _SURE_OF_JOY = 0.9
-#: How long a "yes" or "no" still answers the question whether somebody needs help, or is all right
-#: (ours).
-_ANSWERED = timedelta(minutes=2)
-#: After words of distress, the first three answers return to the distress, and then every fifth
-#: (ours).
-_STAYS, _EVERY = 3, 5
-#: A slight sign of distress is asked about if another was at most this many remarks before (ours).
-_SOON = 5
 
 
 class Speech:
@@ -79,7 +70,7 @@ class Speech:
         seed: int = 0,
         folder: Path | None = None,
     ) -> None:
-        self._partner, self._care, self._clock = partner, care, clock
+        self._partner, self._clock = partner, clock
         #: The people it knows.
         self.memory = Memory(folder and folder / "people.json", partner.own_temperament, clock)
         self._answerer, self._language = Answerer(seed), FALLBACK
@@ -87,13 +78,7 @@ class Speech:
         self.beginning = Beginning(
             partner, self.memory, self._answerer, clock, folder and folder / "manners.json"
         )
-        self._turns: Counter[str] = Counter()  # of help, by kind
-        self._since = 0  # remarks since words of distress, except orders and unrelated questions
-        self._plain = False  # whether the latest words of distress were plain
-        self._over = False  # whether somebody has wanted fun since
-        self._asked: tuple[Distress, datetime] | None = None  # the distress asked about, and when
-        self._wondered: tuple[Distress, datetime] | None = None  # the same, for slight signs
-        self._signs = _SOON  # remarks since the latest sign of distress, if slight
+        self._comfort = Comfort(care, clock)
         self._conversation = None if endpoint is None else _converse(endpoint)
         self._noted: tuple[str | None] | None = None  # the conversation's trouble, as logged
         self._counted = partner.history.number
@@ -126,15 +111,10 @@ class Speech:
         if wants_stop(said, language):
             await done(self._partner.stop(Press(who(by))))
         heard = coloured(await asyncio.to_thread(hear, said, language), tone)
-        asked, self._asked = self._asked, None
-        wondered, self._wondered = self._wondered, None
-        if self._is_open(asked) and agrees(said, language):
-            heard = Impression(None, 0.0, "speech", distress=asked[0])
+        heard = self._comfort.confirm(heard, said, language)
         grave = heard.distress is not None
         wanted = self._answerer.wanted(said, language, self._known(said, language))
-        heard = self._weigh(heard, wanted)
-        if heard.distress is None and self._is_open(wondered) and denies(said, language):
-            heard = Impression(None, 0.0, "speech", worry=wondered[0])
+        heard = self._comfort.weigh(heard, said, language, wanted)
         acts = any(match.cue.acts for match in wanted)
         if not grave and heard.worry is None and acts:
             heard = Impression(None, 0.0, "speech")  # an order shows nobody's feeling
@@ -145,23 +125,18 @@ class Speech:
             self._conversation.overtake()
         felt = await granted(self._partner, Sense(heard, said))
         await self.count(felt)
-        if heard.worry is not None:
-            self._asked = heard.worry, self._clock()
-            answer, meant = self._ask(heard.worry, language), None
-            await granted(self._partner, Speak(answer, "partner"))
-        elif grave or self._stays_with(said, language, wanted):
-            if grave:
-                self._since, self._over = 0, False
-                self._plain = bool(heard.why) or self._is_open(asked)
-            answer, meant = self._comfort(heard.distress, language), None
-            await granted(self._partner, Speak(answer, "partner"))
-        elif heard.hint is not None and self._is_idle(wanted):
-            self._wondered = heard.hint, self._clock()
-            answer, meant = self._wonder(language), None
+        after = self._partner.snapshot.state.distress is not None
+        answer = self._comfort.answer(heard, said, language, wanted, after=after)
+        idle = self._conversation is None and all(match.cue.broad for match in wanted)
+        if answer is None and heard.hint is not None and idle:
+            answer = self._comfort.wonder(heard.hint, language)
+        meant = None
+        if answer is not None:
             await granted(self._partner, Speak(answer, "partner"))
         else:
             answer, meant = await self._answer(said, heard, language, felt, acts=acts)
-            self._asked = asked if meant == "repeat" else None
+            if meant == "repeat":
+                self._comfort.keep_open()
         self._answerer.spoke(answer)
         if self.memory.deleted == self._deleted:
             # "Remember that" keeps no words of distress, nor those before them.
@@ -189,67 +164,6 @@ class Speech:
             self._answerer.forget()
             if self._conversation is not None:
                 self._conversation.forget()
-
-    def _is_open(
-        self, asked: tuple[Distress, datetime] | None
-    ) -> TypeGuard[tuple[Distress, datetime]]:
-        """Return whether a question was asked, and so lately that it may be answered now."""
-        return asked is not None and self._clock() - asked[1] < _ANSWERED
-
-    def _weigh(self, heard: Impression, wanted: list[Match]) -> Impression:
-        """Return what was heard without a needless question; a second slight sign gets one."""
-        sign = heard.worry or heard.hint
-        self._signs += 1
-        if sign is None:
-            return heard
-        if is_needless(sign, wanted):
-            return replace(heard, worry=None, hint=None)
-        before, self._signs = self._signs, 0
-        if heard.hint is not None and before <= _SOON:
-            return Impression(None, 0.0, "speech", worry=heard.hint)
-        return heard
-
-    def _is_idle(self, wanted: list[Match]) -> bool:
-        """Return whether there is nothing better to say than to ask if somebody is all right."""
-        return self._conversation is None and all(match.cue.broad for match in wanted)
-
-    def _wonder(self, language: Language) -> str:
-        """Return the question whether somebody is all right."""
-        turn = self._turns["wonder"]
-        self._turns["wonder"] += 1
-        return self._care.wonder(language, turn)
-
-    def _stays_with(self, said: str, language: Language, wanted: list[Match]) -> bool:
-        """Return whether an answer still speaks of a distress that was heard before."""
-        if self._partner.snapshot.state.distress is None:
-            return False
-        words = script(language)
-        known = any(not (match.cue.broad or match.cue.aside) for match in wanted)
-        asks = words.asks(said)
-        stays, people = self._since < _STAYS, words.tells_of_people(said)
-        other = asks and ((known and not stays) or (not people and (known or not stays)))
-        fun = any(match.cue.light or match.cue.shows for match in wanted)
-        self._over = self._over or (fun and not self._plain)
-        if self._over:  # "Do you know any jokes?": then those were no words of distress
-            return False
-        if other or any(match.cue.acts for match in wanted):
-            return False
-        self._since += 1
-        return asks or self._since <= _STAYS or self._since % _EVERY == 0
-
-    def _comfort(self, kind: Distress | None, language: Language) -> str:
-        """Return the answer to a distress, or to a remark after one."""
-        turn = self._turns[kind or ""]
-        self._turns[kind or ""] += 1
-        if kind is None:
-            return self._care.stay(language, turn)
-        return self._care.help(kind, language, turn)
-
-    def _ask(self, kind: Distress, language: Language) -> str:
-        """Return the question whether somebody needs help."""
-        turn = self._turns[f"ask {kind}"]
-        self._turns[f"ask {kind}"] += 1
-        return self._care.ask(kind, language, turn)
 
     async def _answer(
         self,

@@ -1,0 +1,133 @@
+"""When a partner asks about distress, and how long it stays with it.
+
+:class:`Comfort` weighs what was heard in each remark, and answers those that have to do with
+distress; :mod:`miburi.talk.care` has the sentences.
+"""
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import datetime, timedelta
+from typing import TypeGuard
+
+from miburi.languages import Language
+from miburi.senses import Impression
+from miburi.senses.kinds import Distress
+from miburi.talk.answers import is_needless
+from miburi.talk.care import Care, agrees, denies
+from miburi.talk.cue import Match
+from miburi.talk.script import script
+
+__all__ = ["Comfort"]
+
+#: How long a "yes" or "no" still answers the question whether somebody needs help, or is all right
+#: (ours).
+_ANSWERED = timedelta(minutes=2)
+#: After words of distress, the first three answers return to the distress, and then every fifth
+#: (ours).
+_STAYS, _EVERY = 3, 5
+#: A slight sign of distress is asked about if another was at most this many remarks before (ours).
+_SOON = 5
+
+_Question = tuple[Distress, datetime]  # what it was about, and when it was asked
+
+
+class Comfort:
+    """Answers remarks that have to do with distress.
+
+    Parameters
+    ----------
+    care
+        The sentences.
+    clock
+        Returns the local time.
+    """
+
+    def __init__(self, care: Care, clock: Callable[[], datetime]) -> None:
+        self._care, self._clock = care, clock
+        self._turns: Counter[str] = Counter()  # of help and questions, by kind
+        self._since = 0  # remarks since words of distress, except orders and unrelated questions
+        self._plain = False  # whether the latest words of distress were plain
+        self._over = False  # whether somebody has wanted fun since
+        self._asked: _Question | None = None  # whether somebody needs help
+        self._before: _Question | None = None  # the same, as it was before this remark
+        self._wondered: _Question | None = None  # whether somebody is all right
+        self._signs = _SOON  # remarks since the latest sign of distress
+
+    def confirm(self, heard: Impression, said: str, language: Language) -> Impression:
+        """Return what was heard; a "yes" to the question about distress is distress."""
+        self._before, self._asked = self._asked, None
+        if self._is_open(self._before) and agrees(said, language):
+            return Impression(None, 0.0, "speech", distress=self._before[0])
+        return heard
+
+    def weigh(
+        self, heard: Impression, said: str, language: Language, wanted: list[Match]
+    ) -> Impression:
+        """Return what was heard, with a worry only where it is worth a question.
+
+        A second slight sign is, and so is a "no" to the question whether somebody is all right.
+        """
+        wondered, self._wondered = self._wondered, None
+        sign = heard.worry or heard.hint
+        self._signs += 1
+        if sign is not None and is_needless(sign, wanted):
+            heard = replace(heard, worry=None, hint=None)
+        elif sign is not None:
+            before, self._signs = self._signs, 0
+            if heard.hint is not None and before <= _SOON:
+                heard = Impression(None, 0.0, "speech", worry=heard.hint)
+        if heard.distress is None and self._is_open(wondered) and denies(said, language):
+            heard = Impression(None, 0.0, "speech", worry=wondered[0])
+        return heard
+
+    def answer(
+        self, heard: Impression, said: str, language: Language, wanted: list[Match], *, after: bool
+    ) -> str | None:
+        """Return the answer to words of distress, or to a remark ``after`` them.
+
+        None: the remark has nothing to do with distress, or has a better answer.
+        """
+        if heard.worry is not None:
+            self._asked = heard.worry, self._clock()
+            return self._care.ask(heard.worry, language, self._turn(f"ask {heard.worry}"))
+        if heard.distress is not None:
+            self._since, self._over = 0, False
+            self._plain = bool(heard.why) or self._is_open(self._before)
+            return self._care.help(heard.distress, language, self._turn(heard.distress))
+        if after and self._stays(said, language, wanted):
+            return self._care.stay(language, self._turn(""))
+        return None
+
+    def wonder(self, hint: Distress, language: Language) -> str:
+        """Return the question whether somebody is all right, after a slight sign of distress."""
+        self._wondered = hint, self._clock()
+        return self._care.wonder(language, self._turn("wonder"))
+
+    def keep_open(self) -> None:
+        """Let the question that was open before this remark stay open."""
+        self._asked = self._before
+
+    def _turn(self, name: str) -> int:
+        self._turns[name] += 1
+        return self._turns[name] - 1
+
+    def _is_open(self, asked: _Question | None) -> TypeGuard[_Question]:
+        """Return whether a question was asked, and so lately that it may be answered now."""
+        return asked is not None and self._clock() - asked[1] < _ANSWERED
+
+    def _stays(self, said: str, language: Language, wanted: list[Match]) -> bool:
+        """Return whether an answer still speaks of a distress that was heard before."""
+        words = script(language)
+        known = any(not (match.cue.broad or match.cue.aside) for match in wanted)
+        asks = words.asks(said)
+        stays, people = self._since < _STAYS, words.tells_of_people(said)
+        other = asks and ((known and not stays) or (not people and (known or not stays)))
+        fun = any(match.cue.light or match.cue.shows for match in wanted)
+        self._over = self._over or (fun and not self._plain)
+        if self._over:  # "Do you know any jokes?": then those were no words of distress
+            return False
+        if other or any(match.cue.acts for match in wanted):
+            return False
+        self._since += 1
+        return asks or self._since <= _STAYS or self._since % _EVERY == 0
