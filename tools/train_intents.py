@@ -2,10 +2,11 @@
 
     python tools/train_intents.py [--out src/miburi/talk/intents.npz] [--check]
 
-Needs SciPy (the extra ``studies``). The lines are those of ``intent-lines`` beside this script,
-each behind what it asks for; strangers wrote them who knew neither patterns nor answers. Everyday
-lines that ask the robot for nothing are those of the models of words and distress. ``--check``
-trains without a fifth of the lines, and tells how many of these it then takes for what they are.
+Needs SciPy (the extra ``studies``). The lines are those of ``intent-lines`` and ``order-lines``
+beside this script, each behind what it asks for; strangers wrote them who knew neither patterns nor
+answers. Everyday lines that ask the robot for nothing are those of the models of words and
+distress. ``--check`` trains without a fifth of the lines, and tells how many of these it then takes
+for what they are.
 """
 
 import argparse
@@ -22,16 +23,16 @@ from miburi.senses.linear import groups_of, load_model, numbered
 from miburi.talk.asking import NOTHING
 
 ROOT = Path(__file__).parents[1]
-LINES = Path(__file__).with_name("intent-lines")
+LINES = [Path(__file__).with_name(name) for name in ("intent-lines", "order-lines")]
 SEED, NOTHINGS = 0, 4_000
 #: How much the lines that ask for nothing weigh, of one class that asks for something.
 SHARE = 6
-KEPT = 30_000
+KEPT = 36_000
 
 
 def lines() -> list[tuple[str, str]]:
     """Return what is asked for, and how."""
-    files = sorted(LINES.glob("en-*.tsv"))
+    files = [file for folder in LINES for file in sorted(folder.glob("en-*.tsv"))]
     rows = [row.split("\t") for file in files for row in file.read_text("utf-8").splitlines()]
     found = [(kind.strip(), text.strip()) for kind, text in rows]
     rest = everyday() + [text for label, text in strangers("en") if label == len(KINDS)]

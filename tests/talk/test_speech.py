@@ -518,3 +518,20 @@ def test_it_counts_the_days_until_what_was_told(talk: Talk, asked: str, answer: 
     said = talk.say(asked)
     assert (said.meant == "days_left") == bool(answer)
     assert answer in (said.answer or "")
+
+
+@pytest.mark.parametrize(
+    ("said", "meant"),
+    [
+        ("Lift your left one up slow for me, I want to listen to it.", "lift_left"),
+        ("Stick both of them right up in the air, come on.", "lift_arms"),
+        ("A nice big smile for Grandma, please.", "show_happiness"),
+        ("Now do grumpy.", "show_anger"),
+        ("Twist yourself all the way over to the one side.", "turn"),
+        ("My neighbour waved at me this morning.", None),
+        ("I used to lift both arms above my head.", None),
+        ("He sang to me on our wedding day.", None),
+    ],
+)
+def test_orders_that_nobody_wrote_a_pattern_for(talk: Talk, said: str, meant: str | None) -> None:
+    assert talk.say(said).meant == meant

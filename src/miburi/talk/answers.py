@@ -153,6 +153,10 @@ class Answerer:
             shown = feeling is not None
             asked = words.asked_of(said, match, felt=shown, told=told)
             match = next(_sayable(asked, slots), match)
+        if match is None and not heavy:
+            whole = {} if _is_short(said, words) else {"next": said.strip(_SIGNS)}
+            match = next(_sayable(words.orders_of(said), whole | slots), None)
+            slots = whole | slots if match is not None else slots
         if match is not None and match.cue.light and heavy:
             grave = words.asked_of(said, None, felt=feeling is not None, told=told)
             match = next((one for one in _sayable(grave, slots) if not one.cue.light), None)

@@ -21,8 +21,9 @@ from miburi.talk.telling import tells_a_fact
 __all__ = ["Answers", "Script", "as_written", "script"]
 
 _Lines = Annotated[list[Line], Field(min_length=2)]
-#: How likely an intent from the model must be, and how likely where the model must be sure (ours).
-_LIKELY, _SURE = 0.3, 0.8
+#: How likely an intent from the model must be; how likely where the model must be sure; and how
+#: likely an order that is not put as a question (ours).
+_LIKELY, _SURE, _ORDERED = 0.3, 0.8, 0.6
 #: The fewest words of a question that is answered although its intent is unknown (ours).
 _WORDS = 3
 #: Characters that are read; the rest tells no more about what is wanted (ours).
@@ -76,8 +77,9 @@ class Script(Table):
         What people speak of.
     again
         Regular expression for words that refer to what was said before; none by default.
-    more
-        Likewise for requests to repeat what was done for fun.
+    more, enough
+        Likewise for requests to repeat what was done for fun, and for words of somebody who wants
+        no more of it (by default any words: then the model is not asked).
     grave, heavy, people, oneself
         Likewise four regular expressions. ``grave`` is for words of a question that may be grave,
         and ``heavy`` for words beside which nothing ``light`` is said (by default none). ``people``
@@ -103,6 +105,7 @@ class Script(Table):
     turned: dict[str, str] = Field(default_factory=dict)
     again: str = "(?!)"
     more: str = "(?!)"
+    enough: str = ".*"
     grave: str = "(?!)"
     heavy: str = "(?!)"
     people: str = ".*"
@@ -175,7 +178,7 @@ class Script(Table):
     @cached_property
     def _single(self) -> dict[str, re.Pattern[str]]:
         """The compiled regular expressions that belong to no cue, by field."""
-        one = ("again", "more", "grave", "heavy", "people", "oneself", "belongs")
+        one = ("again", "more", "enough", "grave", "heavy", "people", "oneself", "belongs")
         written = {name: [getattr(self, name)] for name in one}
         written |= {"fact": self.fact, "question": self.question}
         return {
@@ -209,6 +212,18 @@ class Script(Table):
                 yield Match(cue, None, None)
         if plainly and than is None and len(plain(said[:_READ], self.language).split()) >= _WORDS:
             yield from (Match(cue, None, None) for cue in self._named.get("open", ()))
+
+    def orders_of(self, said: str) -> Iterator[Match]:
+        """Yield the orders in words that match no pattern and ask no question.
+
+        "Lift your left one up slow for me" is found in this way, by the model.
+        """
+        sentences = [*_WHOLE.findall(said[:_READ]), said[:_READ]]
+        found = [asked_for(each, self.language) for each in sentences if not self.asks(each)]
+        name, likely = max(found, key=lambda each: each[1] * (each[0] != NOTHING), default=("", 0))
+        for cue in self._named.get(name, ()) if likely > _ORDERED else ():
+            if cue.acts or cue.stays > 1:
+                yield Match(cue, None, None)
 
     @cached_property
     def _named(self) -> dict[str, list[Cue]]:
@@ -249,7 +264,10 @@ class Script(Table):
     def wants_more(self, said: str) -> bool:
         """Return whether somebody only wants a repeat of what was done for fun."""
         each = [*_SENTENCE.findall(said[:_READ]), said[:_READ]]
-        return any(self._fits("more", part) for part in each)
+        if any(self._fits("more", part) for part in each):
+            return True
+        name, likely = asked_for(said[:_READ], self.language)
+        return name == "again" and likely > _ORDERED and not self._fits("enough", said)
 
     def _wants(self, said: str, filled: Container[str]) -> bool:
         return any(not match.cue.aside for match in self.intents_of(said, filled))
