@@ -275,7 +275,6 @@ def test_the_same_turns_are_known_in_every_language(language: Language) -> None:
     [
         # No pattern knows these; strangers' lines have others of their kind.
         ("You won't let him take you to bits, will you?", {"promise"}),
-        ("You'll remind me, won't you?", {"promise", "alarm"}),
         ("Do you even understand a word of what I am on about?", {"understand"}),
         ("You didn't see it go behind the piano, did you?", {"open", "whereabouts"}),
     ],

@@ -145,6 +145,7 @@ def test_no_other_stop_stops_the_body(said: str) -> None:
     [
         ("Stop!", "en"), ("stop", "en"), ("OK, you can stop now.", "en"), ("Freeze!", "en"),
         ("Stop, stop, you will fall!", "en"), ("Stand still.", "en"), ("please stop moving", "en"),
+        ("that's actually scary, stop.", "en"), ("Oh no, it will fall, stop!", "en"),
         ("止まって！", "ja"), ("ストップ", "ja"), ("動かないで", "ja"),
         ("ちょっと待って、止まって、こぼれる", "ja"),
         ("Arrête !", "fr"), ("stop", "fr"), ("arrête de bouger, tu fais peur au chat", "fr"),
@@ -160,6 +161,7 @@ def test_stop_is_understood(said: str, language: Language) -> None:
         ("The bus stop is around the corner.", "en"), ("Stop hitting your sister!", "en"),
         ("I could not stop laughing.", "en"), ("It will not stop raining.", "en"),
         ("Don't stop.", "en"), ("Shall we stop at the shop?", "en"), ("We stood still.", "en"),
+        ("He shouted stop, and I stopped.", "en"),
         ("バスが止まっていた", "ja"), ("雨が止んだ", "ja"), ("L'arrêt du bus est loin.", "fr"),
         ("Il ne s'arrête jamais de parler.", "fr"),
     ],

@@ -535,3 +535,14 @@ def test_it_counts_the_days_until_what_was_told(talk: Talk, asked: str, answer: 
 )
 def test_orders_that_nobody_wrote_a_pattern_for(talk: Talk, said: str, meant: str | None) -> None:
     assert talk.say(said).meant == meant
+
+
+def test_an_order_in_words_like_those_of_trouble_is_carried_out(talk: Talk) -> None:
+    waved = talk.say("Wave me off then, and don't touch my crossword while I'm gone.")
+    assert (waved.meant, waved.worry) == ("wave", None)
+
+
+def test_it_is_somebodys_turn_does_not_turn_it(talk: Talk) -> None:
+    kept = talk.say("Can you remember it's Callum's turn to do the bins on Wednesday?")
+    assert kept.meant == "remember"
+    assert "bins" in (talk.say("What was I meant to remember about the bins?").answer or "")

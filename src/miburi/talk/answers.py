@@ -106,7 +106,9 @@ class Answerer:
 
     def wanted(self, said: str, language: Language, known: Mapping[str, str]) -> list[Match]:
         """Return the intents of what was said at this point of the talk, the most urgent first."""
-        return list(script(language).intents_of(said, {"next", *known, *self._fun()}))
+        words = script(language)
+        found = list(words.intents_of(said, {"next", *known, *self._fun()}))
+        return found or ([] if words.is_heavy(said) else list(words.orders_of(said)))
 
     def _fun(self) -> list[str]:
         """Return the slot that tells what it lately did for fun, if anything."""

@@ -24,7 +24,8 @@ _Lines = Annotated[list[Line], Field(min_length=2)]
 #: How likely an intent from the model must be; how likely where the model must be sure; and how
 #: likely an order that is not put as a question (ours).
 _LIKELY, _SURE, _ORDERED = 0.3, 0.8, 0.6
-#: The fewest words of a question that is answered although its intent is unknown (ours).
+#: The fewest words of an order that matches no pattern, and of a question that is answered although
+#: its intent is unknown (ours).
 _WORDS = 3
 #: Characters that are read; the rest tells no more about what is wanted (ours).
 _READ = 300
@@ -164,9 +165,11 @@ class Script(Table):
             [plain(each, self.language) for each in pattern.findall(said[:_READ])]
             for pattern in (_SENTENCE, _CLAUSE)
         )
+        last = [*sentences, *clauses[-1:]]
         for cue, pattern in cues:
-            # "Dance for me, I've had a long day": an order may be a clause.
-            for sentence in [*sentences, *clauses] if cue.shows else sentences:
+            # "Dance for me, I've had a long day": an order may be a clause, a stop the last one.
+            parts = [*sentences, *clauses] if cue.shows else last if cue.do == "stop" else sentences
+            for sentence in parts:
                 if (found := pattern.search(sentence)) is not None:
                     it = next((part for part in found.groupdict().values() if part), None)
                     words = it and as_written(it, said, self.language)
@@ -218,12 +221,18 @@ class Script(Table):
 
         "Lift your left one up slow for me" is found in this way, by the model.
         """
-        sentences = [*_WHOLE.findall(said[:_READ]), said[:_READ]]
-        found = [asked_for(each, self.language) for each in sentences if not self.asks(each)]
-        name, likely = max(found, key=lambda each: each[1] * (each[0] != NOTHING), default=("", 0))
-        for cue in self._named.get(name, ()) if likely > _ORDERED else ():
-            if cue.acts or cue.stays > 1:
-                yield Match(cue, None, None)
+        text = said[:_READ]
+        whole = [*_WHOLE.findall(text), text]
+        parts = [*whole, *_CLAUSE.findall(text)]
+        for each in (one for one in parts if len(one.split()) >= _WORDS and not self.asks(one)):
+            name, likely = asked_for(each, self.language)
+            for cue in self._named.get(name, ()):
+                if likely <= (_SURE if cue.light or each not in whole else _ORDERED):
+                    continue
+                # "I used to lift both arms" tells something, but orders nothing.
+                tells = self._tells(_CLAUSE.findall(each)[0])
+                if cue.do == "remember" or ((cue.shows or cue.stays > 1) and not tells):
+                    yield Match(cue, None, None)
 
     @cached_property
     def _named(self) -> dict[str, list[Cue]]:
