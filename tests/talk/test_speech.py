@@ -546,3 +546,8 @@ def test_it_is_somebodys_turn_does_not_turn_it(talk: Talk) -> None:
     kept = talk.say("Can you remember it's Callum's turn to do the bins on Wednesday?")
     assert kept.meant == "remember"
     assert "bins" in (talk.say("What was I meant to remember about the bins?").answer or "")
+
+
+@pytest.mark.parametrize("said", [". . .", ", , , !", "… … …", "- - - -"])
+def test_signs_alone_are_no_order(talk: Talk, said: str) -> None:
+    assert talk.say(said).meant is None

@@ -227,11 +227,11 @@ class Script(Table):
         for each in (one for one in parts if len(one.split()) >= _WORDS and not self.asks(one)):
             name, likely = asked_for(each, self.language)
             for cue in self._named.get(name, ()):
-                if likely <= (_SURE if cue.light or each not in whole else _ORDERED):
-                    continue
+                keeps = cue.do == "remember"  # which may be written
+                least = _SURE if keeps or cue.light or each not in whole else _ORDERED
                 # "I used to lift both arms" tells something, but orders nothing.
-                tells = self._tells(_CLAUSE.findall(each)[0])
-                if cue.do == "remember" or ((cue.shows or cue.stays > 1) and not tells):
+                tells = self._tells(next(iter(_CLAUSE.findall(each)), ""))
+                if likely > least and (keeps or ((cue.shows or cue.stays > 1) and not tells)):
                     yield Match(cue, None, None)
 
     @cached_property
