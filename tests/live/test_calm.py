@@ -103,7 +103,7 @@ def test_the_socket_tells_it_with_the_state(live: Runner) -> None:
 
 
 @pytest.mark.parametrize(
-    ("language", "told"), [("en", "Distress heard: a fall"), ("ja", "助けが必要な言葉：転倒や転落")]
+    ("language", "told"), [("en", "Distress heard: a fall"), ("ja", "助けを求める言葉：転倒や転落")]
 )
 def test_the_page_tells_it(runner: Runner, language: str, told: str) -> None:
     runner.ask(Sense(FALL))
