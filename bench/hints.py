@@ -4,7 +4,7 @@
 
 Two strangers wrote the runs in bench/hints, 40 of each kind each, with words that could sound
 grave in the calm ones ("I'm dying for a cup of tea"); nothing was chosen on them. The live partner
-hears each run anew, a remark every ten seconds. It takes some two minutes.
+hears each run anew, a remark every ten seconds. This takes about two minutes.
 """
 
 import asyncio

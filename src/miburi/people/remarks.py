@@ -12,12 +12,12 @@ STAYS = timedelta(hours=2)
 #: How many remarks are kept while somebody is there; and for how long "she" and "that" may refer to
 #: the latest few of them (ours).
 _KEPT, _FEW, _MEANT = 60, 3, timedelta(minutes=5)
-#: Remarks of at most so many letters are told again in whole, others by the sentence (ours).
+#: A remark of at most this many letters is repeated whole, a longer one by the sentence (ours).
 _SHORT = 120
 
 
 class Remarks:
-    """What the person who is there has said, each with its time and the sentences that tell."""
+    """What the person at the table has said: each remark, its time, and the sentences that tell."""
 
     def __init__(self) -> None:
         self._all: deque[tuple[datetime, str, list[str]]] = deque(maxlen=_KEPT)

@@ -1,4 +1,4 @@
-"""When a partner asks about distress, and how long it stays with it.
+"""When a partner asks about distress, and how long it keeps coming back to it.
 
 :class:`Comfort` weighs what was heard in each remark, and answers those that have to do with
 distress; :mod:`miburi.talk.care` has the sentences.

@@ -99,7 +99,7 @@ class Script(Table):
         Words for the time: weekdays from Monday, months from January; ``days`` maps words such as
         "tomorrow" to a number of days.
     away
-        What a day is: today, tomorrow, or a number of {days} away; if it is missing, none is said.
+        How far away a day is: today, tomorrow, or {days} days away; if missing, none is counted.
     """
 
     words: dict[str, str] = Field(default_factory=dict)
