@@ -18,7 +18,7 @@ sys.path[:0] = [str(ROOT / "bench")]
 
 from words import share  # noqa: E402  (below the folder that holds it)
 
-from miburi.senses.distress import Heard, hear_distress, judge_distress  # noqa: E402  (below the folder that holds it)
+from miburi.senses.distress import Doubt, Heard, hear_distress, judge_distress  # noqa: E402  (below the folder that holds it)
 from miburi.senses.kinds import KINDS  # noqa: E402  (below the folder that holds it)
 from miburi.senses.text import without_punctuation  # noqa: E402  (below the folder that holds it)
 
@@ -71,8 +71,9 @@ def main() -> None:
             heard = [share(sum(told(h) is not None for *_, h in rows), len(rows))
                      for rows in each_language]  # fmt: skip
             asked, slight = (
-                [sum(h is not None and h.doubtful and h.slight == faint for *_, h in rows)
-                 / len(rows) for rows in each_language] for faint in (False, True))  # fmt: skip
+                [sum(h is not None and h.doubt is doubt for *_, h in rows) / len(rows)
+                 for rows in each_language]
+                for doubt in (Doubt.WORTH_A_QUESTION, Doubt.SLIGHT_SIGN))  # fmt: skip
             alike = name == "stories" and not (folder / "household-en.tsv").exists()
             columns = [*heard, *(f"{100 * one:.1f} %" for one in asked + slight)]
             print(f"| {writer}: {ALIKE if alike else what} | {' | '.join(columns)} |")
@@ -96,7 +97,7 @@ def judged(rows: list[tuple[str, str]]) -> list[tuple[str, str, Heard | None]]:
 
 def told(heard: Heard | None) -> Heard | None:
     """Return what is taken for distress rather than asked about."""
-    return None if heard is None or heard.doubtful else heard
+    return None if heard is None or heard.doubt else heard
 
 
 def found(rows: list[tuple[str, str, Heard | None]], kind: str) -> str:

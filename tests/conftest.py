@@ -68,7 +68,7 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> Togethe
 
 
 pytest_plugins = [
-    f"tests.fixtures.{name}" for name in ("firmware", "program", "live", "broker", "ros")
+    f"tests.fixtures.{name}" for name in ("firmware", "program", "live", "talk", "broker", "ros")
 ]
 
 

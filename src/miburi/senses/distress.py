@@ -14,6 +14,7 @@ device.
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from enum import IntEnum
 from functools import cache
 from importlib import resources
 
@@ -34,7 +35,7 @@ from miburi.languages import (
 from miburi.senses.kinds import KINDS, Distress
 from miburi.senses.linear import groups_of, load_model, numbered
 
-__all__ = ["Heard", "features", "hear_distress", "judge_distress"]
+__all__ = ["Doubt", "Heard", "features", "hear_distress", "judge_distress"]
 
 
 #: Likelihoods of distress above which there is a slight sign of it, above which it is asked about,
@@ -67,6 +68,16 @@ class _Patterns(Table):
     excuses: dict[str, list[str]]
 
 
+class Doubt(IntEnum):
+    """How doubtful it is that words tell of distress."""
+
+    NONE = 0
+    #: It may be a false alarm; only asking tells.
+    WORTH_A_QUESTION = 1
+    #: Only a second sign, soon after, is worth a question.
+    SLIGHT_SIGN = 2
+
+
 @dataclass(frozen=True)
 class Heard:
     """Distress that was heard.
@@ -77,16 +88,13 @@ class Heard:
         One of ``KINDS``.
     words
         The words that fit its patterns; empty where only the model heard it.
-    doubtful
-        Whether it may be a false alarm; only asking tells.
-    slight
-        Whether it is so doubtful that only a second sign, soon after, is worth a question.
+    doubt
+        How doubtful it is.
     """
 
     kind: Distress
     words: str = ""
-    doubtful: bool = False
-    slight: bool = False
+    doubt: Doubt = Doubt.NONE
 
 
 @cache
@@ -156,7 +164,7 @@ def _model(language: Language) -> Callable[[str], Heard | None] | None:
             return None
         if distress <= reports:
             kind = KINDS[best] if likely[best] > _HINTS else "help"
-            return Heard(kind, doubtful=True, slight=distress <= asks)
+            return Heard(kind, "", Doubt.WORTH_A_QUESTION if distress > asks else Doubt.SLIGHT_SIGN)
         return Heard(KINDS[best], words)
 
     return judge
@@ -169,17 +177,17 @@ def hear_distress(text: str, usual: Language = FALLBACK) -> Heard | None:
     text that could be in any language counts as ``usual``.
     """
     heard = judge_distress(text, usual)
-    return None if heard is None or heard.doubtful else heard
+    return None if heard is None or heard.doubt else heard
 
 
 def judge_distress(text: str, usual: Language = FALLBACK) -> Heard | None:
-    """Return the distress in somebody's words; it is ``doubtful`` if they may mean something else.
+    """Return the distress in somebody's words, and how doubtful it is.
 
     People may hint at distress ("I've been saving my tablets up"), or speak of something else in
-    similar words, and only a question can find out. Without a model, nothing is doubtful.
+    similar words, and only a question can find out. Without a model, there is no doubt.
     """
     heard = [one for part in _by_language(text, usual) if (one := _judge(*part)) is not None]
-    return min(heard, key=lambda one: one.doubtful, default=None)
+    return min(heard, key=lambda one: one.doubt, default=None)
 
 
 def _by_language(text: str, usual: Language) -> Iterator[tuple[str, Language]]:

@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from miburi.languages import FALLBACK, Language, common_words, language_of
-from miburi.senses.distress import judge_distress
+from miburi.senses.distress import Doubt, judge_distress
 from miburi.senses.impression import Brought, Impression
 from miburi.senses.phrases import (
     alarm_in,
@@ -178,14 +178,14 @@ def hear(text: str, usual: Language = FALLBACK) -> Impression:
     """
     text = text[:LONGEST].encode(errors="ignore").decode()  # drop lone surrogates
     distress = judge_distress(text, usual)
-    if distress is not None and distress.slight:
+    if distress is None:
+        return _felt(text, usual)
+    if distress.doubt is Doubt.SLIGHT_SIGN:
         return replace(_felt(text, usual), hint=distress.kind)
-    if distress is not None and distress.doubtful:
+    if distress.doubt is Doubt.WORTH_A_QUESTION:
         return Impression(None, 0.0, "speech", worry=distress.kind)
-    if distress is not None:
-        why = (Brought(distress.words, 0.0),) if distress.words else ()
-        return Impression(None, 0.0, "speech", why, distress=distress.kind)
-    return _felt(text, usual)
+    why = (Brought(distress.words, 0.0),) if distress.words else ()
+    return Impression(None, 0.0, "speech", why, distress=distress.kind)
 
 
 def _felt(text: str, usual: Language) -> Impression:

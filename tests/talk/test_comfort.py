@@ -1,0 +1,137 @@
+"""What may be distress: when it is asked about, and what is answered after it."""
+
+from datetime import timedelta
+
+import pytest
+from tests.fixtures.talk import Talk
+
+from miburi.talk.care import Care
+
+QUIET = "There's a funny smell from the cooker"
+
+
+def test_it_asks_whether_somebody_needs_help_and_a_yes_is_distress(talk: Talk) -> None:
+    asked = talk.say(QUIET)
+    assert (asked.distress, asked.worry, asked.felt) == (None, "gas", [])
+    assert asked.answer == Care().ask("gas", "en", 0)
+    assert talk.runner.snapshot.state.distress is None
+    answer = talk.say("yes, I think so")
+    assert (answer.distress, answer.answer) == ("gas", Care().help("gas", "en", 0))
+    assert talk.runner.snapshot.state.distress is not None
+
+
+SLIGHT = "i'm in the snow by a big road and i've only got the one slipper on"
+
+
+@pytest.mark.parametrize("then", ["no", "Not really."])
+def test_after_a_slight_sign_a_no_is_asked_about(talk: Talk, then: str) -> None:
+    wondered = talk.say(SLIGHT)
+    assert (wondered.worry, wondered.answer) == (None, Care().wonder("en", 0))
+    asked = talk.say(then)
+    assert (asked.worry, asked.answer) == ("help", Care().ask("help", "en", 0))
+    assert talk.say("yes").distress == "help"
+
+
+@pytest.mark.parametrize("between", [0, 4, 5])
+def test_a_second_slight_sign_soon_after_is_asked_about(talk: Talk, between: int) -> None:
+    talk.say("The rent's paid to the end of the month, and that's as far as I go too.")
+    for _ in range(between):
+        assert talk.say("The door is open.").worry is None
+    second = talk.say("Nobody would notice till the milk went off.")
+    assert second.worry == ("suicide" if between < 5 else None)
+
+
+@pytest.mark.parametrize("then", ["Yes, thank you.", "No, I'm fine.", "I'm all right, love."])
+def test_after_a_slight_sign_who_is_all_right_is_asked_nothing_more(talk: Talk, then: str) -> None:
+    talk.say(SLIGHT)
+    well = talk.say(then)
+    assert (well.worry, well.distress) == (None, None)
+
+
+def test_a_no_long_after_a_slight_sign_is_only_a_no(talk: Talk) -> None:
+    talk.say(SLIGHT)
+    talk.now += timedelta(minutes=3)
+    assert talk.say("no").worry is None
+
+
+def test_an_order_like_a_slight_sign_is_carried_out(talk: Talk) -> None:
+    sung = talk.say("Give us a song before I go out. Anything, so long as it's not modern.")
+    assert (sung.meant, sung.worry) == ("song", None)
+
+
+@pytest.mark.parametrize(("between", "minutes"), [("no, nothing", 0), (None, 3)])
+def test_a_yes_to_something_else_is_none(talk: Talk, between: str | None, minutes: int) -> None:
+    talk.say(QUIET)
+    if between is not None:
+        talk.say(between)
+    talk.now += timedelta(minutes=minutes)
+    assert talk.say("yes").distress is None
+
+
+def test_who_did_not_hear_the_question_may_still_say_yes(talk: Talk) -> None:
+    asked = talk.say(QUIET).answer
+    again = talk.say("Pardon?")
+    assert again.meant == "repeat"
+    assert asked
+    assert asked in (again.answer or "")
+    assert talk.say("Yes.").distress == "gas"
+
+
+def test_where_it_knows_an_answer_it_asks_only_what_is_clear(talk: Talk) -> None:
+    """What time is it, said in words like those of trouble, gets the time."""
+    said = "Right, kettle on. Don't go anywhere. What's the time?"
+    assert talk.say(said).meant == "time"
+
+
+def test_after_a_distress_it_stays_with_it_and_then_answers_again(talk: Talk) -> None:
+    """People who are well go on talking, and want to hear something else."""
+    stays = {Care().stay("en", turn) for turn in range(4)}
+    talk.say("I fell and cannot get up")
+    told = [
+        str(talk.say(text).answer)
+        for text in (
+            "Nobody is here.",
+            "Wave to me.",
+            "What is your favourite flower?",
+            "What should I do?",
+            "It is raining.",
+            "What time is it?",
+            "I had soup for lunch.",
+            "What is your name?",
+            "The crossword is half done.",
+            "My sister rang.",
+            "Can he have some water?",
+            "Hello? Hello?",
+            "What should I do?",
+        )
+    ]
+    assert {told[0], told[3], told[4]} <= stays
+    assert not stays.intersection(told[1:3])
+    assert "12:00" in told[5]
+    assert "Miburi" in told[7]
+    assert len(stays.intersection(told[5:-3])) == 1
+    assert set(told[-3:]) <= stays
+    assert talk.say("I still cannot get up, I fell").answer == Care().help("fall", "en", 1)
+    assert str(talk.say("Hello?").answer) in stays
+    assert talk.runner.snapshot.state.felt is None
+
+
+UNPLAIN = "There's a cockerel by the kettle been stood on his head ever since."
+
+
+@pytest.mark.parametrize("fun", ["Do you know any jokes?", "Give us a wave, go on.", "Sing!"])
+def test_who_wants_fun_after_words_that_were_hardly_of_distress_is_well(
+    talk: Talk, fun: str
+) -> None:
+    stays = {Care().stay("en", turn) for turn in range(4)}
+    assert talk.say(UNPLAIN).distress is not None
+    assert talk.say("It's a nice kettle.").answer in stays
+    later = [talk.say(said) for said in (fun, "My sister rang.", "Why is an egg oval?")]
+    assert not stays.intersection(str(one.answer) for one in later)
+    talk.say(UNPLAIN)
+    assert talk.say("My sister rang.").answer in stays
+
+
+def test_an_order_in_words_like_those_of_trouble_is_carried_out(talk: Talk) -> None:
+    waved = talk.say("Wave me off then, and don't touch my crossword while I'm gone.")
+    assert (waved.meant, waved.worry) == ("wave", None)
