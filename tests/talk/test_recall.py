@@ -164,3 +164,46 @@ def test_it_is_somebodys_turn_does_not_turn_it(talk: Talk) -> None:
     kept = talk.say("Can you remember it's Callum's turn to do the bins on Wednesday?")
     assert kept.meant == "remember"
     assert "bins" in (talk.say("What was I meant to remember about the bins?").answer or "")
+
+
+@pytest.mark.parametrize(
+    ("announced", "said", "asked", "holds"),
+    [
+        ("Can you remember a secret word if I tell you it?", "It's custard. Don't say it yet.",
+         "What's the secret word?", "custard"),
+        ("Could you remember something for me?", "The spare key's with Sandra.",
+         "Who has the spare key?", "Sandra"),
+        ("Tu peux retenir quelque chose pour moi ?", "La clé est chez Sandra.", "", "Sandra"),
+        ("覚えておいてほしいことがあるの。", "鍵はサンドラさんに預けました。", "", "サンドラ"),
+    ],
+)  # fmt: skip
+def test_what_follows_its_question_what_to_remember_is_kept(
+    talk: Talk, announced: str, said: str, asked: str, holds: str
+) -> None:
+    assert talk.say(announced).meant == "remember_what"
+    kept = talk.say(said)
+    assert (kept.meant, holds in (kept.answer or "")) == ("remember_told", True)
+    assert not asked or holds in (talk.say(asked).answer or "")
+
+
+def test_a_question_in_between_is_not_what_to_remember(talk: Talk) -> None:
+    talk.say("Could you remember something for me?")
+    assert talk.say("What time is it?").meant == "time"
+    assert talk.say("My sister is coming.").meant is None
+
+
+@pytest.mark.parametrize(
+    ("said", "asked", "holds"),
+    [
+        ("I taught geography for thirty-eight years.", "What subject did I teach?", "geography"),
+        ("I'm off to the market with my sister Jean on Saturday.",
+         "Who am I going to the market with?", "Jean"),
+        ("I'm off to the market with my sister Jean on Saturday.",
+         "Where am I going on Saturday?", "market"),
+    ],
+)  # fmt: skip
+def test_a_question_in_other_words_finds_what_was_told(
+    talk: Talk, said: str, asked: str, holds: str
+) -> None:
+    talk.say(said)
+    assert holds in (talk.say(asked).answer or "")

@@ -12,7 +12,10 @@ from miburi.talk.initiative import Manners
 from miburi.talk.script import script
 
 
-@pytest.mark.parametrize("said", ["Stop!", "ストップ", "Arrête !"])
+@pytest.mark.parametrize(
+    "said",
+    ["Stop!", "Sorry, could you stop moving your arm, the dog's nervous.", "ストップ", "Arrête !"],
+)
 def test_stop_stops_the_body_and_only_a_person_releases_it(talk: Talk, said: str) -> None:
     talk.say("Dance!")
     talk.until(lambda state: state.phase == "moving")
@@ -222,6 +225,15 @@ def test_a_wish_to_remember_never_goes_to_a_language_model() -> None:
 )
 def test_orders_that_nobody_wrote_a_pattern_for(talk: Talk, said: str, meant: str | None) -> None:
     assert talk.say(said).meant == meant
+
+
+@pytest.mark.parametrize(
+    "said",
+    ["Why do you always look up when I come in?", "Don't dance yet, wait for the music.",
+     "Don't tell me any more jokes.", "Hang on, was that a joke?"],
+)  # fmt: skip
+def test_an_order_that_nobody_wants_is_not_carried_out(talk: Talk, said: str) -> None:
+    assert talk.say(said).meant not in {"look_up", "dance", "joke"}
 
 
 @pytest.mark.parametrize("said", [". . .", ", , , !", "… … …", "- - - -"])

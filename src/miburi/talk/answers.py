@@ -197,6 +197,12 @@ class Answerer:
             slots["next"] = after
         slots.update(dict.fromkeys(self._fun(), ""))
         match = next(_sayable(words.intents_of(said, slots), slots), None)
+        if match is not None and match.words and match.cue.within in self._fun():
+            # "Can you remember a secret word if I tell you it?" "It is custard."
+            about = self._stays.words if self._stays is not None else None
+            if about:
+                told_now = f"{about}: {match.words}"
+                match = match._replace(words=told_now, it=words.turn_round(told_now))
         if match is not None and match.cue.aside and words.tells_more(said):
             return None, False  # "Thank you. My husband is in hospital."
         if match is not None and match.cue.aside and (point := words.point_of(said, slots)):

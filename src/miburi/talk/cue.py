@@ -48,6 +48,9 @@ class Cue(Table):
         Whether this topic applies only if the speaker speaks of themselves.
     heavy
         Whether this topic is taken up although a greeting or thanks came before it.
+    wish
+        Whether it may be put without a question ("Keep me company"), although it shows nothing. A
+        wrong match would do no harm.
     own
         Whether it asks about the partner's feelings, but not about how the partner is now.
     aside
@@ -72,6 +75,7 @@ class Cue(Table):
     stays: Annotated[int, Field(ge=0, le=9)] = 0
     broad: bool = False
     light: bool = False
+    wish: bool = False
     own: bool = False
     aside: bool = False
     capital: bool = False
@@ -90,6 +94,11 @@ class Cue(Table):
     def shows(self) -> bool:
         """Whether it is seen or heard in more than words."""
         return bool(self.move or self.show or self.look or self.tune)
+
+    @property
+    def orders(self) -> bool:
+        """Whether it asks for something that is seen or heard, or done again for fun."""
+        return self.shows or self.stays > 1
 
     def fits(self, filled: Container[str]) -> bool:
         """Return whether ``without`` and ``within`` hold where these slots are filled."""

@@ -21,9 +21,9 @@ from miburi.talk.telling import tells_a_fact
 __all__ = ["Answers", "Script", "as_written", "script"]
 
 _Lines = Annotated[list[Line], Field(min_length=2)]
-#: How likely an intent from the model must be; how likely where the model must be sure; and how
-#: likely an order that is not put as a question (ours).
-_LIKELY, _SURE, _ORDERED = 0.3, 0.8, 0.6
+#: How likely an intent from the model must be; how likely a ``wish``; how likely an order that is
+#: not put as a question; and how likely where the model must be sure (ours).
+_LIKELY, _LIKELIER, _ORDERED, _SURE = 0.3, 0.4, 0.6, 0.8
 #: The fewest words of an order that matches no pattern, and of a question that is answered although
 #: its intent is unknown (ours).
 _WORDS = 3
@@ -81,6 +81,9 @@ class Script(Table):
     more, enough
         Likewise for requests to repeat what was done for fun, and for words of somebody who wants
         no more of it (by default any words: then the model is not asked).
+    unwanted
+        Likewise for words that want nothing done, although an order stands in them ("Why do you
+        look up?", "Do not dance yet").
     grave, heavy, people, oneself
         Likewise four regular expressions. ``grave`` is for words of a question that may be grave,
         and ``heavy`` for words beside which nothing ``light`` is said (by default none). ``people``
@@ -107,6 +110,7 @@ class Script(Table):
     again: str = "(?!)"
     more: str = "(?!)"
     enough: str = ".*"
+    unwanted: str = "(?!)"
     grave: str = "(?!)"
     heavy: str = "(?!)"
     people: str = ".*"
@@ -170,6 +174,8 @@ class Script(Table):
             # "Dance for me, I've had a long day": an order may be a clause, a stop the last one.
             parts = [*sentences, *clauses] if cue.shows else last if cue.do == "stop" else sentences
             for sentence in parts:
+                if cue.orders and self._fits("unwanted", sentence):
+                    continue
                 if (found := pattern.search(sentence)) is not None:
                     it = next((part for part in found.groupdict().values() if part), None)
                     words = it and as_written(it, said, self.language)
@@ -181,8 +187,8 @@ class Script(Table):
     @cached_property
     def _single(self) -> dict[str, re.Pattern[str]]:
         """The compiled regular expressions that belong to no cue, by field."""
-        one = ("again", "more", "enough", "grave", "heavy", "people", "oneself", "belongs")
-        written = {name: [getattr(self, name)] for name in one}
+        one = ("again", "more", "enough", "unwanted", "grave", "heavy", "people", "oneself")
+        written = {name: [getattr(self, name)] for name in (*one, "belongs")}
         written |= {"fact": self.fact, "question": self.question}
         return {
             name: compile_phrases(each, self.language, self.words) for name, each in written.items()
@@ -211,7 +217,9 @@ class Script(Table):
         found = [asked_for(each, self.language) for each in asking]
         name, likely = max(found, key=lambda each: each[1] * (each[0] != NOTHING))
         for cue in self._named.get(name, ()):
-            if likely > (_LIKELY if plainly and not cue.light else _SURE):
+            wanted = not (cue.orders and self._fits("unwanted", said))
+            least = _LIKELIER if cue.wish else _SURE if cue.light else _LIKELY
+            if wanted and likely > (least if plainly else _SURE):
                 yield Match(cue, None, None)
         if plainly and than is None and len(plain(said[:_READ], self.language).split()) >= _WORDS:
             yield from (Match(cue, None, None) for cue in self._named.get("open", ()))
@@ -224,14 +232,15 @@ class Script(Table):
         text = said[:_READ]
         whole = [*_WHOLE.findall(text), text]
         parts = [*whole, *_CLAUSE.findall(text)]
-        for each in (one for one in parts if len(one.split()) >= _WORDS and not self.asks(one)):
+        for each in parts:
+            if self.asks(each) or self._fits("unwanted", each):
+                continue
             name, likely = asked_for(each, self.language)
+            # "I used to lift both arms" tells something, but orders nothing.
+            tells = self._tells(next(iter(_CLAUSE.findall(each)), ""))
+            short = len(each.split()) < _WORDS
             for cue in self._named.get(name, ()):
-                keeps = cue.do == "remember"  # which may be written
-                least = _SURE if keeps or cue.light or each not in whole else _ORDERED
-                # "I used to lift both arms" tells something, but orders nothing.
-                tells = self._tells(next(iter(_CLAUSE.findall(each)), ""))
-                if likely > least and (keeps or ((cue.shows or cue.stays > 1) and not tells)):
+                if likely > _least(cue, whole=each in whole, tells=tells, short=short):
                     yield Match(cue, None, None)
 
     @cached_property
@@ -322,6 +331,19 @@ def script(language: Language) -> Script:
     """Return a language's script; it is read once."""
     written = read(language, "talk") or {}
     return Script.model_validate(written | {"language": language})
+
+
+def _least(cue: Cue, *, whole: bool, tells: bool, short: bool) -> float:
+    """Return how likely a cue must be in words that are no question; 1: it is not found there."""
+    if short:
+        return _SURE if cue.wish and whole else 1.0
+    if cue.wish:
+        return _LIKELIER if whole and not tells else _ORDERED
+    if cue.do == "remember":  # which may be written
+        return _SURE
+    if tells or not cue.orders:
+        return 1.0
+    return _SURE if cue.light or not whole else _ORDERED
 
 
 def as_written(words: str, said: str, language: Language = "en") -> str:
