@@ -73,7 +73,7 @@ def lines(language: Language) -> list[str]:
         ("I'll tell you a joke.", "their_joke"),
         ("You won't tell my son, will you?", "secret"),
         ("Could you put the radio on?", "can_you"),
-        ("What do you do all day?", "your_day"),
+        ("What do you do all day?", "what_you_do"),
         ("What can you do?", "what_can_you"),
         ("Is it silly of me to still set two plates?", "normal"),
         ("Do you understand what I mean?", "understand"),

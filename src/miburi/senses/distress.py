@@ -43,9 +43,9 @@ __all__ = ["Doubt", "Heard", "features", "hear_distress", "judge_distress"]
 #: lines on which it was tested.
 _HINTS, _WONDERS, _FINDS = 0.35, 0.5, 0.7
 #: The last two for a death wish without any plain word: hidden ones look like small talk ("Give us
-#: a song before I go"). In everyday talks by strangers, the model suspects one in 81 of 2,100
-#: remarks, and in 27 of these above 0.7 (ours).
-_WORRIES, _SURE = 0.7, 0.95
+#: a song before I go"). Of 2,541 everyday remarks by strangers, 29 are above 0.7 and 14 above 0.8;
+#: of 750 grave ones, 120 and 101 (ours).
+_WORRIES, _SURE = 0.8, 0.95
 #: Likelihoods above which distress is asked about, and reported, in a long text without any plain
 #: word. The gravest of its parts is judged, and of many parts one is grave by chance. The third
 #: says from which number on there are many parts. In Japanese this rule lost cries for help,

@@ -155,9 +155,9 @@ class Answerer:
             shown = feeling is not None
             asked = words.asked_of(said, match, felt=shown, told=told)
             match = next(_sayable(asked, slots), match)
-        if match is None and not heavy:
+        if (match is None or match.cue.aside) and not heavy:
             whole = {} if _is_short(said, words) else {"next": said.strip(_SIGNS)}
-            match = next(_sayable(words.orders_of(said), whole | slots), None)
+            match = next(_sayable(words.orders_of(said), whole | slots), match)
             slots = whole | slots if match is not None else slots
         if match is not None and match.cue.light and heavy:
             grave = words.asked_of(said, None, felt=feeling is not None, told=told)
@@ -223,9 +223,11 @@ class Answerer:
         """Return the match, or that of an earlier turn if the words may refer to it."""
         acts = match is not None and match.cue.acts
         if (before := self._stays) is not None:
-            fun = before.cue.stays > 1
-            if words.wants_more(said) if fun else words.goes_on(said) and not (acts or felt):
-                match = before
+            if before.cue.stays == 1:
+                more = words.goes_on(said) and not (acts or felt)
+            else:  # "When's my appointment, again?" wants nothing again
+                more = words.wants_more(said) and (match is None or match.cue.name != "recall")
+            match = before if more else match
         self._since += 1
         if match is not None and match.cue.stays:
             self._stays, self._since = match, 0

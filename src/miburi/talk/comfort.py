@@ -23,8 +23,9 @@ __all__ = ["Comfort"]
 #: How long a "yes" or "no" still answers the question whether somebody needs help, or is all right
 #: (ours).
 _ANSWERED = timedelta(minutes=2)
-#: After words of distress, the first three answers return to the distress, and then every fifth
-#: (ours).
+#: After plain words of distress, the first three answers return to the distress, and then every
+#: fifth. If only the model heard it, the first answer does, and none after a request (ours): in
+#: strangers' everyday talks, that happens once in about 280 remarks.
 _STAYS, _EVERY = 3, 5
 #: A slight sign of distress is asked about if another was at most this many remarks before (ours).
 _SOON = 5
@@ -48,7 +49,7 @@ class Comfort:
         self._turns: Counter[str] = Counter()  # of help and questions, by kind
         self._since = 0  # remarks since words of distress, except orders and unrelated questions
         self._plain = False  # whether the latest words of distress were plain
-        self._over = False  # whether somebody has wanted fun since
+        self._over = False  # whether somebody has wanted something else since words that were not
         self._asked: _Question | None = None  # whether somebody needs help
         self._before: _Question | None = None  # the same, as it was before this remark
         self._wondered: _Question | None = None  # whether somebody is all right
@@ -123,11 +124,12 @@ class Comfort:
         asks = words.asks(said)
         stays, people = self._since < _STAYS, words.tells_of_people(said)
         other = asks and ((known and not stays) or (not people and (known or not stays)))
-        fun = any(match.cue.light or match.cue.shows for match in wanted)
-        self._over = self._over or (fun and not self._plain)
-        if self._over:  # "Do you know any jokes?": then those were no words of distress
-            return False
-        if other or any(match.cue.acts for match in wanted):
+        acts = any(match.cue.acts for match in wanted)
+        # "Do you know any jokes?": then those were no words of distress.
+        self._over = self._over or (not self._plain and (known or acts))
+        if self._over or other or acts:
             return False
         self._since += 1
+        if not self._plain:
+            return self._since == 1
         return asks or self._since <= _STAYS or self._since % _EVERY == 0

@@ -170,11 +170,12 @@ class Script(Table):
             for pattern in (_SENTENCE, _CLAUSE)
         )
         last = [*sentences, *clauses[-1:]]
+        unwanted = {part for part in (*sentences, *clauses) if self._says("unwanted", part)}
         for cue, pattern in cues:
             # "Dance for me, I've had a long day": an order may be a clause, a stop the last one.
             parts = [*sentences, *clauses] if cue.shows else last if cue.do == "stop" else sentences
             for sentence in parts:
-                if cue.orders and self._fits("unwanted", sentence):
+                if cue.orders and sentence in unwanted:
                     continue
                 if (found := pattern.search(sentence)) is not None:
                     it = next((part for part in found.groupdict().values() if part), None)
@@ -195,7 +196,11 @@ class Script(Table):
         }
 
     def _fits(self, name: str, said: str) -> bool:
-        return bool(self._single[name].search(plain(said[:_READ], self.language)))
+        return self._says(name, plain(said[:_READ], self.language))
+
+    def _says(self, name: str, words: str) -> bool:
+        """Return whether plain words fit one of the regular expressions."""
+        return bool(self._single[name].search(words))
 
     def asked_of(
         self, said: str, than: Match | None, *, felt: bool = False, told: bool = False
