@@ -224,7 +224,9 @@ class Script(Table):
         for cue in self._named.get(name, ()):
             wanted = not (cue.orders and self._fits("unwanted", said))
             least = _LIKELIER if cue.wish else _SURE if cue.light else _LIKELY
-            if wanted and likely > (least if plainly else _SURE):
+            if not plainly:
+                least = _ORDERED if cue.wish else _SURE
+            if wanted and likely > least:
                 yield Match(cue, None, None)
         if plainly and than is None and len(plain(said[:_READ], self.language).split()) >= _WORDS:
             yield from (Match(cue, None, None) for cue in self._named.get("open", ()))
