@@ -135,3 +135,17 @@ def test_who_wants_fun_after_words_that_were_hardly_of_distress_is_well(
 def test_an_order_in_words_like_those_of_trouble_is_carried_out(talk: Talk) -> None:
     waved = talk.say("Wave me off then, and don't touch my crossword while I'm gone.")
     assert (waved.meant, waved.worry) == ("wave", None)
+
+
+def test_words_that_were_hardly_of_distress_are_answered_as_such_only_once(talk: Talk) -> None:
+    stays = {Care().stay("en", turn) for turn in range(4)}
+    assert talk.say(UNPLAIN).distress is not None
+    told = [talk.say(said).answer for said in ("It's a nice kettle.", "My sister rang.")]
+    assert [answer in stays for answer in told] == [True, False]
+
+
+def test_a_request_after_words_that_were_hardly_of_distress_is_met(talk: Talk) -> None:
+    assert talk.say(UNPLAIN).distress is not None
+    said = "I've a hair appointment Thursday, can you keep that in your head for me"
+    assert talk.say(said).meant == "remember_last"
+    assert talk.say("The kettle's on.").answer not in {Care().stay("en", n) for n in range(4)}
