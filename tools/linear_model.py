@@ -5,7 +5,7 @@ Needs SciPy (the extra ``studies``). ``miburi.senses.linear`` reads what it make
 
 import numpy as np
 from scipy.optimize import minimize
-from scipy.sparse import csr_matrix, diags
+from scipy.sparse import csr_matrix
 
 AT_LEAST = 2  # sentences that a group must stand in
 C = 20.0  # 1 / strength of the penalty on large weights
@@ -20,14 +20,13 @@ def fit(
     language: str,
     *,
     kept: int,
-    rarer: bool = False,
     c: float = C,
 ) -> Model:
     """Return a language's keys, weights, their scale, and biases.
 
     Of n sentences: ``groups`` has the numbers of each, ``labels``, (n,), what it means, and
-    ``share``, (n,), how much it weighs. The ``kept`` groups with the largest weights stay. If
-    ``rarer``, rare groups count more, by their inverse document frequency.
+    ``share``, (n,), how much it weighs. The ``kept`` groups with the largest weights stay. ``c`` is
+    1 / strength of the penalty on large weights.
     """
     known, count = np.unique(np.concatenate([np.array(g) for g in groups]), return_counts=True)
     known = known[count >= AT_LEAST]
@@ -36,9 +35,7 @@ def fit(
     values = [np.full(len(p), 1 / np.sqrt(len(g))) for p, g in zip(place, groups, strict=True)]
     ends = np.concatenate([[0], np.cumsum([len(p) for p in place])])
     size = (len(groups), len(known))
-    rarity = np.log(len(groups) / count[count >= AT_LEAST]) if rarer else np.ones(len(known))
-    rarity /= rarity.mean()
-    x = csr_matrix((np.concatenate(values), np.concatenate(place), ends), size) @ diags(rarity)
+    x = csr_matrix((np.concatenate(values), np.concatenate(place), ends), size)
     y = np.eye(labels.max() + 1)[labels]
     shape = (len(known), y.shape[1])
 
@@ -53,7 +50,7 @@ def fit(
 
     begin = np.zeros(shape[0] * shape[1] + shape[1])
     found = minimize(loss, begin, jac=True, method="L-BFGS-B", options={"maxiter": 150}).x
-    w, b = found[: -shape[1]].reshape(shape) * rarity[:, None], found[-shape[1] :]
+    w, b = found[: -shape[1]].reshape(shape), found[-shape[1] :]
     stays = np.sort(np.argsort(-np.abs(w).max(axis=1))[:kept])
     w = w[stays]
     scale = np.abs(w).max() / 127

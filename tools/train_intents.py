@@ -29,7 +29,7 @@ SEED, NOTHINGS = 0, 4_000
 SHARE = 6
 KEPT = 36_000
 #: 1 / strength of the penalty on large weights.
-LOOSE = 1_000.0
+LOOSE = 40.0
 
 
 def lines() -> list[tuple[str, str]]:
@@ -47,7 +47,7 @@ def train(names: list[str], data: list[tuple[str, str]]) -> Model:
     labels = np.array([names.index(kind) for kind, _ in data])
     share = 1 / np.bincount(labels)[labels] * np.where(labels == names.index(NOTHING), SHARE, 1)
     groups = [numbered(groups_of(plain(text, "en"), "en")) for _, text in data]
-    return fit(groups, labels, share / share.mean(), "en", kept=KEPT, rarer=True, c=LOOSE) | {
+    return fit(groups, labels, share / share.mean(), "en", kept=KEPT, c=LOOSE) | {
         "en_names": np.array(names)
     }
 

@@ -48,6 +48,12 @@ def test_after_a_slight_sign_who_is_all_right_is_asked_nothing_more(talk: Talk, 
     assert (well.worry, well.distress) == (None, None)
 
 
+def test_a_question_with_a_slight_sign_gets_its_answer(talk: Talk) -> None:
+    asked = talk.say("Does she talk about me when I'm not here?")
+    assert asked.answer not in {Care().wonder("en", turn) for turn in range(4)}
+    assert talk.say(SLIGHT).worry is not None, "the sign counts"
+
+
 def test_a_no_long_after_a_slight_sign_is_only_a_no(talk: Talk) -> None:
     talk.say(SLIGHT)
     talk.now += timedelta(minutes=3)

@@ -207,3 +207,21 @@ def test_a_question_in_other_words_finds_what_was_told(
 ) -> None:
     talk.say(said)
     assert holds in (talk.say(asked).answer or "")
+
+
+@pytest.mark.parametrize(
+    ("said", "asked", "holds"),
+    [
+        ("Will you remember something for me, the oat ones are running low and I've to tell Mo",
+         "What was running low?", "oat ones"),
+        ("Could you remember a thing for me, I've the eye clinic Thursday at twenty past ten",
+         "And what time am I wanted at the eye clinic?", "twenty past ten"),
+    ],
+)  # fmt: skip
+def test_what_is_announced_is_kept_rather_than_the_remark_before(
+    talk: Talk, said: str, asked: str, holds: str
+) -> None:
+    talk.say("I had porridge this morning.")
+    kept = talk.say(said)
+    assert (kept.meant, holds in (kept.answer or "")) == ("remember_next", True)
+    assert holds in (talk.say(asked).answer or "")

@@ -107,7 +107,11 @@ class Answerer:
     def wanted(self, said: str, language: Language, known: Mapping[str, str]) -> list[Match]:
         """Return the intents of what was said at this point of the talk, the most urgent first."""
         words = script(language)
-        found = list(words.intents_of(said, {"next", *known, *self._fun()}))
+        filled = {"next", *known, *self._fun()}
+        found = list(words.intents_of(said, filled))
+        if asks := _told_before(said, words)[1]:
+            # "Will you remember something for me, the milk is running low"
+            found += (each for each in words.intents_of(asks, filled) if each.cue.do == "remember")
         return found or ([] if words.is_heavy(said) else list(words.orders_of(said)))
 
     def _fun(self) -> list[str]:
@@ -208,7 +212,8 @@ class Answerer:
         if match is not None and match.cue.aside and (point := words.point_of(said, slots)):
             match = next(_sayable(words.intents_of(point, slots), slots), None)
         keeps = match is None or match.cue.do == "remember"
-        if keeps and (told or (after and not earlier)):  # "I was a cook. Remember that, will you?"
+        # "I was a cook. Remember that, will you?"
+        if keeps and (told or (after and (not earlier or _announces(asks, words)))):
             match = next(_sayable(words.intents_of(asks, slots), slots), match)
         it = match.it if match is not None and keeps else None
         if match is not None and told and it and _is_short(it, words):
@@ -316,10 +321,12 @@ def _told_before(said: str, words: Script) -> tuple[str, str, str]:
     before = "".join(clauses[: places[0]]).strip(_SIGNS)
     later = _REST.search("".join(clauses[places[0] :]))
     after = later.group().strip(_SIGNS) if later else ""
-    if not after and _announces(clauses[places[0]], words):
+    announced = _announces(clauses[places[0]], words)
+    if not after and announced:
         after = "".join(clauses[places[0] + 1 :]).strip(_SIGNS)
     polite = any(match.cue.aside for match in words.intents_of(after))
-    if polite or words.asks(after) or words.is_heavy(after) or _is_short(after, words):
+    heavy = words.is_heavy(after) and not announced
+    if polite or words.asks(after) or heavy or _is_short(after, words):
         after = ""
     before = "" if _is_short(before, words) else _INTERJECTED.sub("", before)
     return before, clauses[places[0]] if before or after else "", after

@@ -128,6 +128,7 @@ class Speech:
         after = self._partner.snapshot.state.distress is not None
         answer = self._comfort.answer(heard, said, language, wanted, after=after)
         idle = self._conversation is None and all(match.cue.broad for match in wanted)
+        idle = idle and not script(language).asks(said)
         if answer is None and heard.hint is not None and idle:
             answer = self._comfort.wonder(heard.hint, language)
         meant = None
