@@ -201,6 +201,17 @@ def test_strangers_words_for_what_it_knows(talk: Talk, said: str, meant: str | N
     assert talk.say(said).meant == meant
 
 
+@pytest.mark.parametrize(
+    "said",
+    ["If I fell over, what would you do?", "Could you ring somebody if I fell?",
+     "If there was a fire would you be able to ring somebody?"],
+)  # fmt: skip
+def test_it_says_that_it_cannot_call_for_help(talk: Talk, said: str) -> None:
+    answer = talk.say(said)
+    assert (answer.meant, answer.distress) == ("if_emergency", None)
+    assert "cannot" in (answer.answer or "")
+
+
 def test_it_tells_the_date_of_tomorrow(talk: Talk) -> None:
     assert "Thursday, November 26" in talk.say("What's the date tomorrow?").answer
 
