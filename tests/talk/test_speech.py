@@ -247,6 +247,12 @@ def test_an_order_that_nobody_wants_is_not_carried_out(talk: Talk, said: str) ->
     assert talk.say(said).meant not in {"look_up", "dance", "joke"}
 
 
+@pytest.mark.parametrize("said", ["and the other", "Now your other arm, please.", "And t'other"])
+def test_the_other_one_is_the_other_arm_after_the_first(talk: Talk, said: str) -> None:
+    assert talk.say("Lift your arm up").meant == "lift_right"
+    assert talk.say(said).meant == "lift_left"
+
+
 @pytest.mark.parametrize("said", [". . .", ", , , !", "… … …", "- - - -"])
 def test_signs_alone_are_no_order(talk: Talk, said: str) -> None:
     assert talk.say(said).meant is None
