@@ -3,8 +3,8 @@
     python bench/hints.py > bench/hints.txt
 
 Two strangers wrote the runs in bench/hints, 40 of each kind each, with words that could sound
-grave in the calm ones ("I'm dying for a cup of tea"); nothing was chosen on them. The live partner
-hears each run anew, a remark every ten seconds. This takes about two minutes.
+grave in the calm ones ("I'm dying for a cup of tea"); nothing was chosen on them. A new partner
+hears each run, one remark every ten seconds. This takes about two minutes.
 """
 
 import asyncio

@@ -9,7 +9,7 @@ from miburi.errors import InputError
 from miburi.feelings import TEMPERAMENTS, shipped_temperament
 from miburi.languages import LANGUAGES, Language, language_of, plain
 from miburi.senses import Impression, stimuli
-from miburi.senses.distress import hear_distress, judge_distress
+from miburi.senses.distress import Doubt, hear_distress, judge_distress
 from miburi.senses.kinds import KINDS
 from miburi.senses.words import hear
 from miburi.talk.care import Care, agrees, denies, find_region, may_be_said, regions, words_of_care
@@ -357,3 +357,13 @@ def test_chatter_without_a_grave_word_is_not_asked_about(said: str) -> None:
 )
 def test_a_wish_to_be_gone_is_heard_or_asked_about(said: str) -> None:
     assert judge_distress(said) is not None
+
+
+def test_of_two_languages_the_clearer_sign_counts() -> None:
+    """A slight sign in the one hid what is worth a question in the other."""
+    slight = "Does she talk about me when I'm not here?"
+    asks = "布団の人がまた来てな、これで六枚目や。断ったら悪い気ぃして判子押してもうた。"
+    heard = [judge_distress(said) for said in (slight, asks, f"{slight} {asks}")]
+    assert [one and one.doubt for one in heard] == [
+        Doubt.SLIGHT_SIGN, Doubt.WORTH_A_QUESTION, Doubt.WORTH_A_QUESTION,
+    ]  # fmt: skip

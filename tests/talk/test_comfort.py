@@ -1,4 +1,4 @@
-"""What may be distress: when it is asked about, and what is answered after it."""
+"""Words that may mean distress: when the partner asks about them, and how it goes on."""
 
 from datetime import timedelta
 
@@ -84,7 +84,7 @@ def test_who_did_not_hear_the_question_may_still_say_yes(talk: Talk) -> None:
 
 
 def test_where_it_knows_an_answer_it_asks_only_what_is_clear(talk: Talk) -> None:
-    """What time is it, said in words like those of trouble, gets the time."""
+    """A question about the time is answered, although its words sound like trouble."""
     said = "Right, kettle on. Don't go anywhere. What's the time?"
     assert talk.say(said).meant == "time"
 

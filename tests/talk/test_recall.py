@@ -1,4 +1,4 @@
-"""What somebody told the partner: it keeps that, corrects it, and tells it when asked."""
+"""The partner keeps what it was told, corrects it, and repeats it when asked."""
 
 from datetime import timedelta
 

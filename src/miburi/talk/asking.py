@@ -4,7 +4,7 @@
 """
 
 from collections.abc import Callable
-from functools import cache, lru_cache
+from functools import cache
 from importlib import resources
 
 import numpy as np
@@ -20,7 +20,6 @@ NOTHING = "nothing"
 _FILE = resources.files(__package__) / "intents.npz"
 
 
-@lru_cache(maxsize=64)  # a remark's sentences are judged for what is wanted, then for the answer
 def asked_for(said: str, language: Language) -> tuple[str, float]:
     """Return the name of a sentence's likeliest intent, and how likely it is."""
     likelihoods = _model(language)

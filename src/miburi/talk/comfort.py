@@ -25,7 +25,7 @@ __all__ = ["Comfort"]
 _ANSWERED = timedelta(minutes=2)
 #: After plain words of distress, the first three answers return to the distress, and then every
 #: fifth. If only the model heard it, the first answer does, and none after a request (ours): in
-#: strangers' everyday talks, that happens once in about 280 remarks.
+#: strangers' everyday talks, that happens once in about 250 remarks.
 _STAYS, _EVERY = 3, 5
 #: A slight sign of distress is asked about if another was at most this many remarks before (ours).
 _SOON = 5
@@ -49,7 +49,7 @@ class Comfort:
         self._turns: Counter[str] = Counter()  # of help and questions, by kind
         self._since = 0  # remarks since words of distress, except orders and unrelated questions
         self._plain = False  # whether the latest words of distress were plain
-        self._over = False  # whether somebody has wanted something else since words that were not
+        self._over = False  # whether somebody has wanted something else, after words that were not
         self._asked: _Question | None = None  # whether somebody needs help
         self._before: _Question | None = None  # the same, as it was before this remark
         self._wondered: _Question | None = None  # whether somebody is all right

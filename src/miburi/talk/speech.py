@@ -127,8 +127,8 @@ class Speech:
         await self.count(felt)
         after = self._partner.snapshot.state.distress is not None
         answer = self._comfort.answer(heard, said, language, wanted, after=after)
-        idle = self._conversation is None and all(match.cue.broad for match in wanted)
-        idle = idle and not script(language).asks(said)
+        asks = script(language).asks(said)
+        idle = self._conversation is None and not asks and all(one.cue.broad for one in wanted)
         if answer is None and heard.hint is not None and idle:
             answer = self._comfort.wonder(heard.hint, language)
         meant = None
