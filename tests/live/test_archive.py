@@ -127,6 +127,24 @@ def test_a_disk_that_is_full_at_the_end_is_said(runner: Runner, disk: Choose) ->
     stops_and_is_released_once_it_rests(runner)
 
 
+def test_a_recording_has_not_ended_before_its_file_has(tmp_path: Path, disk: Choose) -> None:
+    recordings = Archive(tmp_path)
+    names = []
+
+    class Watched(io.FileIO):
+        def close(self) -> None:
+            if not self.closed:
+                names.append(recordings.current)  # or it could be deleted while it is written
+            super().close()
+
+    disk(lambda path: Watched(path, "wb"))
+    recordings.start()
+    recordings.end()
+    assert names == ["miburi-0001.mcap"]
+    assert recordings.current is None
+    assert [one.whole for one in recordings.kept()] == [True]
+
+
 def test_a_slow_disk_holds_up_nothing(runner: Runner, disk: Choose) -> None:
     go_on = threading.Event()
     disk(lambda path: SlowDisk(path, go_on))

@@ -141,6 +141,7 @@ def _recordings(runner: LivePartner, say: dict[str, str], updates: list[Update])
 
     record.on("click", toggle)
     shown: list[Kept] = []
+    sure: set[str] = set()
     seen = -1
 
     async def look() -> None:
@@ -159,7 +160,7 @@ def _recordings(runner: LivePartner, say: dict[str, str], updates: list[Update])
         listed.clear()
         with listed:
             for one in reversed(ended[-_LISTED:]):
-                _add_recording(recordings, one, say)
+                _add_recording(recordings, one, say, sure)
 
     ui.timer(_LOOK, look)
 
@@ -169,23 +170,29 @@ def _recordings(runner: LivePartner, say: dict[str, str], updates: list[Update])
     updates.append(update)
 
 
-def _add_recording(recordings: Recordings, one: Kept, say: dict[str, str]) -> None:
-    """Add a recording to the list, with a button that deletes it when pressed twice."""
+def _add_recording(recordings: Recordings, one: Kept, say: dict[str, str], sure: set[str]) -> None:
+    """Add a recording to the list, with a button that deletes it when pressed twice.
+
+    ``sure`` has the names of those whose button was pressed once, and outlives the list.
+    """
     with ui.element("li"):
         ui.link(one.name, f"/api/v1/recordings/{one.name}").props("download")
         ui.label(f"{one.bytes / 1e6:.1f} MB" + ("" if one.whole else f", {say['broken_off']}"))
-        delete = button(say["delete"], "")
-        delete.props(f'aria-label="{say["delete"]} {one.name}"')
-    sure = False
+        delete = button("", "")
+
+    def label() -> None:
+        text = say["delete_sure" if one.name in sure else "delete"]
+        set_label(delete, text)
+        delete.props(f'aria-label="{text} {one.name}"')
 
     async def press() -> None:
-        nonlocal sure
-        if sure:
+        if one.name in sure:
             await _try(partial(recordings.delete, one.name))
-        sure = True
-        set_label(delete, say["delete_sure"])
-        delete.props(f'aria-label="{say["delete_sure"]} {one.name}"')
+        else:
+            sure.add(one.name)
+            label()
 
+    label()
     delete.on("click", press)
 
 

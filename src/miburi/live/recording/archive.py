@@ -163,9 +163,9 @@ class Archive:
     def end(self) -> None:
         """Finish the present recording, if there is one."""
         with self._lock:
-            writing, self._writing = self._writing, None
-            if writing is not None:
-                writing.end()
+            if self._writing is not None:
+                self._writing.end()
+                self._writing = None
 
     def delete(self, name: str) -> None:
         """Delete an ended recording.
@@ -223,6 +223,7 @@ class _Writing:
     ) -> None:
         self.name = path.name
         self.over = False
+        self._ending = False
         self._path, self._file, self._about = path, file, about
         self._largest, self._at_largest = largest, at_largest
         self._tell = tell
@@ -233,6 +234,8 @@ class _Writing:
 
     def take(self, step: Callable[[], list[RecordedMessage]]) -> None:
         """Queue a step for writing."""
+        if self._ending:
+            return
         try:
             self._steps.put_nowait(step())
         except queue.Full:
@@ -243,6 +246,7 @@ class _Writing:
 
     def end(self) -> None:
         """Write the queued steps, and finish the file."""
+        self._ending = True
         with suppress(queue.Full):
             self._steps.put(None, timeout=_PATIENCE)
         self._thread.join(_PATIENCE)
