@@ -3,8 +3,8 @@
     python tools/train_distress.py [--out src/miburi/senses/distress.npz]
 
 Needs SciPy (the extra ``studies``). The sentences are drawn from ``distress-lessons.toml`` beside
-this script, all written by one of Miburi's authors, and from ``distress-lines`` and
-``intent-lines`` beside it, which fifty-six strangers wrote. The model is a multinomial logistic
+this script, all written by one of Miburi's authors, and from ``distress-lines``, ``intent-lines``
+and ``order-lines`` beside it, which strangers wrote. The model is a multinomial logistic
 regression on groups of words and letters (:func:`miburi.senses.distress.features`). The patterns
 that fit count as groups, too: train again after a change of a ``distress.toml``. The same sentences
 give the same verdicts; the file's last bits depend on the versions of NumPy and SciPy.
@@ -13,6 +13,7 @@ give the same verdicts; the file's last bits depend on the versions of NumPy and
 import argparse
 import re
 import tomllib
+from collections.abc import Container
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +25,6 @@ from miburi.senses.kinds import KINDS
 
 ROOT = Path(__file__).parents[1]
 LESSONS = Path(__file__).with_name("distress-lessons.toml")
-STRANGERS = Path(__file__).with_name("distress-lines")
 DRAWN = 48  # sentences from a line, at most
 SEED = 31
 KEPT = 20_000  # groups with the largest weights, by language
@@ -46,8 +46,11 @@ def draw(line: str, random: np.random.Generator) -> str:
     return line
 
 
-def sentences(language: Language) -> list[tuple[int, str]]:
-    """Return plain sentences, each once, by label; no distress is the last one."""
+def sentences(language: Language, without: Container[str] = ()) -> list[tuple[int, str]]:
+    """Return plain sentences, each once, by label; no distress is the last one.
+
+    ``without`` names writers' files to leave out, as ``distress-lines/en-a``.
+    """
     random = np.random.default_rng(SEED)
     lessons = tomllib.loads(LESSONS.read_text(encoding="utf-8"))[language]
     rows = {}
@@ -56,18 +59,24 @@ def sentences(language: Language) -> list[tuple[int, str]]:
             for _ in range(DRAWN):
                 rows[plain(draw(line, random), language)] = label
     if language == "en":
-        for text in [*everyday(), *questions()]:
+        for text in [*everyday(), *questions(without)]:
             rows.setdefault(plain(text, language), len(KINDS))
-    for label, text in strangers(language):
+    for label, text in strangers(language, without):
         rows[plain(text, language)] = label
     return [(label, text) for text, label in rows.items()]
 
 
-def strangers(language: Language) -> list[tuple[int, str]]:
+def read_lines(folder: str, language: str, without: Container[str] = ()) -> list[list[str]]:
+    """Return the label and text of each line that strangers wrote, but for some of their files."""
+    files = sorted(LESSONS.with_name(folder).glob(f"{language}-*.tsv"))
+    kept = [file for file in files if f"{folder}/{file.stem}" not in without]
+    return [row.split("\t", 1) for file in kept for row in file.read_text("utf-8").splitlines()]
+
+
+def strangers(language: Language, without: Container[str] = ()) -> list[tuple[int, str]]:
     """Return what strangers wrote, by label; their signs for everyday lines and stories are one."""
     labels = {kind: label for label, kind in enumerate(KINDS)}
-    files = sorted(STRANGERS.glob(f"{language}-*.tsv"))
-    rows = [row.split("\t") for file in files for row in file.read_text("utf-8").splitlines()]
+    rows = read_lines("distress-lines", language, without)
     return [(labels.get(kind, len(KINDS)), text) for kind, text in rows]
 
 
@@ -84,16 +93,16 @@ def everyday() -> list[str]:
     return said
 
 
-def questions() -> list[str]:
-    """Return what people ask a partner, except the kinds of question that may well be grave."""
-    files = sorted(LESSONS.with_name("intent-lines").glob("en-*.tsv"))
-    rows = [row.split("\t", 1) for file in files for row in file.read_text("utf-8").splitlines()]
-    return [text for kind, text in rows if kind not in GRAVE]
+def questions(without: Container[str] = ()) -> list[str]:
+    """Return what people ask of a partner, except the kinds that may well be grave."""
+    folders = ("intent-lines", "order-lines")
+    rows = [row for folder in folders for row in read_lines(folder, "en", without)]
+    return [text for kind, text in rows if kind.strip() not in GRAVE]
 
 
-def train(language: Language) -> Model:
+def train(language: Language, without: Container[str] = ()) -> Model:
     """Return a language's model; sentences of distress weigh as much as all others together."""
-    rows = sentences(language)
+    rows = sentences(language, without)
     groups = [features(text, language) for _, text in rows]
     labels = np.array([label for label, _ in rows])
     none = labels == len(KINDS)

@@ -124,17 +124,17 @@ def read_xed(data: Path, part: str) -> Rows:
     return [rows[number] for number in sorted(chosen[part])]
 
 
-def read_vectors(path: Path) -> dict[str, np.ndarray]:
+def read_vectors(path: Path, most: int) -> dict[str, np.ndarray]:
     """Return the most frequent words' vectors, each of length 1."""
     vectors = {}
     with path.open(encoding="utf-8") as file:
-        text = file.read(90 * 1000 * KNOWN_WORDS // 40)
+        text = file.read(90 * 1000 * most // 40)
     for match in re.finditer(r'("(?:[^"\\]|\\.)*"):\[([^\]]*)\]', text[text.index('"vectors":') :]):
         numbers = np.array(match[2].split(","), dtype=float)
         vectors[json.loads(match[1])] = numbers[:100] / numbers[100]
-        if len(vectors) == KNOWN_WORDS:
+        if len(vectors) == most:
             return vectors
-    sys.exit(f"{path}: {KNOWN_WORDS} words are needed, got {len(vectors)}.")
+    sys.exit(f"{path}: {most} words are needed, got {len(vectors)}.")
 
 
 def read_lessons() -> Rows:
@@ -322,7 +322,7 @@ def main() -> None:
         os.execve(sys.executable, [sys.executable, *sys.argv], os.environ | PINNED)
     for name, digest in DATA.items():
         checked(wish.data / name, digest)
-    model = train(wish.data, read_vectors(checked(wish.vectors, VECTORS)))
+    model = train(wish.data, read_vectors(checked(wish.vectors, VECTORS), KNOWN_WORDS))
     with wish.out.open("wb") as file:
         np.savez_compressed(file, **model)
     print(f"{wish.out}: {wish.out.stat().st_size} bytes")

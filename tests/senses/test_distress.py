@@ -119,6 +119,7 @@ def test_somebody_in_distress_is_heard(said: str, kind: str) -> None:
         "映画で主人公が刺された",
         "笑い死ぬかと思った",
         "",
+        "my whole mouth's on fire I'm not even joking",
         "…",
         "\ud800",
     ],
@@ -169,7 +170,7 @@ def test_without_plain_words_a_death_wish_is_asked_about_first(said: str) -> Non
 
 
 def test_what_may_be_distress_is_asked_about() -> None:
-    heard = hear("There's a funny smell from the cooker")
+    heard = hear("There's a smell in here I can't place")
     assert (heard.distress, heard.worry, heard.feeling) == (None, "gas", None)
     assert heard.reason == "perhaps distress (gas)"
     for said in ("Good morning!", "I am so happy", "おはよう"):
@@ -177,7 +178,7 @@ def test_what_may_be_distress_is_asked_about() -> None:
 
 
 def test_a_slight_sign_of_distress_is_not_asked_about_at_once() -> None:
-    heard = hear("i'm in the snow by a big road and i've only got the one slipper on")
+    heard = hear("i stay in bed in my coat now it saves putting the fire on that i can't pay for")
     assert (heard.distress, heard.worry, heard.hint) == (None, None, "help")
 
 
@@ -361,8 +362,8 @@ def test_a_wish_to_be_gone_is_heard_or_asked_about(said: str) -> None:
 
 def test_of_two_languages_the_clearer_sign_counts() -> None:
     """A slight sign in the one hid what is worth a question in the other."""
-    slight = "Does she talk about me when I'm not here?"
-    asks = "布団の人がまた来てな、これで六枚目や。断ったら悪い気ぃして判子押してもうた。"
+    slight = "The rent's paid to the end of the month, and that's as far as I go too."
+    asks = "変なにおいがするけど何だろう"
     heard = [judge_distress(said) for said in (slight, asks, f"{slight} {asks}")]
     assert [one and one.doubt for one in heard] == [
         Doubt.SLIGHT_SIGN, Doubt.WORTH_A_QUESTION, Doubt.WORTH_A_QUESTION,

@@ -7,7 +7,7 @@ from tests.fixtures.talk import Talk
 
 from miburi.talk.care import Care
 
-QUIET = "There's a funny smell from the cooker"
+QUIET = "There's a smell in here I can't place"
 
 
 def test_it_asks_whether_somebody_needs_help_and_a_yes_is_distress(talk: Talk) -> None:
@@ -20,7 +20,7 @@ def test_it_asks_whether_somebody_needs_help_and_a_yes_is_distress(talk: Talk) -
     assert talk.runner.snapshot.state.distress is not None
 
 
-SLIGHT = "i'm in the snow by a big road and i've only got the one slipper on"
+SLIGHT = "i stay in bed in my coat now it saves putting the fire on that i can't pay for"
 
 
 @pytest.mark.parametrize("then", ["no", "Not really."])
@@ -37,7 +37,9 @@ def test_a_second_slight_sign_soon_after_is_asked_about(talk: Talk, between: int
     talk.say("The rent's paid to the end of the month, and that's as far as I go too.")
     for _ in range(between):
         assert talk.say("The door is open.").worry is None
-    second = talk.say("Nobody would notice till the milk went off.")
+    second = talk.say(
+        "I have picked out the hymn and the frock, and I have picked out the day as well."
+    )
     assert second.worry == ("suicide" if between < 5 else None)
 
 
@@ -49,7 +51,9 @@ def test_after_a_slight_sign_who_is_all_right_is_asked_nothing_more(talk: Talk, 
 
 
 def test_a_question_with_a_slight_sign_gets_its_answer(talk: Talk) -> None:
-    asked = talk.say("Does she talk about me when I'm not here?")
+    asked = talk.say(
+        "The power's off and my brother's oxygen machine won't run, who do folks ring?"
+    )
     assert asked.answer not in {Care().wonder("en", turn) for turn in range(4)}
     assert talk.say(SLIGHT).worry is not None, "the sign counts"
 
@@ -120,6 +124,20 @@ def test_after_a_distress_it_stays_with_it_and_then_answers_again(talk: Talk) ->
     assert talk.say("I still cannot get up, I fell").answer == Care().help("fall", "en", 1)
     assert str(talk.say("Hello?").answer) in stays
     assert talk.runner.snapshot.state.felt is None
+
+
+def test_who_goes_on_with_something_else_gets_answers(talk: Talk) -> None:
+    """Each of these was met with the emergency, ten turns long."""
+    stays = {Care().stay("en", turn) for turn in range(4)}
+    talk.say("There is smoke coming from the kitchen")
+    for text in ("It is only toast.", "The window is open.", "The cat sits in the hall."):
+        talk.say(text)
+    for text in (
+        "tell me a joke while I wait",
+        "that was bad, give us another",
+        "who do you like better, me or Jade",
+    ):
+        assert talk.say(text).answer not in stays, text
 
 
 UNPLAIN = "There's a cockerel by the kettle been stood on his head ever since."

@@ -1,6 +1,7 @@
-"""Find the intent of a question that matches no pattern, with a small linear model.
+"""Find the intent of a question that matches no pattern, with a small linear model and a network.
 
-``tools/train_intents.py`` trains the model on lines that strangers wrote. Only English has one.
+``tools/train_intents.py`` and ``tools/train_network.py`` train them on lines that strangers wrote.
+Only English has them.
 """
 
 from collections.abc import Callable
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from miburi.languages import Language, plain
 from miburi.senses.linear import groups_of, load_model, numbered
+from miburi.senses.network import agreed, load_network
 
 __all__ = ["NOTHING", "asked_for"]
 
@@ -25,14 +27,17 @@ def asked_for(said: str, language: Language) -> tuple[str, float]:
     likelihoods = _model(language)
     if likelihoods is None:
         return NOTHING, 1.0
-    likely = likelihoods(numbered(groups_of(plain(said, language), language)))
+    likely = likelihoods(plain(said, language))
     best = int(likely.argmax())
     return _names(language)[best], float(likely[best])
 
 
 @cache
-def _model(language: Language) -> Callable[[list[int]], NDArray[np.float64]] | None:
-    return load_model(_FILE, language)
+def _model(language: Language) -> Callable[[str], NDArray[np.float64]] | None:
+    linear, network = load_model(_FILE, language), load_network("intents", language)
+    if linear is None or network is None:
+        return None
+    return lambda said: agreed(linear(numbered(groups_of(said, language))), network(said))
 
 
 @cache

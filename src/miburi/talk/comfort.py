@@ -63,16 +63,17 @@ class Comfort:
         return heard
 
     def weigh(
-        self, heard: Impression, said: str, language: Language, wanted: list[Match]
+        self, heard: Impression, said: str, language: Language, wanted: list[Match], *, after: bool
     ) -> Impression:
         """Return what was heard, with a worry only where it is worth a question.
 
         A second slight sign is, and so is a "no" to the question whether somebody is all right.
+        ``after`` a distress, it is known already that somebody needs help.
         """
         wondered, self._wondered = self._wondered, None
         sign = heard.worry or heard.hint
         self._signs += 1
-        if sign is not None and is_needless(sign, wanted):
+        if sign is not None and ((after and sign == "help") or is_needless(sign, wanted)):
             heard = replace(heard, worry=None, hint=None)
         elif sign is not None:
             before, self._signs = self._signs, 0
@@ -125,8 +126,9 @@ class Comfort:
         stays, people = self._since < _STAYS, words.tells_of_people(said)
         other = asks and ((known and not stays) or (not people and (known or not stays)))
         acts = any(match.cue.acts for match in wanted)
-        # "Do you know any jokes?": then those were no words of distress.
-        self._over = self._over or (not self._plain and (known or acts))
+        # "Do you know any jokes?": then those were no words of distress, or it is over.
+        fun = not stays and any(match.cue.light and match.cue.orders for match in wanted)
+        self._over = self._over or fun or (not self._plain and (known or acts))
         if self._over or other or acts:
             return False
         self._since += 1

@@ -23,7 +23,7 @@ __all__ = ["Answers", "Script", "as_written", "script"]
 _Lines = Annotated[list[Line], Field(min_length=2)]
 #: How likely an intent from the model must be; how likely a ``wish``; how likely an order that is
 #: not put as a question; and how likely where the model must be sure (ours).
-_LIKELY, _LIKELIER, _ORDERED, _SURE = 0.3, 0.4, 0.6, 0.8
+_LIKELY, _LIKELIER, _ORDERED, _SURE = 0.25, 0.35, 0.5, 0.65
 #: The fewest words of an order that matches no pattern, and of a question that is answered although
 #: its intent is unknown (ours).
 _WORDS = 3

@@ -114,7 +114,8 @@ class Speech:
         heard = self._comfort.confirm(heard, said, language)
         grave = heard.distress is not None
         wanted = self._answerer.wanted(said, language, self._known(said, language))
-        heard = self._comfort.weigh(heard, said, language, wanted)
+        after = self._partner.snapshot.state.distress is not None
+        heard = self._comfort.weigh(heard, said, language, wanted, after=after)
         acts = any(match.cue.acts for match in wanted)
         if not grave and heard.worry is None and acts:
             heard = Impression(None, 0.0, "speech")  # an order shows nobody's feeling
@@ -125,7 +126,6 @@ class Speech:
             self._conversation.overtake()
         felt = await granted(self._partner, Sense(heard, said))
         await self.count(felt)
-        after = self._partner.snapshot.state.distress is not None
         answer = self._comfort.answer(heard, said, language, wanted, after=after)
         asks = script(language).asks(said)
         idle = self._conversation is None and not asks and all(one.cue.broad for one in wanted)

@@ -1,0 +1,110 @@
+"""A small convolutional network of words (Kim 2014), beside the linear models of words.
+
+A linear model knows only what it was trained on. For English, the network starts from word vectors
+that others trained (GloVe 6B, Pennington et al. 2014, public domain), so it knows that "hoovering"
+is much like "vacuuming". For Japanese, it learns vectors of characters and of pairs of them. The
+two kinds of model err in different sentences: :func:`agreed` joins them.
+``tools/train_network.py`` trains it, on the same lines as the linear models.
+"""
+
+from collections.abc import Callable
+from importlib import resources
+from importlib.resources.abc import Traversable
+from itertools import pairwise, zip_longest
+from typing import Any
+from zlib import crc32
+
+import numpy as np
+from numpy.typing import NDArray
+
+from miburi.languages import Language, is_spaced
+
+__all__ = ["MARGIN", "agreed", "load_network", "steps_of"]
+
+_FILE = resources.files(__package__) / "network.npz"
+#: Longest filter, and how many empty places stand before a sentence and after it: its edges count.
+MARGIN = 4
+_WIDTHS = range(1, MARGIN + 1)
+#: Filters that are multiplied at once: so few that OpenBLAS starts no threads for a sentence, which
+#: would take twice the processor's time and save none.
+_PIECE = 64
+
+Likelihoods = NDArray[np.float64]
+Floats = NDArray[np.float32]
+
+
+def steps_of(said: str, language: Language) -> list[list[int]]:
+    """Return the numbers of what stands at each place of plain words.
+
+    That is a word or, where words are not spaced, a character, and the pair that begins with it.
+    """
+    spaced = is_spaced(language)
+    parts = said.split() if spaced else list(said)
+    pairs = [] if spaced else [a + b for a, b in pairwise(parts)]
+    return [[crc32(each.encode()) for each in here if each] for here in zip_longest(parts, pairs)]
+
+
+def agreed(one: Likelihoods, other: Likelihoods) -> Likelihoods:
+    """Return the likelihoods, (n,), on which two models agree: their geometric mean."""
+    both = np.sqrt(one * other)
+    return np.asarray(both / both.sum(), dtype=np.float64)
+
+
+def load_network(
+    head: str, language: Language, file: Traversable = _FILE
+) -> Callable[[str], Likelihoods] | None:
+    """Return a function from plain words to likelihoods, (n,); None where there is no network.
+
+    ``head`` is what the likelihoods are of: ``distress`` or ``intents``.
+    """
+    stored = _stored(file, language)
+    if f"{language}_{head}" not in stored:
+        return None
+    known, vectors = stored[f"{language}_known"], stored[f"{language}_vectors"]
+    filters = [stored[f"{language}_filters{width}"] for width in _WIDTHS]  # (width, size, n)
+    biases = [stored[f"{language}_bias{width}"] for width in _WIDTHS]
+    side_by_side = np.hstack([part for one in filters for part in one])
+    pieces = np.split(side_by_side, range(_PIECE, side_by_side.shape[1], _PIECE), axis=1)
+    weights, bias = stored[f"{language}_{head}"], stored[f"{language}_{head}_bias"]
+
+    def likelihoods(said: str) -> Likelihoods:
+        steps = steps_of(said, language)
+        numbers = np.array([number for step in steps for number in step], dtype=np.uint32)
+        at = np.repeat(np.arange(len(steps)), [len(step) for step in steps])
+        place = np.minimum(np.searchsorted(known, numbers), len(known) - 1)
+        told = known[place] == numbers
+        rows = np.zeros((len(steps) + 2 * MARGIN, vectors.shape[1]), dtype=np.float32)
+        np.add.at(rows, MARGIN + at[told], vectors[place[told]])
+        mean = rows.sum(axis=0) / np.sqrt(max(len(steps), 1))
+        found = _strongest(np.hstack([rows @ piece for piece in pieces]), biases)
+        score = np.einsum("f,fn->n", np.concatenate([*found, mean]), weights)
+        odds = np.exp(score.astype(np.float64) + bias - (score + bias).max())
+        return np.asarray(odds / odds.sum(), dtype=np.float64)
+
+    return likelihoods
+
+
+def _strongest(fits: Floats, biases: list[Floats]) -> list[Floats]:
+    """Return how well each filter fits where it fits best, (n,) for each width.
+
+    ``fits``, (places, n for each place of each width's filters), tells how well each of a filter's
+    places fits each place of the sentence.
+    """
+    strongest, begin = [], 0
+    for width, bias in zip(_WIDTHS, biases, strict=True):
+        last, n = len(fits) - width + 1, len(bias)
+        parts = (fits[at : at + last, begin + at * n : begin + (at + 1) * n] for at in range(width))
+        strongest.append(np.maximum(sum(parts, start=np.float32(0)).max(axis=0) + bias, 0))
+        begin += width * n
+    return strongest
+
+
+def _stored(file: Traversable, language: Language) -> dict[str, NDArray[Any]]:
+    """Return a language's arrays; those of whole numbers are multiplied by their scales."""
+    with file.open("rb") as opened:
+        arrays = np.load(opened)
+        mine = {name: arrays[name] for name in arrays.files if name.startswith(f"{language}_")}
+    return {
+        name: array * np.float32(mine[f"{name}_scale"]) if array.dtype == np.int8 else array
+        for name, array in mine.items()
+    }
