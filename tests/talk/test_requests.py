@@ -3,6 +3,8 @@
 import pytest
 from tests.fixtures.answers import answer
 
+from miburi.talk.answers import Answerer
+
 
 @pytest.mark.parametrize(
     ("said", "intent"),
@@ -16,6 +18,7 @@ from tests.fixtures.answers import answer
         ("careful theres a hot pan behind you", "careful"),
         ("Go easy on the puns tonight.", "careful"),
         ("Stay right there while I find my camera.", "stay_put"),
+        ("Don't leave me.", "stay_put"),
         ("Forget I said anything.", "forget_it"),
         ("Be honest now.", "try_it"),
         ("let me finish", "try_it"),
@@ -51,11 +54,22 @@ def test_a_request_is_heard_as_one(said: str, intent: str) -> None:
         "Don't mention it.",
         "Watched the tennis till late.",
         "Stop fretting, I told him.",
+        "Don't leave me alone with him.",
+        "Don't let him in.",
+        "Don't hit me.",
     ],
 )
 def test_a_telling_that_begins_like_a_request_is_none(said: str) -> None:
     cue = answer(said).cue
     assert cue is None or cue.name in {"thanks", "agreement"}
+
+
+def test_whoever_wants_a_secret_kept_is_told_to_tell_a_person() -> None:
+    one = Answerer()
+    for _ in range(4):
+        said = answer("Never tell anyone what he did to me.", answerer=one).text
+        assert "tell" in said
+        assert "person" in said or "somebody" in said
 
 
 def test_what_is_praised_is_named_as_the_partner_says_it() -> None:
