@@ -15,6 +15,7 @@ from miburi.talk.answers import Answerer
         ("Never mention the party in front of Jean.", "secret"),
         ("Pinky promise you won't say anything to Dad.", "secret"),
         ("Mind the milk jug.", "careful"),
+        ("Mind the vase on your left.", "careful"),
         ("careful theres a hot pan behind you", "careful"),
         ("Go easy on the puns tonight.", "careful"),
         ("Stay right there while I find my camera.", "stay_put"),
