@@ -6,8 +6,8 @@ plain words: punctuation and capitals, which speech recognisers omit, change not
 Patterns written by hand (a language's ``distress.toml``) find the plainest words, and words around
 them that make them harmless. For English and Japanese a small linear model (``distress.npz``,
 trained by ``tools/train_distress.py`` on sentences written for it, ours and those of strangers)
-weighs the patterns that match together with groups of words and letters. In English, a small
-network that knows words by their meaning weighs as much (:mod:`miburi.senses.network`). In other
+weighs the patterns that match together with groups of words and letters, and a small network weighs
+the words in their order (:mod:`miburi.senses.network`): what the two agree on counts. In other
 languages the patterns decide. No expert has reviewed the patterns or the models. This is no alarm
 and no medical device.
 """

@@ -1,8 +1,8 @@
 """A small convolutional network of words (Kim 2014), beside the linear models of words.
 
 A linear model knows only what it was trained on. For English, the network starts from word vectors
-that others trained (GloVe 6B, Pennington et al. 2014, public domain), so it knows that "hoovering"
-is much like "vacuuming". For Japanese, it learns vectors of characters and of pairs of them. The
+that others trained (GloVe 6B, Pennington et al. 2014, public domain), so it knows that a "forearm"
+is much like a "wrist". For Japanese, it learns vectors of characters and of pairs of them. The
 two kinds of model err in different sentences: :func:`agreed` joins them.
 ``tools/train_network.py`` trains it, on the same lines as the linear models.
 """
