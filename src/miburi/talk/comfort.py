@@ -127,7 +127,7 @@ class Comfort:
         other = asks and ((known and not stays) or (not people and (known or not stays)))
         acts = any(match.cue.acts for match in wanted)
         # "Do you know any jokes?": then those were no words of distress, or it is over.
-        fun = not stays and any(match.cue.light and match.cue.orders for match in wanted)
+        fun = not stays and any(match.cue.light and match.cue.stays for match in wanted)
         self._over = self._over or fun or (not self._plain and (known or acts))
         if self._over or other or acts:
             return False
