@@ -39,6 +39,7 @@ __all__ = [
     "same_words",
     "subjects_of",
     "tells_of_oneself",
+    "whom_of",
     "with_whom",
 ]
 
@@ -58,6 +59,7 @@ FALLBACK: Language = "en"
 _APOSTROPHES = "'’‘`´ʼ"
 _WORD_SIGNS = re.compile(r"[^\w]+|_+")
 _NAME = re.compile(r"\{([a-z_]+)\}")
+_POSSESSIVE = re.compile(rf"[{_APOSTROPHES}]s\b")
 _NAMED = re.compile(r"(?<=[^.!?] )(?!I\b)[A-Z]\w+")
 
 
@@ -69,10 +71,14 @@ class _Whom(Table):
 
 
 class _Clue(Table):
-    """Patterns for the words of a question, and for different words that answer it."""
+    """Patterns for the words of a question, and for different words that answer it.
+
+    If ``names`` is set, a name in a statement answers, too.
+    """
 
     asks: str
-    tells: str
+    tells: str = "(?!)"
+    names: bool = False
 
 
 class _Rules(Table):
@@ -115,6 +121,11 @@ class _Rules(Table):
     @cached_property
     def denial(self) -> re.Pattern[str]:
         return re.compile(self.denied or r"(?!)")
+
+    @cached_property
+    def told_clues(self) -> list[tuple[re.Pattern[str], bool]]:
+        """What a statement's plain words match to give each clue, and whether names give it."""
+        return [(re.compile(_filled(each.tells, self.parts)), each.names) for each in self.clues]
 
 
 def read(language: Language, name: str) -> dict[str, Any] | None:
@@ -201,9 +212,9 @@ def clues_in(question: str, language: Language) -> tuple[set[int], str]:
 
 def clues_of(told: str, language: Language) -> set[int]:
     """Return the indices of the clues that a statement gives."""
-    words = plain(told, language)
-    clues = enumerate(_rules(language).clues)
-    return {number for number, clue in clues if re.search(clue.tells, words)}
+    words, named = plain(told, language), _NAMED.search(told)
+    clues = enumerate(_rules(language).told_clues)
+    return {n for n, (tells, names) in clues if (names and named) or tells.search(words)}
 
 
 def with_whom(told: str, earlier: Iterable[str], language: Language) -> str:
@@ -219,16 +230,32 @@ def with_whom(told: str, earlier: Iterable[str], language: Language) -> str:
     """
     words = plain(told, language)
     meant = next((one for one in _rules(language).whom if re.match(one.says, words)), None)
-    if meant is None or re.search(meant.means, words):
-        return told
+    own = None if meant is None else _whom(meant, words, earlier, language)
+    return told if own is None else f"{own}: {told}"
+
+
+def whom_of(question: str, earlier: Iterable[str], language: Language) -> str | None:
+    """Return whom "she" means in a question, from earlier sentences; None if that is not known.
+
+    >>> whom_of("And where does she live?", ["What is my daughter called?"], "en")
+    'my daughter'
+    """
+    words = plain(question, language)
+    meant = (one for one in _rules(language).whom if re.search(rf"\b{one.says}", words))
+    found = next(meant, None)
+    return None if found is None else _whom(found, words, earlier, language)
+
+
+def _whom(meant: _Whom, words: str, earlier: Iterable[str], language: Language) -> str | None:
+    if re.search(meant.means, words):
+        return None
     for sentence in earlier:
-        named = {
-            match["it"]: match for match in re.finditer(meant.means, plain(sentence, language))
-        }
+        told = plain(_POSSESSIVE.sub("", sentence), language)
+        named = {match["it"]: match for match in re.finditer(meant.means, told)}
         if named:
             own = next(iter(named.values()))
-            return f"{own['own']} {own['it']}: {told}" if len(named) == 1 else told
-    return told
+            return f"{own['own']} {own['it']}" if len(named) == 1 else None
+    return None
 
 
 def is_elsewhere(sentence: str, language: Language) -> bool:
@@ -280,14 +307,14 @@ def compile_phrases(
     phrases: list[str], language: Language, words: Mapping[str, str] | None = None
 ) -> re.Pattern[str]:
     """Join many patterns into one, with their {names} filled in; it matches whole words."""
-
-    def fill(phrase: str) -> str:
-        while words and _NAME.search(phrase):
-            phrase = _NAME.sub(lambda found: words[found.group(1)], phrase)
-        return phrase.replace(" .. ", r"(?: \S+){0,4} ")
-
-    whole = "|".join(f"(?:{fill(phrase)})" for phrase in phrases)
+    whole = "|".join(f"(?:{_filled(phrase, words)})" for phrase in phrases)
     return re.compile(rf"(?<!\S)(?:{whole})(?!\S)" if _rules(language).spaced else whole)
+
+
+def _filled(phrase: str, words: Mapping[str, str] | None) -> str:
+    while words and _NAME.search(phrase):
+        phrase = _NAME.sub(lambda found: words[found.group(1)], phrase)
+    return phrase.replace(" .. ", r"(?: \S+){0,4} ")
 
 
 def find_phrase(pattern: re.Pattern[str], said: str, language: Language) -> str | None:

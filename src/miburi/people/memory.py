@@ -17,7 +17,16 @@ from miburi.errors import InputError
 from miburi.feelings import Stimulus, Temperament
 from miburi.feelings.temperament import Array
 from miburi.ground.files import write_whole
-from miburi.languages import Language, asks_for_everything, is_spaced, tells_of_oneself
+from miburi.languages import (
+    FALLBACK,
+    Language,
+    asks_for_everything,
+    is_spaced,
+    subjects_of,
+    tells_of_oneself,
+    whom_of,
+    with_whom,
+)
 from miburi.people.attachment import Attachment
 from miburi.people.recall import recall
 from miburi.people.remarks import STAYS, Remarks
@@ -35,6 +44,8 @@ _SURER = 0.6
 _SAME, _JUST = 0.25, timedelta(minutes=1)
 #: The sentences of a remark that are written as questions.
 _ASKED = re.compile(r"[^.!?。！？]+[?？]")
+#: The last clause of a question.
+_LAST = re.compile(r"(?<=[,、])[^,、.!?。！？]+[?？]?\s*$")
 #: How many of the latest facts are told to somebody who asks for all of them (ours).
 _LATEST = 3
 
@@ -180,8 +191,19 @@ class Memory:
         self._untold = []
         self._remarks.clear()
 
-    def note(self, said: str, told: Sequence[str] = (), *, more: bool = False) -> None:
-        """Keep a remark for the rest of the talk, as :meth:`Remarks.note` does."""
+    def note(
+        self, said: str, told: Sequence[str] = (), language: Language = FALLBACK, *, more: bool = False
+    ) -> None:
+        """Keep a remark for the rest of the talk, as :meth:`Remarks.note` does.
+
+        If its first sentence is about "him" or "her", the person who is meant is named before it.
+        """
+        if told:
+            first, about = told[0], self._remarks.about if more else None
+            near = about is not None and with_whom(first, [about], language) != first
+            named = first if near else with_whom(first, self.noted(), language)
+            more = more and named == first
+            told = [named, *told[1:]]
         self._remarks.note(self._clock(), said, told, more=more)
 
     def noted(self) -> Iterator[str]:
@@ -245,7 +267,7 @@ class Memory:
             best = sorted(facts[-_LATEST:], key=lambda fact: fact.number)
             return _together([fact.text for fact in best], language)
         told, said = [fact.text for fact in facts], self._remarks.told(self._clock())
-        for asked in (question, *_ASKED.findall(question)):
+        for asked in self._asked(question, language):
             if found := recall(asked, told, language):
                 # "I have a geranium", which is a fact, and then "He is called Gerald".
                 longer = [each for each in said if each.startswith(found.rstrip(".!"))]
@@ -253,6 +275,16 @@ class Memory:
             if found := found or recall(asked, said, language, _SURER):
                 return found.rstrip(".。")
         return None
+
+    def _asked(self, question: str, language: Language) -> Iterator[str]:
+        """Yield a question, its sentences, and a clause that names its subject."""
+        yield question
+        if whom := whom_of(question, self.noted(), language):
+            yield f"{question} {whom}"
+        yield from _ASKED.findall(question)
+        clause = _LAST.search(question)
+        if clause and subjects_of(clause.group(), language):
+            yield clause.group()
 
     def amend(self, text: str, language: Language, due: datetime | None = None) -> None:
         """Add a correction to what it corrects."""

@@ -9,9 +9,9 @@ __all__ = ["STAYS", "Remarks"]
 
 #: How long somebody counts as there after they last spoke (ours).
 STAYS = timedelta(hours=2)
-#: How many remarks are kept while somebody is there; and for how long "she" and "that" may refer to
-#: the latest few of them (ours).
-_KEPT, _FEW, _MEANT = 60, 3, timedelta(minutes=5)
+#: How many remarks are kept while somebody is there; how many of the latest "that" may refer to, and
+#: how many "she"; and for how long (ours).
+_KEPT, _FEW, _SOME, _MEANT = 60, 3, 12, timedelta(minutes=5)
 #: A remark of at most this many letters is repeated whole, a longer one by the sentence (ours).
 _SHORT = 120
 
@@ -21,31 +21,32 @@ class Remarks:
 
     def __init__(self) -> None:
         self._all: deque[tuple[datetime, str, list[str]]] = deque(maxlen=_KEPT)
-        self._about: str | None = None  # the sentence to which the next may belong
+        #: The sentence to which the next may belong.
+        self.about: str | None = None
 
     def clear(self) -> None:
         """Forget them all."""
         self._all.clear()
-        self._about = None
+        self.about = None
 
     def note(self, now: datetime, said: str, told: Sequence[str], *, more: bool) -> None:
         """Keep a remark, and its sentences that ask nothing.
 
         If it tells ``more`` of what the remark before it is about, it is kept together with that.
         """
-        about = self._about if more else None
-        self._about = about or next(reversed(told), None)
+        about = self.about if more else None
+        self.about = about or next(reversed(told), None)
         first = [f"{about.rstrip('.!')}. {each}" for each in told[:1]] if about else told[:1]
         self._all.append((now, said, [*first, *told[1:]]))
 
-    def latest(self, now: datetime) -> Iterator[str]:
+    def latest(self, now: datetime, most: int = _FEW) -> Iterator[str]:
         """Yield the latest few remarks to which words may refer, newest first."""
-        few = [*self._all][-_FEW:]
+        few = [*self._all][-most:]
         return (said for when, said, _ in reversed(few) if when >= now - _MEANT)
 
     def sentences(self, now: datetime) -> Iterator[str]:
-        """Yield the sentences of the latest few remarks, newest first."""
-        for said in self.latest(now):
+        """Yield the sentences in which somebody may be named whom "she" means, newest first."""
+        for said in self.latest(now, _SOME):
             yield from reversed(re.split(r"[.!?]+", said))
 
     def told(self, now: datetime) -> list[str]:

@@ -103,16 +103,22 @@ class Answerer:
         self._last = ""
         self._stays: Match | None = None
         self._since = 0  # turns
+        self._recalled: str | None = None  # what it has just recalled
 
     def wanted(self, said: str, language: Language, known: Mapping[str, str]) -> list[Match]:
         """Return the intents of what was said at this point of the talk, the most urgent first."""
         words = script(language)
-        filled = {"next", *known, *self._fun()}
+        filled = {"next", *known, *self._fun(), *self._further(said, words)}
         found = list(words.intents_of(said, filled))
         if asks := _told_before(said, words)[1]:
             # "Will you remember something for me, the milk is running low"
             found += (each for each in words.intents_of(asks, filled) if each.cue.do == "remember")
         return found or ([] if words.is_heavy(said) else list(words.orders_of(said)))
+
+    def _further(self, said: str, words: Script) -> dict[str, str]:
+        """Return the slot for a question that goes on about what was just recalled."""
+        goes_on = self._recalled is not None and words.asks_further(said)
+        return {"told": self._recalled} if goes_on and self._recalled else {}
 
     def _fun(self) -> list[str]:
         """Return the slot that tells what it lately did for fun, if anything."""
@@ -144,7 +150,8 @@ class Answerer:
             the person's last remark, which "remember that" refers to.
         """
         words = script(language)
-        slots = _time(words, now) | dict(known or {}) | {"last": self._last or "…"}
+        slots = _time(words, now) | {"last": self._last or "…"}
+        slots |= self._further(said, words) | dict(known or {})
         match, glad = self._meant(said, words, slots)
         heavy = words.is_heavy(said)
         felt = None if heavy and felt in _GLAD else felt  # it does not speak of its own joy then
@@ -184,6 +191,7 @@ class Answerer:
             # While somebody speaks of people, it does not speak of itself.
             text = self._remark(words, None if words.tells_of_people(said) else felt, slots)
         cue = match.cue if match else None
+        self._recalled = slots.get("told") if cue is not None and cue.do == "recall" else None
         if cue is None or cue.do != "repeat":
             self._last = text
         return SmallAnswer(text, language, cue, _kept(match, said, slots))
@@ -246,7 +254,7 @@ class Answerer:
 
     def forget(self) -> None:
         """Forget what was said last."""
-        self._last, self._stays = "", None
+        self._last, self._stays, self._recalled = "", None, None
 
     def say(self, lines: Iterable[str], known: Mapping[str, str] | None = None) -> str:
         """Return one of some sentences, chosen like an answer."""

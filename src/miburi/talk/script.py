@@ -78,6 +78,8 @@ class Script(Table):
         What people speak of.
     again
         Regular expression for words that refer to what was said before; none by default.
+    further
+        Likewise for a question that goes on about what was just recalled ("And which was it?").
     more, enough
         Likewise for requests to repeat what was done for fun, and for words of somebody who wants
         no more of it (by default any words: then the model is not asked).
@@ -108,6 +110,7 @@ class Script(Table):
     words: dict[str, str] = Field(default_factory=dict)
     turned: dict[str, str] = Field(default_factory=dict)
     again: str = "(?!)"
+    further: str = "(?!)"
     more: str = "(?!)"
     enough: str = ".*"
     unwanted: str = "(?!)"
@@ -188,7 +191,7 @@ class Script(Table):
     @cached_property
     def _single(self) -> dict[str, re.Pattern[str]]:
         """The compiled regular expressions that belong to no cue, by field."""
-        one = ("again", "more", "enough", "unwanted", "grave", "heavy", "people", "oneself")
+        one = ("again", "further", "more", "enough", "unwanted", "grave", "heavy", "people", "oneself")
         written = {name: [getattr(self, name)] for name in (*one, "belongs")}
         written |= {"fact": self.fact, "question": self.question}
         return {
@@ -269,6 +272,10 @@ class Script(Table):
     def goes_on(self, said: str) -> bool:
         """Whether this is a question about what was said before."""
         return self.asks(said[:_READ]) and self._fits("again", said)
+
+    def asks_further(self, said: str) -> bool:
+        """Return whether this is a question that goes on about what was just recalled."""
+        return self._fits("further", said)
 
     def point_of(self, said: str, filled: Container[str] = ()) -> str | None:
         """Return the last of several sentences that contains a question or a request."""

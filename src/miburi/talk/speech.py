@@ -144,7 +144,8 @@ class Speech:
             plain = "" if grave or heard.worry is not None else said
             words = script(language)
             told = words.told_in(plain)
-            self.memory.note(plain, told, more=bool(told) and words.belongs_to(told[0]))
+            more = bool(told) and words.belongs_to(told[0])
+            self.memory.note(plain, told, language, more=more)
         return SayOut(
             feeling=heard.feeling,
             asked=heard.topic == "asked",
@@ -232,7 +233,8 @@ class Speech:
         elif answer.cue is not None and answer.cue.name == "quiet":
             self.beginning.hush()
         elif answer.cue is None or answer.cue.aside:  # "Good morning, the dog was ill all night."
-            for fact in script(answer.language).facts_in(said):
+            for told in script(answer.language).facts_in(said):
+                fact = with_whom(told, memory.noted(), answer.language)
                 memory.remember(fact, answer.language, due_of(fact, answer.language, now))
         return answer
 
