@@ -253,8 +253,10 @@ def _whom(meant: _Whom, words: str, earlier: Iterable[str], language: Language) 
         told = plain(_POSSESSIVE.sub("", sentence), language)
         named = {match["it"]: match for match in re.finditer(meant.means, told)}
         if named:
-            own = next(iter(named.values()))
-            return f"{own['own']} {own['it']}" if len(named) == 1 else None
+            it = next(iter(named))
+            name = re.search(rf"\b{it}( [A-Z]\w+)", sentence)
+            whom = f"{named[it]['own']} {it}{name.group(1) if name else ''}"
+            return whom if len(named) == 1 else None
     return None
 
 

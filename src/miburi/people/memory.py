@@ -200,10 +200,10 @@ class Memory:
         """
         if told:
             first, about = told[0], self._remarks.about if more else None
-            near = about is not None and with_whom(first, [about], language) != first
-            named = first if near else with_whom(first, self.noted(), language)
-            more = more and named == first
-            told = [named, *told[1:]]
+            named = with_whom(first, self.noted(), language)
+            near = about is not None and with_whom(first, [about], language) == named
+            more = more and near
+            told = told if more else [named, *told[1:]]
         self._remarks.note(self._clock(), said, told, more=more)
 
     def noted(self) -> Iterator[str]:
@@ -213,6 +213,10 @@ class Memory:
     def last_noted(self) -> str | None:
         """Return the latest remark, if it is recent."""
         return next(self._remarks.latest(self._clock()), None)
+
+    def last_told(self) -> str | None:
+        """Return the latest sentence of the talk that tells something, if it is recent."""
+        return self._remarks.last_told(self._clock())
 
     def forget_noted(self) -> None:
         """Forget what was said of late."""

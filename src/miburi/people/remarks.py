@@ -35,7 +35,7 @@ class Remarks:
         If it tells ``more`` of what the remark before it is about, it is kept together with that.
         """
         about = self.about if more else None
-        self.about = about or next(reversed(told), None)
+        self.about = about or next(reversed(told), self.about)
         first = [f"{about.rstrip('.!')}. {each}" for each in told[:1]] if about else told[:1]
         self._all.append((now, said, [*first, *told[1:]]))
 
@@ -48,6 +48,12 @@ class Remarks:
         """Yield the sentences in which somebody may be named whom "she" means, newest first."""
         for said in self.latest(now, _SOME):
             yield from reversed(re.split(r"[.!?]+", said))
+
+    def last_told(self, now: datetime) -> str | None:
+        """Return the latest sentence that tells something, if it is among the latest remarks."""
+        few = [*self._all][-_FEW:]
+        told = (each for when, _, all_told in few if when >= now - _MEANT for each in all_told)
+        return next(reversed([*told]), None)
 
     def told(self, now: datetime) -> list[str]:
         """Return what they told: each in whole if it is short."""

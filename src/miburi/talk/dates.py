@@ -41,17 +41,52 @@ def due_of(said: str, language: Language, now: datetime) -> datetime | None:
 
 
 def away(said: str, told: str | None, language: Language, now: datetime) -> str | None:
-    """Return how far away the day is that somebody names, or else that of a fact; None if none is.
+    """Return how far away the day or time is that somebody names, or else that of a fact.
+
+    None: neither names one.
 
     >>> away("How long is it till Sunday?", None, "en", datetime(2026, 11, 25))
     '4 days away'
+    >>> away("How long till she comes?", "She comes at half two.", "en", datetime(2026, 11, 25, 10))
+    '4 hours and 30 minutes away'
     """
-    words = script(language).away
-    due = due_of(said, language, now) or due_of(told or "", language, now)
-    if due is None or not words:
-        return None
-    days = (due.date() - now.date()).days
-    return words[min(days, len(words) - 1)].format(days=days)
+    for text in (said, told or ""):
+        if due := due_of(text, language, now):
+            days = (due.date() - now.date()).days
+            if days and (words := script(language).away):
+                return words[min(days, len(words) - 1)].format(days=days)
+        if left := _left(text, language, now):
+            return _span(left, language)
+        if due and (words := script(language).away):
+            return words[0]
+    return None
+
+
+def _left(said: str, language: Language, now: datetime) -> timedelta | None:
+    """Return the time left until the next time of day that a sentence names; None: it names none.
+
+    A time such as "half past two" may be before or after noon, so it is one of the next 12 hours.
+    """
+    rules = script(language)
+    for found in rules.times_in(plain(said, language)):
+        hour, past, to, half = (found.get(part) for part in ("hour", "past", "to", "half"))
+        clock = timedelta(hours=rules.number(hour) or 0)
+        clock += timedelta(minutes=(rules.number(past) or 0) - (rules.number(to) or 0))
+        every = timedelta(hours=24 if half or clock >= timedelta(hours=13) else 12)
+        if half == rules.afternoon and clock < timedelta(hours=12):
+            clock += timedelta(hours=12)
+        today = timedelta(hours=now.hour, minutes=now.minute)
+        return (clock - today) % every
+    return None
+
+
+def _span(left: timedelta, language: Language) -> str:
+    words, minutes = script(language).span, round(left.total_seconds() / 60)
+    parts = []
+    for unit, n in (("hour", minutes // 60), ("minute", minutes % 60)):
+        if n or (unit == "minute" and not parts):
+            parts.append(words[unit if n == 1 else f"{unit}s"].format(n=n))
+    return words["away"].format(span=words["and"].join(parts))
 
 
 def _has(text: str, word: str, language: Language) -> bool:

@@ -105,6 +105,10 @@ class Script(Table):
         "tomorrow" to a number of days.
     away
         How far away a day is: today, tomorrow, or {days} days away; if missing, none is counted.
+    times, numbers, afternoon, span
+        Regular expressions of a time of day (groups ``hour``, ``past`` and ``to`` for minutes, and
+        ``half`` of the day); what their words count; the word for the half after noon; and how the
+        time until then is said. Without ``times``, it is not counted.
     """
 
     words: dict[str, str] = Field(default_factory=dict)
@@ -134,6 +138,10 @@ class Script(Table):
     clock: str
     date: str
     away: list[str] = Field(default_factory=list)
+    times: list[str] = Field(default_factory=list)
+    numbers: dict[str, int] = Field(default_factory=dict)
+    afternoon: str = "pm"
+    span: dict[str, str] = Field(default_factory=dict)
 
     @cached_property
     def _intents(self) -> list[tuple[Cue, re.Pattern[str]]]:
@@ -187,6 +195,22 @@ class Script(Table):
                         continue
                     yield Match(cue, words, words and self.turn_round(words))
                     break
+
+    def times_in(self, words: str) -> Iterator[dict[str, str | None]]:
+        """Yield the parts of each time of day that plain words name."""
+        for pattern in self._times:
+            for found in pattern.finditer(words):
+                yield found.groupdict()
+
+    @cached_property
+    def _times(self) -> list[re.Pattern[str]]:
+        return [compile_phrases([each], self.language, self.words) for each in self.times]
+
+    def number(self, word: str | None) -> int | None:
+        """Return what a word or digits count."""
+        if word is None:
+            return None
+        return int(word) if word.isdecimal() else self.numbers.get(word)
 
     @cached_property
     def _single(self) -> dict[str, re.Pattern[str]]:
