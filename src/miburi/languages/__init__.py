@@ -32,12 +32,14 @@ __all__ = [
     "compile_phrases",
     "find_phrase",
     "is_elsewhere",
+    "is_enough",
     "is_spaced",
     "language_of",
     "plain",
     "read",
     "same_words",
     "subjects_of",
+    "tells_name",
     "tells_of_oneself",
     "whom_of",
     "with_whom",
@@ -73,12 +75,14 @@ class _Whom(Table):
 class _Clue(Table):
     """Patterns for the words of a question, and for different words that answer it.
 
-    If ``names`` is set, a name in a statement answers, too.
+    If ``names`` is set, a name in a statement answers, too. A clue that is not ``enough`` counts
+    only beside a word that question and statement share.
     """
 
     asks: str
     tells: str = "(?!)"
     names: bool = False
+    enough: bool = True
 
 
 class _Rules(Table):
@@ -95,6 +99,7 @@ class _Rules(Table):
     subject: str | None = None
     everything: str = "(?!)"
     own: str = ""
+    naming: str = "(?!)"
     clues: list[_Clue] = Field(default_factory=list)
     elsewhere: list[str] = Field(default_factory=list)
     whom: list[_Whom] = Field(default_factory=list)
@@ -215,6 +220,16 @@ def clues_of(told: str, language: Language) -> set[int]:
     words, named = plain(told, language), _NAMED.search(told)
     clues = enumerate(_rules(language).told_clues)
     return {n for n, (tells, names) in clues if (names and named) or tells.search(words)}
+
+
+def is_enough(clue: int, language: Language) -> bool:
+    """Return whether a clue, by its index, answers although nothing else is shared."""
+    return _rules(language).clues[clue].enough
+
+
+def tells_name(told: str, language: Language) -> bool:
+    """Return whether a sentence tells what somebody is called."""
+    return bool(re.search(_rules(language).naming, plain(told, language)))
 
 
 def with_whom(told: str, earlier: Iterable[str], language: Language) -> str:

@@ -23,6 +23,7 @@ from miburi.languages import (
     asks_for_everything,
     is_spaced,
     subjects_of,
+    tells_name,
     tells_of_oneself,
     whom_of,
     with_whom,
@@ -200,15 +201,19 @@ class Memory:
         """
         if told:
             first, about = told[0], self._remarks.about if more else None
-            named = with_whom(first, self.noted(), language)
+            named = with_whom(first, self.noted(named=tells_name(first, language)), language)
             near = about is not None and with_whom(first, [about], language) == named
             more = more and near
             told = told if more else [named, *told[1:]]
         self._remarks.note(self._clock(), said, told, more=more)
 
-    def noted(self) -> Iterator[str]:
-        """Yield what was said of late, sentence by sentence, newest first."""
-        return self._remarks.sentences(self._clock())
+    def noted(self, *, named: bool = True) -> Iterator[str]:
+        """Yield what was said of late, sentence by sentence, newest first.
+
+        A name may belong to somebody who was spoken of several remarks before; "she" alone, if not
+        ``named``, hardly ever does.
+        """
+        return self._remarks.sentences(self._clock(), named=named)
 
     def last_noted(self) -> str | None:
         """Return the latest remark, if it is recent."""
@@ -274,8 +279,9 @@ class Memory:
         for asked in self._asked(question, language):
             if found := recall(asked, told, language):
                 # "I have a geranium", which is a fact, and then "He is called Gerald".
-                longer = [each for each in said if each.startswith(found.rstrip(".!"))]
-                found = recall(asked, [found, *longer], language)
+                told_so = found.rstrip(".!").split(": ")[-1]
+                longer = [each for each in said if told_so in each]
+                found = recall(asked, [found, *longer], language, 0.0) or found
             if found := found or recall(asked, said, language, _SURER):
                 return found.rstrip(".。")
         return None

@@ -17,6 +17,7 @@ from miburi.languages import (
     clues_in,
     clues_of,
     common_words,
+    is_enough,
     is_spaced,
     plain,
     same_words,
@@ -53,6 +54,7 @@ def recall(
         _stems(each, language) | {f"#{number}" for number in clues_of(each, language) & wanted}
         for each in told
     ]
+    weak = {f"#{number}" for number in wanted if not is_enough(number, language)}
     often = Counter(stem for stems in known for stem in stems)
     weight = {
         stem: log(1 + len(known) / (1 + often[stem])) * (1.0 if often[stem] else _UNTOLD)
@@ -71,6 +73,7 @@ def recall(
         shared = sum(weight[stem] for stem in asked & stems)
         same = len(words & set(plain(each, language).split()))  # "born" rather than "birthday"
         about = corrects or all(subject & stems for subject in subjects if subject)
+        about = about and (weak >= asked or not asked & stems <= weak)
         if about and shared > 0 and (shared, same) >= best:
             best, found = (shared, same), each
     return found

@@ -9,8 +9,8 @@ __all__ = ["STAYS", "Remarks"]
 
 #: How long somebody counts as there after they last spoke (ours).
 STAYS = timedelta(hours=2)
-#: How many remarks are kept while somebody is there; how many of the latest "that" may refer to, and
-#: how many "she"; and for how long (ours).
+#: How many remarks are kept while somebody is there; how many of the latest "that" and "she" may
+#: refer to, and how many a name; and for how long (ours).
 _KEPT, _FEW, _SOME, _MEANT = 60, 3, 12, timedelta(minutes=5)
 #: A remark of at most this many letters is repeated whole, a longer one by the sentence (ours).
 _SHORT = 120
@@ -44,9 +44,12 @@ class Remarks:
         few = [*self._all][-most:]
         return (said for when, said, _ in reversed(few) if when >= now - _MEANT)
 
-    def sentences(self, now: datetime) -> Iterator[str]:
-        """Yield the sentences in which somebody may be named whom "she" means, newest first."""
-        for said in self.latest(now, _SOME):
+    def sentences(self, now: datetime, *, named: bool) -> Iterator[str]:
+        """Yield the sentences in which somebody may be spoken of, newest first.
+
+        If somebody is ``named``, that may have been longer ago.
+        """
+        for said in self.latest(now, _SOME if named else _FEW):
             yield from reversed(re.split(r"[.!?]+", said))
 
     def last_told(self, now: datetime) -> str | None:

@@ -108,6 +108,7 @@ class Answerer:
     def wanted(self, said: str, language: Language, known: Mapping[str, str]) -> list[Match]:
         """Return the intents of what was said at this point of the talk, the most urgent first."""
         words = script(language)
+        said = words.reword(said)
         filled = {"next", *known, *self._fun(), *self._further(said, words)}
         found = list(words.intents_of(said, filled))
         if asks := _told_before(said, words)[1]:
@@ -150,6 +151,7 @@ class Answerer:
             the person's last remark, which "remember that" refers to.
         """
         words = script(language)
+        said = words.reword(said)
         slots = _time(words, now) | {"last": self._last or "…"}
         slots |= self._further(said, words) | dict(known or {})
         match, glad = self._meant(said, words, slots)
@@ -175,10 +177,12 @@ class Answerer:
             match = next((one for one in _sayable(grave, slots) if not one.cue.light), None)
         if heard.topic == "asked" and match and not (match.cue.acts or match.cue.own):
             match = None  # "how are you" does not ask how something is done
-        match = self._keep_to(match, words, said, felt=feeling is not None)
+        kept_to = self._keep_to(match, words, said, felt=feeling is not None)
+        again, match = kept_to is not match, kept_to
         text = None
         if match is not None:
-            text = self._choose(match.cue.say, slots | _about(match), always=True)
+            lines = words.says_again(match.cue, said) if again else match.cue.say
+            text = self._choose(lines, slots | _about(match), always=True)
         elif heard.topic == "asked":
             text = self._choose(words.feelings.lines("asked", felt), slots, always=True)
         elif feeling is not None:
@@ -237,7 +241,8 @@ class Answerer:
         acts = match is not None and match.cue.acts
         if (before := self._stays) is not None:
             if before.cue.stays == 1:
-                more = words.goes_on(said) and not (acts or felt)
+                about_it = match is not None and match.cue.within in self._fun()
+                more = words.goes_on(said) and not (acts or felt or about_it)
             else:  # "When's my appointment, again?" wants nothing again
                 more = words.wants_more(said) and (match is None or match.cue.name != "recall")
             match = before if more else match

@@ -83,6 +83,11 @@ class Script(Table):
     more, enough
         Likewise for requests to repeat what was done for fun, and for words of somebody who wants
         no more of it (by default any words: then the model is not asked).
+    repeated, altered, alters
+        What is said where a movement or song is repeated; the same, where somebody wants it another
+        way; and the regular expression of such words ("again, but slower").
+    rephrased
+        Regular expressions over what was said, and what to read instead ("You like dogs?").
     unwanted
         Likewise for words that want nothing done, although an order stands in them ("Why do you
         look up?", "Do not dance yet").
@@ -117,6 +122,10 @@ class Script(Table):
     further: str = "(?!)"
     more: str = "(?!)"
     enough: str = ".*"
+    repeated: list[Line] = Field(default_factory=list)
+    altered: list[Line] = Field(default_factory=list)
+    alters: str = "(?!)"
+    rephrased: dict[str, str] = Field(default_factory=dict)
     unwanted: str = "(?!)"
     grave: str = "(?!)"
     heavy: str = "(?!)"
@@ -215,7 +224,7 @@ class Script(Table):
     @cached_property
     def _single(self) -> dict[str, re.Pattern[str]]:
         """The compiled regular expressions that belong to no cue, by field."""
-        one = ("again", "further", "more", "enough", "unwanted", "grave", "heavy", "people", "oneself")
+        one = ("again", "further", "alters", "more", "enough", "unwanted", "grave", "heavy", "people", "oneself")
         written = {name: [getattr(self, name)] for name in (*one, "belongs")}
         written |= {"fact": self.fact, "question": self.question}
         return {
@@ -288,6 +297,22 @@ class Script(Table):
         """Return whether something is put as a question."""
         written = said.rstrip().endswith(("?", "？"))
         return written or self._fits("question", said)
+
+    def reword(self, said: str) -> str:
+        """Return what was said as a careful writer puts it: "Do you like dogs?"."""
+        for pattern, instead in self._rephrased:
+            said = pattern.sub(instead, said)
+        return said
+
+    @cached_property
+    def _rephrased(self) -> list[tuple[re.Pattern[str], str]]:
+        return [(re.compile(each, re.IGNORECASE), to) for each, to in self.rephrased.items()]
+
+    def says_again(self, cue: Cue, said: str) -> list[str]:
+        """Return the answers to somebody who wants to see or hear something once more."""
+        if not cue.shows or not self.repeated:
+            return cue.say
+        return self.altered if self.altered and self._fits("alters", said) else self.repeated
 
     def tells_of_people(self, said: str) -> bool:
         """Return whether somebody speaks of themselves or of others, or calls out."""

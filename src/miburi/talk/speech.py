@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures import KeyPose, look
-from miburi.languages import FALLBACK, Language, language_of, subjects_of, with_whom
+from miburi.languages import FALLBACK, Language, language_of, with_whom
 from miburi.live.settle import done, granted
 from miburi.live.view import LivePartner
 from miburi.live.wishes import Feel, Lean, NoteTalk, Perform, Sense, Speak
@@ -207,11 +207,11 @@ class Speech:
     def _known(self, said: str, language: Language) -> dict[str, str]:
         """Return what it knows for the slots of answers."""
         present, told = self.memory.present, self.memory.recall(said, language)
-        meant = told if told or subjects_of(said, language) else self.memory.last_told()
         known = {
             "name": None if present is None else present.name,
             "told": told,
-            "away": away(said, meant, language, self._clock()),
+            "away": away(said, told, language, self._clock()),
+            "ahead": away("", self.memory.last_told(), language, self._clock()),
             "latest": self.memory.kept(language, 1),
             "kept": self.memory.kept(language),
             "corrected": self.memory.corrected(said, language),
