@@ -13,7 +13,9 @@ from miburi.languages import LANGUAGES, Language, language_of
 from miburi.senses import Impression
 from miburi.senses.words import hear
 from miburi.talk.answers import UNREPEATED, Answerer, wants_stop
-from miburi.talk.script import Answers, Cue, script
+from miburi.talk.cue import Cue
+from miburi.talk.lines import Answers
+from miburi.talk.script import script
 
 CASES = [
     (Impression(heard, 0.9, "speech") if heard else NOTHING, own)

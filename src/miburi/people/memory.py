@@ -4,14 +4,9 @@ The whole file is rewritten at each change, so what was deleted is no longer in 
 unless somebody has allowed one; without it, everything is forgotten when the partner ends.
 """
 
-import json
-import re
 from collections.abc import Callable, Iterator, Sequence, Set
 from datetime import datetime, timedelta
 from pathlib import Path
-from typing import Any
-
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from miburi.errors import InputError
 from miburi.feelings import Stimulus, Temperament
@@ -22,68 +17,34 @@ from miburi.languages import (
     Language,
     asks_for_everything,
     is_spaced,
-    subjects_of,
     tells_name,
     tells_of_oneself,
-    whom_of,
     with_whom,
 )
 from miburi.people.attachment import Attachment
-from miburi.people.recall import recall
+from miburi.people.recall import recall, ways_to_ask
+from miburi.people.records import (
+    LONGEST_FACT,
+    LONGEST_NAME,
+    Acquaintance,
+    Fact,
+    People,
+    read_people,
+)
 from miburi.people.remarks import STAYS, Remarks
 
-__all__ = ["MOST_FACTS", "MOST_PEOPLE", "Acquaintance", "Fact", "Memory", "People"]
+__all__ = ["MOST_FACTS", "MOST_PEOPLE", "Memory"]
 
 #: The most people that are kept, and the most things told by each; beyond that, the oldest things
 #: go (ours).
 MOST_PEOPLE, MOST_FACTS = 50, 500
-_NAME, _FACT = 40, 200  # letters
 #: The share of a question's weight that an answer must have if it was only said by the way (ours).
 _SURER = 0.6
 #: The share of a correction's weight that a fact must have to be corrected by it; and for how long
 #: a correction may refer to the fact that was kept last (both ours).
 _SAME, _JUST = 0.25, timedelta(minutes=1)
-#: The sentences of a remark that are written as questions.
-_ASKED = re.compile(r"[^.!?。！？]+[?？]")
-#: The last clause of a question.
-_LAST = re.compile(r"(?<=[,、])[^,、.!?。！？]+[?？]?\s*$")
 #: How many of the latest facts are told to somebody who asks for all of them (ours).
 _LATEST = 3
-
-
-class Fact(BaseModel):
-    """Something that somebody told; ``asked`` says whether they asked to have it kept."""
-
-    model_config = ConfigDict(frozen=True)
-
-    number: int
-    text: str = Field(min_length=1, max_length=_FACT)
-    language: Language
-    told: datetime
-    due: datetime | None = None
-    asked: bool = False
-
-
-class Acquaintance(BaseModel):
-    """Somebody whom the partner knows."""
-
-    name: str = Field(min_length=1, max_length=_NAME)
-    since: datetime
-    seen: datetime
-    facts: list[Fact] = Field(default_factory=list)
-    attachment: dict[str, Any] | None = None
-
-
-class People(BaseModel):
-    """The whole file."""
-
-    version: int = Field(default=1, ge=1, le=1)
-    people: list[Acquaintance] = Field(default_factory=list)
-
-    def find(self, name: str) -> Acquaintance | None:
-        """Return somebody by name, whatever its capitals; None if nobody has it."""
-        same = (one for one in self.people if one.name.casefold() == name.casefold())
-        return next(same, None)
 
 
 class Memory:
@@ -111,7 +72,7 @@ class Memory:
         self._known = People()
         self.allowed = path is not None and path.exists()
         if self.allowed and path is not None:
-            self._known = _read(path)
+            self._known = read_people(path)
         self._present: Acquaintance | None = None
         #: What was told by somebody who has not said who they are; it is never written.
         self._untold: list[Fact] = []
@@ -166,8 +127,8 @@ class Memory:
             The name is empty or too long, or it knows too many people.
         """
         name, now = " ".join(name.split()), self._clock()
-        if not 0 < len(name) <= _NAME:
-            raise InputError(f"a name must have 1 to {_NAME} letters, got {len(name)}.")
+        if not 0 < len(name) <= LONGEST_NAME:
+            raise InputError(f"a name must have 1 to {LONGEST_NAME} letters, got {len(name)}.")
         person = self._known.find(name)
         if person is None:
             if len(self._known.people) >= MOST_PEOPLE:
@@ -193,7 +154,12 @@ class Memory:
         self._remarks.clear()
 
     def note(
-        self, said: str, told: Sequence[str] = (), language: Language = FALLBACK, *, more: bool = False
+        self,
+        said: str,
+        told: Sequence[str] = (),
+        language: Language = FALLBACK,
+        *,
+        more: bool = False,
     ) -> None:
         """Keep a remark for the rest of the talk, as :meth:`Remarks.note` does.
 
@@ -208,11 +174,7 @@ class Memory:
         self._remarks.note(self._clock(), said, told, more=more)
 
     def noted(self, *, named: bool = True) -> Iterator[str]:
-        """Yield what was said of late, sentence by sentence, newest first.
-
-        A name may belong to somebody who was spoken of several remarks before; "she" alone, if not
-        ``named``, hardly ever does.
-        """
+        """Yield the sentences in which somebody may be spoken of, as :class:`Remarks` does."""
         return self._remarks.sentences(self._clock(), named=named)
 
     def last_noted(self) -> str | None:
@@ -251,7 +213,7 @@ class Memory:
         asked: bool = False,
     ) -> Fact | None:
         """Keep a fact for the person who is there, or until they say who they are."""
-        person, text = self.present, " ".join(text.split())[:_FACT]
+        person, text = self.present, " ".join(text.split())[:LONGEST_FACT]
         facts = self._facts_now()
         same = next((fact for fact in facts if fact.text == text), None)
         if not text or (same is not None and same.asked >= asked):
@@ -276,7 +238,7 @@ class Memory:
             best = sorted(facts[-_LATEST:], key=lambda fact: fact.number)
             return _together([fact.text for fact in best], language)
         told, said = [fact.text for fact in facts], self._remarks.told(self._clock())
-        for asked in self._asked(question, language):
+        for asked in ways_to_ask(question, self.noted(), language):
             if found := recall(asked, told, language):
                 # "I have a geranium", which is a fact, and then "He is called Gerald".
                 told_so = found.rstrip(".!").split(": ")[-1]
@@ -286,22 +248,12 @@ class Memory:
                 return found.rstrip(".。")
         return None
 
-    def _asked(self, question: str, language: Language) -> Iterator[str]:
-        """Yield a question, its sentences, and a clause that names its subject."""
-        yield question
-        if whom := whom_of(question, self.noted(), language):
-            yield f"{question} {whom}"
-        yield from _ASKED.findall(question)
-        clause = _LAST.search(question)
-        if clause and subjects_of(clause.group(), language):
-            yield clause.group()
-
     def amend(self, text: str, language: Language, due: datetime | None = None) -> None:
         """Add a correction to what it corrects."""
         old = self.corrected(text, language)
         if old is None:
             return
-        joined = _together([old, " ".join(text.split())], language)[:_FACT]
+        joined = _together([old, " ".join(text.split())], language)[:LONGEST_FACT]
         facts = self._facts_now()
         place = next((n for n, fact in enumerate(facts) if fact.text == old), None)
         if place is None:  # it was only said by the way, and is not written
@@ -367,8 +319,10 @@ class Memory:
             raise InputError(f"nothing is known under {name!r}, number {number}.")
         if text is None:
             del facts[place]
-        elif not 0 < len(text.strip()) <= _FACT:
-            raise InputError(f"a fact must have 1 to {_FACT} characters, got {len(text.strip())}.")
+        elif not 0 < len(text.strip()) <= LONGEST_FACT:
+            raise InputError(
+                f"a fact must have 1 to {LONGEST_FACT} characters, got {len(text.strip())}."
+            )
         else:
             facts[place] = facts[place].model_copy(update={"text": text.strip(), "due": due})
         self.forget_noted()  # the fact may have been told in these remarks
@@ -400,13 +354,3 @@ def _together(told: list[str], language: Language) -> str:
     stop = ". " if is_spaced(language) else "。"
     whole = [each.rstrip(".。") for each in told]
     return stop.join([*whole[:1], *(each[:1].upper() + each[1:] for each in whole[1:])])
-
-
-def _read(path: Path) -> People:
-    try:
-        return People.model_validate(json.loads(path.read_text(encoding="utf-8")))
-    except (OSError, ValueError, RecursionError, ValidationError) as error:
-        raise InputError(
-            f"{path}: this is no file of people ({type(error).__name__}); if you move it away, "
-            "the partner starts over with nobody known."
-        ) from error

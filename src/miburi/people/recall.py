@@ -7,8 +7,9 @@ language without spaces is compared by pairs of letters. For some questions a cl
 counts as a shared word: "I was a cook for ten years" answers "What was my job?"
 """
 
+import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 from math import log
 
@@ -22,13 +23,18 @@ from miburi.languages import (
     plain,
     same_words,
     subjects_of,
+    whom_of,
 )
 
-__all__ = ["recall"]
+__all__ = ["recall", "ways_to_ask"]
 
 #: Letters of a word that count; the share of a question's weight that an answer must have; and the
 #: relative weight of a word that is in no fact, such as "time" (all ours).
 _STEM, _ENOUGH, _UNTOLD = 6, 0.45, 0.3
+#: The sentences of a remark that are written as questions.
+_ASKED = re.compile(r"[^.!?。！？]+[?？]")
+#: The last clause of a question.
+_LAST = re.compile(r"(?<=[,、])[^,、.!?。！？]+[?？]?\s*$")
 
 
 def recall(
@@ -77,6 +83,20 @@ def recall(
         if about and shared > 0 and (shared, same) >= best:
             best, found = (shared, same), each
     return found
+
+
+def ways_to_ask(question: str, earlier: Iterable[str], language: Language) -> Iterator[str]:
+    """Yield a question, the same with whom it means, its sentences, and its last clause.
+
+    ``earlier`` has what was said before it, the newest first.
+    """
+    yield question
+    if whom := whom_of(question, earlier, language):
+        yield f"{question} {whom}"
+    yield from _ASKED.findall(question)
+    clause = _LAST.search(question)
+    if clause and subjects_of(clause.group(), language):
+        yield clause.group()
 
 
 def _stems(text: str, language: Language) -> set[str]:

@@ -6,7 +6,6 @@ feeling, then what the words are about. Sentences are in a language's ``talk.tom
 says nothing twice within ``UNREPEATED`` turns, as long as there is something else to say.
 """
 
-import re
 from collections import Counter, deque
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -15,9 +14,10 @@ from string import Formatter
 
 import numpy as np
 
-from miburi.languages import Language, is_spaced
+from miburi.languages import Language
 from miburi.senses.impression import Impression
 from miburi.talk.cue import Cue, Do, Match
+from miburi.talk.remembering import SIGNS, announces, is_short, told_before
 from miburi.talk.script import Script, script
 
 __all__ = ["UNREPEATED", "Answerer", "SmallAnswer", "is_needless", "wants_stop"]
@@ -35,13 +35,6 @@ _GLAD, _SPOKEN_OF = (*JOYS, "surprise"), 0.6
 #: In a remark of more words than this, one word does not tell what it is about: "supper" may stand
 #: in it by the way. Then the answer takes up only a person who is named in it (ours).
 _RAMBLES = 16
-#: Patterns for the punctuation around a sentence, for all sentences but the first, and for a clause
-#: with its punctuation.
-_SIGNS = " ,.;!?、。！？"
-_REST = re.compile(r"(?<=[.!?。！？]).+$", re.DOTALL)
-#: One-word sentences, such as "Right.", at the beginning of a fact.
-_INTERJECTED = re.compile(r"^(?:[^\W\d_]+[.!] )+(?=\S+ )")
-_CLAUSE = re.compile(r"[^,.;!?、。！？]+[,.;!?、。！？]*")
 
 
 @dataclass(frozen=True)
@@ -111,7 +104,7 @@ class Answerer:
         said = words.reword(said)
         filled = {"next", *known, *self._fun(), *self._further(said, words)}
         found = list(words.intents_of(said, filled))
-        if asks := _told_before(said, words)[1]:
+        if asks := told_before(said, words)[1]:
             # "Will you remember something for me, the milk is running low"
             found += (each for each in words.intents_of(asks, filled) if each.cue.do == "remember")
         return found or ([] if words.is_heavy(said) else list(words.orders_of(said)))
@@ -169,7 +162,7 @@ class Answerer:
             asked = words.asked_of(said, match, felt=shown, told=told)
             match = next(_sayable(asked, slots), match)
         if (match is None or match.cue.aside) and not heavy:
-            whole = {} if _is_short(said, words) else {"next": said.strip(_SIGNS)}
+            whole = {} if is_short(said, words) else {"next": said.strip(SIGNS)}
             match = next(_sayable(words.orders_of(said), whole | slots), match)
             slots = whole | slots if match is not None else slots
         if match is not None and match.cue.light and heavy:
@@ -205,8 +198,8 @@ class Answerer:
 
         It adds slots for the words to remember, and for what the partner lately did for fun.
         """
-        told, asks, after = _told_before(said, words)
-        earlier = slots.pop("before", "").strip(_SIGNS)
+        told, asks, after = told_before(said, words)
+        earlier = slots.pop("before", "").strip(SIGNS)
         if before := told or earlier or after:
             slots["before"] = before
         if after:
@@ -225,10 +218,10 @@ class Answerer:
             match = next(_sayable(words.intents_of(point, slots), slots), None)
         keeps = match is None or match.cue.do == "remember"
         # "I was a cook. Remember that, will you?"
-        if keeps and (told or (after and (not earlier or _announces(asks, words)))):
+        if keeps and (told or (after and (not earlier or announces(asks, words)))):
             match = next(_sayable(words.intents_of(asks, slots), slots), match)
         it = match.it if match is not None and keeps else None
-        if match is not None and told and it and _is_short(it, words):
+        if match is not None and told and it and is_short(it, words):
             # "He rings at four, so remind me at ten to."
             whole = f"{told}, {match.words}"
             match = match._replace(words=whole, it=words.turn_round(whole))
@@ -318,45 +311,6 @@ class Answerer:
     def _order(self, line: str) -> int:
         """Return the position of a sentence among the recent ones."""
         return max((n for n, one in enumerate(self._recent) if one == line), default=-1)
-
-
-def _told_before(said: str, words: Script) -> tuple[str, str, str]:
-    """Split a remark at the clause that asks to remember it: before, that clause, after.
-
-    The third part has the sentences after the clause, or the rest of its sentence if it announces
-    something ("Remember one thing for me, ..."), if they tell a fact and ask nothing. A part
-    without meaning is empty.
-    """
-    clauses = _CLAUSE.findall(said)
-    places = [n for n, clause in enumerate(clauses) if _asks_to_remember(clause, words)]
-    if not places:
-        return "", "", ""
-    before = "".join(clauses[: places[0]]).strip(_SIGNS)
-    later = _REST.search("".join(clauses[places[0] :]))
-    after = later.group().strip(_SIGNS) if later else ""
-    announced = _announces(clauses[places[0]], words)
-    if not after and announced:
-        after = "".join(clauses[places[0] + 1 :]).strip(_SIGNS)
-    polite = any(match.cue.aside for match in words.intents_of(after))
-    heavy = words.is_heavy(after) and not announced
-    if polite or words.asks(after) or heavy or _is_short(after, words):
-        after = ""
-    before = "" if _is_short(before, words) else _INTERJECTED.sub("", before)
-    return before, clauses[places[0]] if before or after else "", after
-
-
-def _is_short(told: str, words: Script) -> bool:
-    spaced = is_spaced(words.language)
-    return len(told.split()) < 4 if spaced else len(told) < 6
-
-
-def _announces(said: str, words: Script) -> bool:
-    """Return whether somebody is about to tell something that is to be remembered."""
-    return any(match.cue.within == "next" for match in words.intents_of(said, {"next"}))
-
-
-def _asks_to_remember(said: str, words: Script) -> bool:
-    return any(match.cue.do == "remember" for match in words.intents_of(said, {"next"}))
 
 
 def _sayable(matches: Iterable[Match], slots: dict[str, str]) -> Iterator[Match]:

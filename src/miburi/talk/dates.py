@@ -82,7 +82,7 @@ def _left(said: str, language: Language, now: datetime) -> timedelta | None:
 
 def _span(left: timedelta, language: Language) -> str:
     words, minutes = script(language).span, round(left.total_seconds() / 60)
-    parts = []
+    parts: list[str] = []
     for unit, n in (("hour", minutes // 60), ("minute", minutes % 60)):
         if n or (unit == "minute" and not parts):
             parts.append(words[unit if n == 1 else f"{unit}s"].format(n=n))

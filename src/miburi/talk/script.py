@@ -6,21 +6,20 @@ A language's ``talk.toml`` becomes a :class:`Script`, whose cues find what was m
 import re
 from collections.abc import Container, Iterator
 from functools import cache, cached_property
-from typing import Annotated, Literal, Self
 
-from pydantic import Field, RootModel, model_validator
+from pydantic import Field
 
-from miburi.feelings.catalogue import FeelingName
-from miburi.ground.tables import Table
 from miburi.languages import Language, compile_phrases, is_spaced, plain, read
 from miburi.talk.asking import NOTHING, asked_for
+from miburi.talk.calendar import Calendar
 from miburi.talk.cue import Cue, Line, Match
 from miburi.talk.initiative import Reason
+from miburi.talk.lines import Answers, Lines
 from miburi.talk.telling import tells_a_fact
+from miburi.talk.wording import as_written
 
-__all__ = ["Answers", "Script", "as_written", "script"]
+__all__ = ["Script", "script"]
 
-_Lines = Annotated[list[Line], Field(min_length=2)]
 #: How likely an intent from the model must be; how likely a ``wish``; how likely an order that is
 #: not put as a question; and how likely where the model must be sure (ours).
 _LIKELY, _LIKELIER, _ORDERED, _SURE = 0.25, 0.35, 0.5, 0.65
@@ -33,41 +32,11 @@ _SENTENCE, _CLAUSE = re.compile(r"[^.!?;。！？\n]+"), re.compile(r"[^,.!?;、
 _WHOLE = re.compile(r"[^.!?。！？\n]+[.!?。！？]*")
 
 
-class Answers(
-    RootModel[
-        dict[
-            FeelingName | Literal["none", "any", "asked"],
-            dict[FeelingName | Literal["any"], _Lines],
-        ]
-    ]
-):
-    """Sentences by the feeling that was heard, then by what the partner feels."""
-
-    @model_validator(mode="after")
-    def _check_complete(self) -> Self:
-        missing = [name for name in ("none", "any", "asked") if name not in self.root]
-        missing += [f"{heard}.any" for heard, row in self.root.items() if "any" not in row]
-        if missing:
-            raise ValueError(f"{', '.join(missing)} is missing; it answers what has no other row")
-        for heard, row in self.root.items():
-            for felt, lines in row.items():
-                if len(set(lines)) < len(lines):
-                    raise ValueError(f"{heard}.{felt} has a sentence twice; keep one")
-        return self
-
-    def lines(self, heard: str | None, felt: str | None) -> list[str]:
-        """Return the sentences for the feeling heard and the one felt; either may be None."""
-        row = self.root.get(heard or "none", self.root["any"])
-        return row.get(felt or "any", row["any"])
-
-
-class Script(Table):
-    """One language's ``talk.toml``.
+class Script(Calendar):
+    """One language's ``talk.toml``, with the fields of a calendar.
 
     Attributes
     ----------
-    words
-        Parts of patterns, by name.
     turned
         Words that change when the other speaks: ``my`` becomes ``your``.
     intent
@@ -105,18 +74,8 @@ class Script(Table):
         What is said where the body cannot move.
     gentle
         Answers to ``heavy`` words that have no other answer; if it is missing, the usual answers.
-    weekdays, months, days, clock, date
-        Words for the time: weekdays from Monday, months from January; ``days`` maps words such as
-        "tomorrow" to a number of days.
-    away
-        How far away a day is: today, tomorrow, or {days} days away; if missing, none is counted.
-    times, numbers, afternoon, span
-        Regular expressions of a time of day (groups ``hour``, ``past`` and ``to`` for minutes, and
-        ``half`` of the day); what their words count; the word for the half after noon; and how the
-        time until then is said. Without ``times``, it is not counted.
     """
 
-    words: dict[str, str] = Field(default_factory=dict)
     turned: dict[str, str] = Field(default_factory=dict)
     again: str = "(?!)"
     further: str = "(?!)"
@@ -137,20 +96,10 @@ class Script(Table):
     intent: list[Cue]
     topic: list[Cue]
     feelings: Answers
-    begin: dict[Reason, _Lines]
-    stopped: _Lines
-    paused: _Lines
-    gentle: _Lines = Field(default_factory=list)
-    days: dict[str, Annotated[int, Field(ge=0, le=30)]]
-    weekdays: Annotated[list[str], Field(min_length=7, max_length=7)]
-    months: Annotated[list[str], Field(min_length=12, max_length=12)]
-    clock: str
-    date: str
-    away: list[str] = Field(default_factory=list)
-    times: list[str] = Field(default_factory=list)
-    numbers: dict[str, int] = Field(default_factory=dict)
-    afternoon: str = "pm"
-    span: dict[str, str] = Field(default_factory=dict)
+    begin: dict[Reason, Lines]
+    stopped: Lines
+    paused: Lines
+    gentle: Lines = Field(default_factory=list)
 
     @cached_property
     def _intents(self) -> list[tuple[Cue, re.Pattern[str]]]:
@@ -167,9 +116,6 @@ class Script(Table):
             own = [when.replace("(?P<it>", f"(?P<it{n}>") for n, when in enumerate(cue.when)]
             found.append((cue, compile_phrases(own, self.language, self.words)))
         return found
-
-    #: Set by :func:`script`.
-    language: Language = "en"
 
     def intents_of(self, said: str, filled: Container[str] = ()) -> Iterator[Match]:
         """Yield the intents of what was said, the most urgent first.
@@ -205,26 +151,21 @@ class Script(Table):
                     yield Match(cue, words, words and self.turn_round(words))
                     break
 
-    def times_in(self, words: str) -> Iterator[dict[str, str | None]]:
-        """Yield the parts of each time of day that plain words name."""
-        for pattern in self._times:
-            for found in pattern.finditer(words):
-                yield found.groupdict()
-
-    @cached_property
-    def _times(self) -> list[re.Pattern[str]]:
-        return [compile_phrases([each], self.language, self.words) for each in self.times]
-
-    def number(self, word: str | None) -> int | None:
-        """Return what a word or digits count."""
-        if word is None:
-            return None
-        return int(word) if word.isdecimal() else self.numbers.get(word)
-
     @cached_property
     def _single(self) -> dict[str, re.Pattern[str]]:
         """The compiled regular expressions that belong to no cue, by field."""
-        one = ("again", "further", "alters", "more", "enough", "unwanted", "grave", "heavy", "people", "oneself")
+        one = (
+            "again",
+            "further",
+            "alters",
+            "more",
+            "enough",
+            "unwanted",
+            "grave",
+            "heavy",
+            "people",
+            "oneself",
+        )
         written = {name: [getattr(self, name)] for name in (*one, "belongs")}
         written |= {"fact": self.fact, "question": self.question}
         return {
@@ -407,33 +348,3 @@ def _least(cue: Cue, *, whole: bool, tells: bool, short: bool) -> float:
     if tells or not cue.orders:
         return 1.0
     return _SURE if cue.light or not whole else _ORDERED
-
-
-def as_written(words: str, said: str, language: Language = "en") -> str:
-    """Return plain words as they stand in a text, with a name that follows them.
-
-    >>> as_written("my sister", "Tell me when my sister Anna comes.")
-    'my sister Anna'
-    >>> as_written("my neighbour", "My neighbour Mr Hussain cuts my hedge.")
-    'My neighbour Mr Hussain'
-    >>> as_written("my wifes name", "My wife's name is Maureen.")
-    "My wife's name"
-    >>> as_written("the soup she is got a cold", "Take Marjorie the soup, she's got a cold.")
-    "the soup, she's got a cold"
-    """
-    # A plain "wifes" may be written "wife's".
-    spelled = ("['’]?".join(map(re.escape, word)) for word in words.split())
-    either = r"[\W_]+".join(spelled)
-    name = r"(?-i:(?:(?:Mrs?|Ms|Miss|Dr|Father|Sister)\.? )?(?!I\b)[A-Z]\w+)"
-    found = re.search(rf"({either})( {name})?", said, re.IGNORECASE)
-    if found:
-        return re.sub(r"['’]s$", "", found.group())
-    # A plain "she is" may be written "she's".
-    parts = said.split()
-    plainly = [(word, n) for n, part in enumerate(parts) for word in plain(part, language).split()]
-    wanted = words.split()
-    for start in range(len(plainly) - len(wanted) + 1):
-        span = plainly[start : start + len(wanted)]
-        if [word for word, _ in span] == wanted:
-            return " ".join(parts[span[0][1] : span[-1][1] + 1]).strip(" .,;!?")
-    return words

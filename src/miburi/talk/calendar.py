@@ -1,0 +1,62 @@
+"""A language's words for days and times of day."""
+
+import re
+from collections.abc import Iterator
+from functools import cached_property
+from typing import Annotated
+
+from pydantic import Field
+
+from miburi.ground.tables import Table
+from miburi.languages import Language, compile_phrases
+
+__all__ = ["Calendar"]
+
+
+class Calendar(Table):
+    """The part of a language's ``talk.toml`` that is about time.
+
+    Attributes
+    ----------
+    words
+        Parts of patterns, by name.
+    weekdays, months, days, clock, date
+        Words for the time: weekdays from Monday, months from January; ``days`` maps words such as
+        "tomorrow" to a number of days.
+    away
+        How far away a day is: today, tomorrow, or {days} days away; if missing, none is counted.
+    times, numbers, afternoon, span
+        Regular expressions of a time of day (groups ``hour``, ``past`` and ``to`` for minutes, and
+        ``half`` of the day); what their words count; the word for the half after noon; and how the
+        time until then is said. Without ``times``, it is not counted.
+    """
+
+    #: Set by :func:`miburi.talk.script.script`.
+    language: Language = "en"
+    words: dict[str, str] = Field(default_factory=dict)
+    days: dict[str, Annotated[int, Field(ge=0, le=30)]]
+    weekdays: Annotated[list[str], Field(min_length=7, max_length=7)]
+    months: Annotated[list[str], Field(min_length=12, max_length=12)]
+    clock: str
+    date: str
+    away: list[str] = Field(default_factory=list)
+    times: list[str] = Field(default_factory=list)
+    numbers: dict[str, int] = Field(default_factory=dict)
+    afternoon: str = "pm"
+    span: dict[str, str] = Field(default_factory=dict)
+
+    def times_in(self, words: str) -> Iterator[dict[str, str | None]]:
+        """Yield the parts of each time of day that plain words name."""
+        for pattern in self._times:
+            for found in pattern.finditer(words):
+                yield found.groupdict()
+
+    @cached_property
+    def _times(self) -> list[re.Pattern[str]]:
+        return [compile_phrases([each], self.language, self.words) for each in self.times]
+
+    def number(self, word: str | None) -> int | None:
+        """Return what a word or digits count."""
+        if word is None:
+            return None
+        return int(word) if word.isdecimal() else self.numbers.get(word)

@@ -1,0 +1,56 @@
+"""Find what somebody asks to have remembered, in the words around the request."""
+
+import re
+
+from miburi.languages import is_spaced
+from miburi.talk.script import Script
+
+__all__ = ["SIGNS", "announces", "is_short", "told_before"]
+
+#: Patterns for the punctuation around a sentence, for all sentences but the first, and for a clause
+#: with its punctuation.
+SIGNS = " ,.;!?、。！？"
+_REST = re.compile(r"(?<=[.!?。！？]).+$", re.DOTALL)
+#: One-word sentences, such as "Right.", at the beginning of a fact.
+_INTERJECTED = re.compile(r"^(?:[^\W\d_]+[.!] )+(?=\S+ )")
+_CLAUSE = re.compile(r"[^,.;!?、。！？]+[,.;!?、。！？]*")
+
+
+def told_before(said: str, words: Script) -> tuple[str, str, str]:
+    """Split a remark at the clause that asks to remember it: before, that clause, after.
+
+    The third part has the sentences after the clause, or the rest of its sentence if it announces
+    something ("Remember one thing for me, ..."), if they tell a fact and ask nothing. A part
+    without meaning is empty.
+    """
+    clauses = _CLAUSE.findall(said)
+    places = [n for n, clause in enumerate(clauses) if _asks_to_remember(clause, words)]
+    if not places:
+        return "", "", ""
+    before = "".join(clauses[: places[0]]).strip(SIGNS)
+    later = _REST.search("".join(clauses[places[0] :]))
+    after = later.group().strip(SIGNS) if later else ""
+    announced = announces(clauses[places[0]], words)
+    if not after and announced:
+        after = "".join(clauses[places[0] + 1 :]).strip(SIGNS)
+    polite = any(match.cue.aside for match in words.intents_of(after))
+    heavy = words.is_heavy(after) and not announced
+    if polite or words.asks(after) or heavy or is_short(after, words):
+        after = ""
+    before = "" if is_short(before, words) else _INTERJECTED.sub("", before)
+    return before, clauses[places[0]] if before or after else "", after
+
+
+def is_short(told: str, words: Script) -> bool:
+    """Return whether words are too few to tell a fact."""
+    spaced = is_spaced(words.language)
+    return len(told.split()) < 4 if spaced else len(told) < 6
+
+
+def announces(said: str, words: Script) -> bool:
+    """Return whether somebody is about to tell something that is to be remembered."""
+    return any(match.cue.within == "next" for match in words.intents_of(said, {"next"}))
+
+
+def _asks_to_remember(said: str, words: Script) -> bool:
+    return any(match.cue.do == "remember" for match in words.intents_of(said, {"next"}))
