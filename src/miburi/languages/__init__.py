@@ -202,16 +202,17 @@ def tells_of_oneself(told: str, language: Language) -> bool:
 
 
 def clues_in(question: str, language: Language) -> tuple[set[int], str]:
-    """Return the indices of the clues that a question asks for, and its other words, plain.
+    """Return the indices of the clues that a question asks for, and its other plain words.
 
     >>> clues_in("When is my appointment?", "en")[1]
     'when is my'
     """
     words, found = plain(question, language), set()
     for number, clue in enumerate(_rules(language).clues):
-        words, times = re.subn(clue.asks, " ", words)
+        rest, times = re.subn(clue.asks, " ", words)
         if times:
             found.add(number)
+            words = rest if clue.enough else words
     return found, " ".join(words.split())
 
 

@@ -161,15 +161,11 @@ class Memory:
         *,
         more: bool = False,
     ) -> None:
-        """Keep a remark for the rest of the talk, as :meth:`Remarks.note` does.
-
-        If its first sentence is about "him" or "her", the person who is meant is named before it.
-        """
+        """Keep a remark for the rest of the talk, with whom "he" or "she" means named before it."""
         if told:
             first, about = told[0], self._remarks.about if more else None
             named = with_whom(first, self.noted(named=tells_name(first, language)), language)
-            near = about is not None and with_whom(first, [about], language) == named
-            more = more and near
+            more = about is not None and with_whom(first, [about], language) == named
             told = told if more else [named, *told[1:]]
         self._remarks.note(self._clock(), said, told, more=more)
 
@@ -239,12 +235,13 @@ class Memory:
             return _together([fact.text for fact in best], language)
         told, said = [fact.text for fact in facts], self._remarks.told(self._clock())
         for asked in ways_to_ask(question, self.noted(), language):
+            mentioned = recall(asked, said, language, _SURER)
             if found := recall(asked, told, language):
                 # "I have a geranium", which is a fact, and then "He is called Gerald".
-                told_so = found.rstrip(".!").split(": ")[-1]
-                longer = [each for each in said if told_so in each]
-                found = recall(asked, [found, *longer], language, 0.0) or found
-            if found := found or recall(asked, said, language, _SURER):
+                longer = [each for each in said if found.rstrip(".!").split(": ")[-1] in each]
+                either = [*([mentioned] if mentioned else []), found, *longer]
+                found = recall(asked, either, language, 0.0)
+            if found := found or mentioned:
                 return found.rstrip(".。")
         return None
 

@@ -78,7 +78,9 @@ def recall(
     for each, stems in zip(told, known, strict=True):
         shared = sum(weight[stem] for stem in asked & stems)
         same = len(words & set(plain(each, language).split()))  # "born" rather than "birthday"
-        about = corrects or all(subject & stems for subject in subjects if subject)
+        known_of = [bool(subject & stems) for subject in subjects if subject]
+        several = any(known_of) and len(asked & stems) > 1
+        about = corrects or all(known_of) or (len(known_of) > 1 and several)
         about = about and (weak >= asked or not asked & stems <= weak)
         if about and shared > 0 and (shared, same) >= best:
             best, found = (shared, same), each

@@ -25,6 +25,9 @@ __all__ = ["UNREPEATED", "Answerer", "SmallAnswer", "is_needless", "wants_stop"]
 #: Turns within which no sentence is said again.
 UNREPEATED = 20
 
+#: After it spoke of its own feeling, the turns for which it does not (ours; judges of talks found
+#: none of 12 such answers to fit).
+_OF_OTHERS = 6
 #: Every second answer to a remark with both a feeling and a topic mentions the topic, too (ours).
 _TAKES_UP = 0.5
 #: If a feeling is less likely than this, it moves the partner, but the partner does not mention it
@@ -92,7 +95,7 @@ class Answerer:
         self._random = np.random.default_rng(seed)
         self._recent: deque[str] = deque(maxlen=UNREPEATED)
         self._times: Counter[str] = Counter()
-        self._spoke_of_itself = False
+        self._of_others = _OF_OTHERS  # turns since it spoke of itself
         self._last = ""
         self._stays: Match | None = None
         self._since = 0  # turns
@@ -286,9 +289,12 @@ class Answerer:
         return self._choose(rows[1], slots, always=True) or "…"
 
     def _own(self, felt: str | None) -> str | None:
-        """Return what it may say of itself: after one turn about itself it speaks of the person."""
-        self._spoke_of_itself = felt is not None and not self._spoke_of_itself
-        return felt if self._spoke_of_itself else None
+        """Return what it may say of itself; after that, it speaks of the person for a while."""
+        if felt is None or self._of_others < _OF_OTHERS:
+            self._of_others += 1
+            return None
+        self._of_others = 0
+        return felt
 
     def _choose(
         self, lines: Iterable[str], slots: Mapping[str, str], *, always: bool = False

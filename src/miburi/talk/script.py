@@ -285,7 +285,8 @@ class Script(Calendar):
 
     def wants_more(self, said: str) -> bool:
         """Return whether somebody only wants a repeat of what was done for fun."""
-        each = [*_SENTENCE.findall(said[:_READ]), said[:_READ]]
+        text = said[:_READ]
+        each = [*_SENTENCE.findall(text), *_CLAUSE.findall(text), text]
         if any(self._fits("more", part) for part in each):
             return True
         name, likely = asked_for(said[:_READ], self.language)

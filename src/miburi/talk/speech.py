@@ -127,8 +127,8 @@ class Speech:
         felt = await granted(self._partner, Sense(heard, said))
         await self.count(felt)
         answer = self._comfort.answer(heard, said, language, wanted, after=after)
-        asks = script(language).asks(said)
-        idle = self._conversation is None and not asks and all(one.cue.broad for one in wanted)
+        wants = script(language).asks(said) or script(language).wants_more(said)
+        idle = self._conversation is None and not wants and all(one.cue.broad for one in wanted)
         if answer is None and heard.hint is not None and idle:
             answer = self._comfort.wonder(heard.hint, language)
         meant = None
@@ -143,7 +143,8 @@ class Speech:
             # "Remember that" keeps no words of distress, nor those before them.
             plain = "" if grave or heard.worry is not None else said
             words = script(language)
-            told = words.told_in(plain)
+            shown = any(match.cue.shows for match in wanted)
+            told = [] if shown else words.told_in(plain)
             more = bool(told) and words.belongs_to(told[0])
             self.memory.note(plain, told, language, more=more)
         return SayOut(
