@@ -1,16 +1,20 @@
-"""A language's words for days and times of day."""
+"""A language's words for days, times of day and numbers."""
 
 import re
 from collections.abc import Iterator
 from functools import cached_property
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field
 
 from miburi.ground.tables import Table
 from miburi.languages import Language, compile_phrases
 
-__all__ = ["Calendar"]
+__all__ = ["Calendar", "Sign"]
+
+#: What is done with two numbers.
+Sign = Literal["plus", "minus", "times", "by"]
+_HUNDRED = 100
 
 
 class Calendar(Table):
@@ -29,6 +33,8 @@ class Calendar(Table):
         Regular expressions of a time of day (groups ``hour``, ``past`` and ``to`` for minutes, and
         ``half`` of the day); what their words count; the word for the half after noon; and how the
         time until then is said. Without ``times``, it is not counted.
+    sums
+        Regular expressions of the words between two numbers, by what they do.
     """
 
     #: Set by :func:`miburi.talk.script.script`.
@@ -44,6 +50,7 @@ class Calendar(Table):
     numbers: dict[str, int] = Field(default_factory=dict)
     afternoon: str = "pm"
     span: dict[str, str] = Field(default_factory=dict)
+    sums: dict[Sign, str] = Field(default_factory=dict)
 
     def times_in(self, words: str) -> Iterator[dict[str, str | None]]:
         """Yield the parts of each time of day that plain words name."""
@@ -60,3 +67,11 @@ class Calendar(Table):
         if word is None:
             return None
         return int(word) if word.isdecimal() else self.numbers.get(word)
+
+    def count(self, words: str) -> int:
+        """Return what number words say together, such as "two hundred sixteen"."""
+        whole = 0
+        for word in words.split():
+            number = self.number(word) or 0
+            whole = max(whole, 1) * number if number == _HUNDRED else whole + number
+        return whole

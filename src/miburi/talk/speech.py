@@ -29,6 +29,7 @@ from miburi.talk.endpoint import Endpoint, OvertakenError
 from miburi.talk.moves import move
 from miburi.talk.said import FeltOut, SayOut, WhyOut
 from miburi.talk.script import script
+from miburi.talk.sums import sum_of
 
 if TYPE_CHECKING:
     from miburi.talk.conversation import Conversation
@@ -213,6 +214,7 @@ class Speech:
             "told": told,
             "away": away(said, told, language, self._clock()),
             "ahead": away("", self.memory.last_told(), language, self._clock()),
+            "sum": sum_of(said, language),
             "latest": self.memory.kept(language, 1),
             "kept": self.memory.kept(language),
             "corrected": self.memory.corrected(said, language),
