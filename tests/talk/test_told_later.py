@@ -1,0 +1,133 @@
+"""What was told several remarks ago, and questions that go on about it."""
+
+import pytest
+from tests.fixtures.talk import Talk
+
+
+def tell(talk: Talk, *said: str) -> None:
+    for each in said:
+        talk.say(each)
+
+
+@pytest.mark.parametrize(
+    ("said", "asked", "holds"),
+    [
+        (["My wife would have had you dusted by now.", "Maureen, that was her name."],
+         "And my wife, do you remember what she was called?", "Maureen"),
+        (["My grandpa sat in that chair till last winter.", "What day is it?",
+          "Grandma says that is fine.", "His name was Walt and he could whistle."],
+         "Hey, what was my grandpa's name?", "Walt"),
+        (["It was Clare's idea, that's the daughter, she's over in Ludlow."],
+         "I'll test you now, what did I say my daughter's name was?", "Clare"),
+        (["Biddy is the cat, she's fourteen, and she hates everybody."],
+         "How old is the cat?", "fourteen"),
+        (["I got a 52 in maths and hid it in the dog's bed.", "The dog's name is Brisket."],
+         "What's my dog's name?", "Brisket"),
+        (["We met at a dance in Oban in 1966.", "Jean used to play Schubert badly."],
+         "Where did I say Jean and I met?", "Oban"),
+        (["She reckons I'm alone too much, but I've got the cat.",
+          "Cat's called Pilchard, a big ginger tom."],
+         "Here, what did I say my cat was called?", "Pilchard"),
+    ],
+)  # fmt: skip
+def test_names_and_places_that_were_told_later_are_found(
+    talk: Talk, said: list[str], asked: str, holds: str
+) -> None:
+    tell(talk, *said)
+    answer = talk.say(asked)
+    assert (answer.meant, holds in answer.answer) == ("recall", True), answer.answer
+
+
+def test_whom_he_means_is_not_guessed_from_long_ago(talk: Talk) -> None:
+    tell(talk, "My husband grew leeks.", "It rained.", "It snowed.", "You sound like a blackbird.")
+    tell(talk, "He had one white feather, so I called him Bishop.")
+    assert "husband" not in talk.say("What did I call that blackbird?").answer
+
+
+def test_a_question_goes_on_about_what_was_recalled(talk: Talk) -> None:
+    tell(talk, "I drove buses here for thirty-four years, Seacroft to Bramley mostly.")
+    tell(talk, "The kettle is on.", "How many years did I say I drove for?")
+    assert "Seacroft" in talk.say("And which route was it, can you tell me that?").answer
+    tell(talk, "It's a fine day.")
+    assert "Seacroft" not in talk.say("And which one was it?").answer
+
+
+def test_she_is_whom_the_question_before_was_about(talk: Talk) -> None:
+    tell(talk, "It was Clare's idea, that's the daughter, she's over in Ludlow.", "It rained.")
+    tell(talk, "What is my daughter called?")
+    assert "Ludlow" in talk.say("And where is she living?").answer
+
+
+def test_an_order_is_nothing_that_was_told(talk: Talk) -> None:
+    tell(talk, "Now the other arm, please.")
+    assert "please" not in talk.say("Which arm is still up?").answer
+
+
+@pytest.mark.parametrize(
+    ("told", "asked", "left"),
+    [
+        ("My mum's picking me up at five.", "How long is that till my mum comes?", "5 hours away"),
+        ("The nurse is to come at half two.", "How long more is that?", "2 hours and 30 minutes"),
+        ("I have to catch the 74 bus at quarter past one.",
+         "And how long have I got before that now?", "1 hour and 15 minutes"),
+        ("Lunch is at 12:31.", "How long is it until lunch?", "31 minutes"),
+        ("Lunch is at 1:01 pm.", "How long is it until lunch?", "1 hour and 1 minute away"),
+        ("It's a fine day.", "How long until ten to four?", "3 hours and 50 minutes"),
+        ("It's a fine day.", "How long is it till midnight?", "12 hours away"),
+        ("It's a fine day.", "How long till 3am?", "15 hours away"),
+    ],
+)  # fmt: skip
+def test_it_counts_the_time_until_what_was_told(
+    talk: Talk, told: str, asked: str, left: str
+) -> None:
+    tell(talk, told)
+    assert left in talk.say(asked).answer  # it is noon
+
+
+def test_it_counts_no_time_to_live_and_none_that_nobody_told(talk: Talk) -> None:
+    tell(talk, "I go to bed at ten.")
+    assert "away" not in talk.say("How long have I got to live?").answer
+    assert "away" not in talk.say("How long until the kettle boils?").answer
+
+
+@pytest.mark.parametrize(
+    ("asked", "result"),
+    [
+        ("what's seven times eight?", "56"),
+        ("What is seventeen times twenty-three?", "391"),
+        ("And 7+8?", "15"),
+        ("What is 12 divided by 5?", "2.4"),
+        ("What is two hundred and sixteen minus ninety nine?", "117"),
+    ],
+)
+def test_it_works_out_a_small_sum(talk: Talk, asked: str, result: str) -> None:
+    answer = talk.say(asked)
+    assert (answer.meant, result in answer.answer) == ("sum", True), answer.answer
+
+
+@pytest.mark.parametrize("asked", ["What is 3 / 0?", "What is one tablet plus two tablets?"])
+def test_it_gives_no_result_where_there_is_none(talk: Talk, asked: str) -> None:
+    assert not any(letter.isdigit() for letter in talk.say(asked).answer)
+
+
+def test_what_is_repeated_is_not_said_to_be_new(talk: Talk) -> None:
+    talk.say("Dance for me.")
+    again = talk.say("Do that again, but slower, so the cat doesn't bolt.")
+    assert (again.meant, "only" in again.answer) == ("dance", True)
+    assert talk.say("Go on then, show me.").meant == "dance"
+
+
+@pytest.mark.parametrize(
+    ("spoken", "meant"),
+    [
+        ("You like dogs?", "likes"),
+        ("So tell me now, what you can do?", "what_can_you"),
+        ("Theo wants to know if you eat crackers.", "eat"),
+        ("Why you say that one?", "why_that"),
+        ("I told him what you can do.", None),
+    ],
+)
+def test_questions_that_are_spoken_without_a_verb(
+    talk: Talk, spoken: str, meant: str | None
+) -> None:
+    assert talk.say(spoken).meant == meant
