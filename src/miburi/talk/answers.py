@@ -113,9 +113,10 @@ class Answerer:
         return found or ([] if words.is_heavy(said) else list(words.orders_of(said)))
 
     def _further(self, said: str, words: Script) -> dict[str, str]:
-        """Return the slot for a question that goes on about what was just recalled."""
+        """Return slots: what was just recalled, if a question goes on about it, and ``itself``."""
+        itself = {"itself": ""} if words.asks_about_it(said) else {}
         goes_on = self._recalled is not None and words.asks_further(said)
-        return {"told": self._recalled} if goes_on and self._recalled else {}
+        return itself | ({"told": self._recalled} if goes_on and self._recalled else {})
 
     def _fun(self) -> list[str]:
         """Return the slot that tells what it lately did for fun, if anything."""

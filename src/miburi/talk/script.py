@@ -47,6 +47,8 @@ class Script(Calendar):
         What people speak of.
     again
         Regular expression for words that refer to what was said before; none by default.
+    itself
+        Likewise for a question about the partner.
     further
         Likewise for a question that goes on about what was just recalled ("And which was it?").
     more, enough
@@ -78,6 +80,7 @@ class Script(Calendar):
 
     turned: dict[str, str] = Field(default_factory=dict)
     again: str = "(?!)"
+    itself: str = "(?!)"
     further: str = "(?!)"
     more: str = "(?!)"
     enough: str = ".*"
@@ -154,19 +157,8 @@ class Script(Calendar):
     @cached_property
     def _single(self) -> dict[str, re.Pattern[str]]:
         """The compiled regular expressions that belong to no cue, by field."""
-        one = (
-            "again",
-            "further",
-            "alters",
-            "more",
-            "enough",
-            "unwanted",
-            "grave",
-            "heavy",
-            "people",
-            "oneself",
-        )
-        written = {name: [getattr(self, name)] for name in (*one, "belongs")}
+        one = "again itself further alters more enough unwanted grave heavy people oneself belongs"
+        written = {name: [getattr(self, name)] for name in one.split()}
         written |= {"fact": self.fact, "question": self.question}
         return {
             name: compile_phrases(each, self.language, self.words) for name, each in written.items()
@@ -266,6 +258,10 @@ class Script(Calendar):
     def asks_further(self, said: str) -> bool:
         """Return whether this is a question that goes on about what was just recalled."""
         return self._fits("further", said)
+
+    def asks_about_it(self, said: str) -> bool:
+        """Return whether this is a question about the partner itself."""
+        return self._fits("itself", said)
 
     def point_of(self, said: str, filled: Container[str] = ()) -> str | None:
         """Return the last of several sentences that contains a question or a request."""
