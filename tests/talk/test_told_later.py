@@ -131,3 +131,27 @@ def test_questions_that_are_spoken_without_a_verb(
     talk: Talk, spoken: str, meant: str | None
 ) -> None:
     assert talk.say(spoken).meant == meant
+
+
+@pytest.mark.parametrize(
+    ("said", "name"),
+    [
+        ("My name's Gordon, Gordon Tansley, and I'm seventy seven.", "Gordon"),
+        ("Ok good, hi, I'm Priya.", "Priya"),
+        ("Good. I'm Ingrid, and I've got twenty minutes.", "Ingrid"),
+        ("My good name is Sudha, but they call me Aaji only.", "Sudha"),
+        ("No, it's Canberra.", None),
+        ("I'm Irish, and proud of it.", None),
+    ],
+)
+def test_who_says_a_name_is_known_by_it(talk: Talk, said: str, name: str | None) -> None:
+    talk.say(said)
+    present = talk.speech.memory.present
+    assert (present and present.name) == name
+
+
+@pytest.mark.parametrize("asked", ["Who drove the bus, can you remember that?", "How old is he?"])
+def test_a_question_is_not_kept_as_if_it_were_a_fact(talk: Talk, asked: str) -> None:
+    talk.say("Brendan drove the number nine bus, and he is sixty.")
+    talk.say(asked)
+    assert talk.speech.memory.kept("en") is None
