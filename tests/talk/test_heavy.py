@@ -31,6 +31,10 @@ HEAVY = [
     "He left me three letters before he died.", "What is that singing in my ears?",
     "What do you do when you are scared of your husband?", "More than that, I took ten.",
     "I forgot my name again and I am scared.", "My name is not Peter.",
+    "Rate my chances, honestly, stage four.", "Have you ever wanted to not wake up?",
+    "Can you picture me with no legs, because that's what they're saying?",
+    "What's your favourite way to go, if you could choose?", "Don't look at me. I've lost my hair.",
+    "On a scale of one to ten, how pathetic is it that I only talk to you?",
 ]  # fmt: skip
 
 
