@@ -1,4 +1,4 @@
-"""What was told several remarks ago, and questions that go on about it."""
+"""Recall of what was told several remarks ago, follow-up questions, times and sums."""
 
 import pytest
 from tests.fixtures.talk import Talk
@@ -42,6 +42,12 @@ def test_whom_he_means_is_not_guessed_from_long_ago(talk: Talk) -> None:
     tell(talk, "My husband grew leeks.", "It rained.", "It snowed.", "You sound like a blackbird.")
     tell(talk, "He had one white feather, so I called him Bishop.")
     assert "husband" not in talk.say("What did I call that blackbird?").answer
+
+
+def test_no_name_from_long_ago_is_kept_with_a_fact(talk: Talk) -> None:
+    tell(talk, "My name is Dot.", "My husband grew leeks.", "It rained.", "It snowed.")
+    tell(talk, "Here is a blackbird.", "Please remember that he has one white feather.")
+    assert talk.speech.memory.kept("en") == "he has one white feather"
 
 
 def test_a_question_goes_on_about_what_was_recalled(talk: Talk) -> None:

@@ -129,7 +129,7 @@ class _Rules(Table):
 
     @cached_property
     def told_clues(self) -> list[tuple[re.Pattern[str], bool]]:
-        """What a statement's plain words match to give each clue, and whether names give it."""
+        """For each clue, the pattern of a statement that gives it, and whether a name does, too."""
         return [(re.compile(_filled(each.tells, self.parts)), each.names) for each in self.clues]
 
 

@@ -1,7 +1,7 @@
 """People whom the partner knows, if they allow it: their names, their facts, their kindness.
 
-    records      who they are and what they told it, as one file on the user's own disk has it
-    memory       that file, and who is there
+    records      the file of people: who they are and what they told it
+    memory       that file on the user's own disk, and who is there
     remarks      what they have said in this talk
     recall       which of the facts told answers a question
     attachment   how somebody has treated the partner, over weeks

@@ -4,7 +4,7 @@ The whole file is rewritten at each change, so what was deleted is no longer in 
 unless somebody has allowed one; without it, everything is forgotten when the partner ends.
 """
 
-from collections.abc import Callable, Iterator, Sequence, Set
+from collections.abc import Callable, Sequence, Set
 from datetime import datetime, timedelta
 from pathlib import Path
 
@@ -164,14 +164,15 @@ class Memory:
         """Keep a remark for the rest of the talk, with whom "he" or "she" means named before it."""
         if told:
             first, about = told[0], self._remarks.about if more else None
-            named = with_whom(first, self.noted(named=tells_name(first, language)), language)
+            named = self.with_whom(first, language)
             more = about is not None and with_whom(first, [about], language) == named
             told = told if more else [named, *told[1:]]
         self._remarks.note(self._clock(), said, told, more=more)
 
-    def noted(self, *, named: bool = True) -> Iterator[str]:
-        """Yield the sentences in which somebody may be spoken of, as :class:`Remarks` does."""
-        return self._remarks.sentences(self._clock(), named=named)
+    def with_whom(self, told: str, language: Language) -> str:
+        """Return what was told, with the person before it whom "he" or "she" means, if known."""
+        named = tells_name(told, language)
+        return with_whom(told, self._remarks.sentences(self._clock(), named=named), language)
 
     def last_noted(self) -> str | None:
         """Return the latest remark, if it is recent."""
@@ -234,7 +235,7 @@ class Memory:
             best = sorted(facts[-_LATEST:], key=lambda fact: fact.number)
             return _together([fact.text for fact in best], language)
         told, said = [fact.text for fact in facts], self._remarks.told(self._clock())
-        for asked in ways_to_ask(question, self.noted(), language):
+        for asked in ways_to_ask(question, self._remarks.sentences(self._clock()), language):
             mentioned = recall(asked, said, language, _SURER)
             if found := recall(asked, told, language):
                 # "I have a geranium", which is a fact, and then "He is called Gerald".

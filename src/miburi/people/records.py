@@ -1,4 +1,4 @@
-"""What the partner keeps about people, as one file has it."""
+"""The file of people: who they are, and what they told the partner."""
 
 import json
 from datetime import datetime

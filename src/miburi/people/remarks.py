@@ -44,10 +44,11 @@ class Remarks:
         few = [*self._all][-most:]
         return (said for when, said, _ in reversed(few) if when >= now - _MEANT)
 
-    def sentences(self, now: datetime, *, named: bool) -> Iterator[str]:
+    def sentences(self, now: datetime, *, named: bool = True) -> Iterator[str]:
         """Yield the sentences in which somebody may be spoken of, newest first.
 
-        If somebody is ``named``, that may have been longer ago.
+        A name may belong to somebody who was spoken of several remarks before; "she" alone, if not
+        ``named``, hardly ever does.
         """
         for said in self.latest(now, _SOME if named else _FEW):
             yield from reversed(re.split(r"[.!?]+", said))

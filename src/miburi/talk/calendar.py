@@ -12,13 +12,13 @@ from miburi.languages import Language, compile_phrases
 
 __all__ = ["Calendar", "Sign"]
 
-#: What is done with two numbers.
+#: Operations on two numbers.
 Sign = Literal["plus", "minus", "times", "by"]
 _HUNDRED = 100
 
 
 class Calendar(Table):
-    """The part of a language's ``talk.toml`` that is about time.
+    """The part of a language's ``talk.toml`` that is about time and numbers.
 
     Attributes
     ----------
@@ -32,9 +32,9 @@ class Calendar(Table):
     times, numbers, afternoon, span
         Regular expressions of a time of day (groups ``hour``, ``past`` and ``to`` for minutes, and
         ``half`` of the day); what their words count; the word for the half after noon; and how the
-        time until then is said. Without ``times``, it is not counted.
+        time until then is said. Without ``times``, no time is counted.
     sums
-        Regular expressions of the words between two numbers, by what they do.
+        Regular expressions of the words between two numbers, by operation.
     """
 
     #: Set by :func:`miburi.talk.script.script`.

@@ -55,8 +55,8 @@ class Script(Calendar):
         Likewise for requests to repeat what was done for fun, and for words of somebody who wants
         no more of it (by default any words: then the model is not asked).
     repeated, altered, alters
-        What is said where a movement or song is repeated; the same, where somebody wants it another
-        way; and the regular expression of such words ("again, but slower").
+        Answers when a movement or a song is repeated; answers when somebody wants it done another
+        way; and the regular expression of such a wish ("again, but slower").
     rephrased
         Regular expressions over what was said, and what to read instead ("You like dogs?").
     unwanted

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures import KeyPose, look
-from miburi.languages import FALLBACK, Language, language_of, with_whom
+from miburi.languages import FALLBACK, Language, language_of
 from miburi.live.settle import done, granted
 from miburi.live.view import LivePartner
 from miburi.live.wishes import Feel, Lean, NoteTalk, Perform, Sense, Speak
@@ -228,7 +228,7 @@ class Speech:
         if answer.do == "name" and words:
             memory.meet(words[:1].upper() + words[1:])
         elif answer.do == "remember" and words:
-            fact = with_whom(words, memory.noted(), answer.language)
+            fact = memory.with_whom(words, answer.language)
             memory.remember(fact, answer.language, due_of(fact, answer.language, now), asked=True)
         elif answer.do == "amend" and words:
             memory.amend(words, answer.language, due_of(words, answer.language, now))
@@ -238,7 +238,7 @@ class Speech:
             self.beginning.hush()
         elif answer.cue is None or answer.cue.aside:  # "Good morning, the dog was ill all night."
             for told in script(answer.language).facts_in(said):
-                fact = with_whom(told, memory.noted(), answer.language)
+                fact = memory.with_whom(told, answer.language)
                 memory.remember(fact, answer.language, due_of(fact, answer.language, now))
         return answer
 
