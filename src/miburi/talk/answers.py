@@ -67,7 +67,7 @@ class SmallAnswer:
 
 def wants_stop(said: str, language: Language) -> bool:
     """Whether somebody tells the body to stop; checked before anything else."""
-    return any(found.cue.do == "stop" for found in script(language).intents_of(said))
+    return any(script(language).intents_of(said, do="stop"))
 
 
 def is_needless(worry: str, wanted: Iterable[Match]) -> bool:
@@ -109,7 +109,7 @@ class Answerer:
         found = list(words.intents_of(said, filled))
         if asks := told_before(said, words)[1]:
             # "Will you remember something for me, the milk is running low"
-            found += (each for each in words.intents_of(asks, filled) if each.cue.do == "remember")
+            found += words.intents_of(asks, filled, do="remember")
         return found or ([] if words.is_heavy(said) else list(words.orders_of(said)))
 
     def _further(self, said: str, words: Script) -> dict[str, str]:

@@ -1,6 +1,7 @@
 """A cue: something that people say, and the answers to it."""
 
 from collections.abc import Container
+from functools import cached_property
 from typing import Annotated, Literal, NamedTuple
 
 from pydantic import Field
@@ -90,12 +91,12 @@ class Cue(Table):
         """Whether more than words comes with the answer."""
         return bool(self.do or self.shows)
 
-    @property
+    @cached_property
     def shows(self) -> bool:
         """Whether it is seen or heard in more than words."""
         return bool(self.move or self.show or self.look or self.tune)
 
-    @property
+    @cached_property
     def orders(self) -> bool:
         """Whether it asks for something that is seen or heard, or done again for fun."""
         return self.shows or self.stays > 1

@@ -49,8 +49,9 @@ def is_short(told: str, words: Script) -> bool:
 
 def announces(said: str, words: Script) -> bool:
     """Return whether somebody is about to tell something that is to be remembered."""
-    return any(match.cue.within == "next" for match in words.intents_of(said, {"next"}))
+    remembers = words.intents_of(said, {"next"}, do="remember")
+    return any(match.cue.within == "next" for match in remembers)
 
 
 def _asks_to_remember(said: str, words: Script) -> bool:
-    return any(match.cue.do == "remember" for match in words.intents_of(said, {"next"}))
+    return any(words.intents_of(said, {"next"}, do="remember"))

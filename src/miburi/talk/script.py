@@ -6,13 +6,14 @@ A language's ``talk.toml`` becomes a :class:`Script`, whose cues find what was m
 import re
 from collections.abc import Container, Iterator
 from functools import cache, cached_property
+from typing import get_args
 
 from pydantic import Field
 
 from miburi.languages import Language, compile_phrases, is_spaced, plain, read
 from miburi.talk.asking import NOTHING, asked_for
 from miburi.talk.calendar import Calendar
-from miburi.talk.cue import Cue, Line, Match
+from miburi.talk.cue import Cue, Do, Line, Match
 from miburi.talk.initiative import Reason
 from miburi.talk.lines import Answers, Lines
 from miburi.talk.telling import tells_a_fact
@@ -109,6 +110,10 @@ class Script(Calendar):
         return self._compile(self.intent)
 
     @cached_property
+    def _doing(self) -> dict[Do, list[tuple[Cue, re.Pattern[str]]]]:
+        return {do: [one for one in self._intents if one[0].do == do] for do in get_args(Do)}
+
+    @cached_property
     def _topics(self) -> list[tuple[Cue, re.Pattern[str]]]:
         return self._compile(self.topic)
 
@@ -120,18 +125,21 @@ class Script(Calendar):
             found.append((cue, compile_phrases(own, self.language, self.words)))
         return found
 
-    def intents_of(self, said: str, filled: Container[str] = ()) -> Iterator[Match]:
+    def intents_of(
+        self, said: str, filled: Container[str] = (), *, do: Do | None = None
+    ) -> Iterator[Match]:
         """Yield the intents of what was said, the most urgent first.
 
         ``filled`` has the names of the slots that are filled: some intents need one, or need it
-        to be empty.
+        to be empty. With ``do``, only intents that do this are looked for.
         """
-        return (match for match in self._find(self._intents, said) if match.cue.fits(filled))
+        intents = self._doing[do] if do else self._intents
+        return self._find([one for one in intents if one[0].fits(filled)], said)
 
     def topics_of(self, said: str) -> Iterator[Match]:
         """Yield the topics of what was said."""
         mine = self._fits("oneself", said)
-        return (match for match in self._find(self._topics, said) if mine or not match.cue.mine)
+        return self._find([one for one in self._topics if mine or not one[0].mine], said)
 
     def _find(self, cues: list[tuple[Cue, re.Pattern[str]]], said: str) -> Iterator[Match]:
         sentences, clauses = (

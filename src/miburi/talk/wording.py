@@ -2,9 +2,12 @@
 
 import re
 
-from miburi.languages import Language, plain
+from miburi.languages import Language, is_spaced, plain
 
 __all__ = ["as_written"]
+
+_PART = re.compile(r"\S+")
+_NAME = re.compile(r"(?<=\w) (?:(?:Mrs?|Ms|Miss|Dr|Father|Sister)\.? )?(?!I\b)[A-Z]\w+")
 
 
 def as_written(words: str, said: str, language: Language = "en") -> str:
@@ -16,22 +19,24 @@ def as_written(words: str, said: str, language: Language = "en") -> str:
     'My neighbour Mr Hussain'
     >>> as_written("my wifes name", "My wife's name is Maureen.")
     "My wife's name"
+    >>> as_written("my daughter", "My daughter-in-law Priya is good.")
+    'My daughter-in-law Priya'
     >>> as_written("the soup she is got a cold", "Take Marjorie the soup, she's got a cold.")
     "the soup, she's got a cold"
     """
-    # A plain "wifes" may be written "wife's".
-    spelled = ("['’]?".join(map(re.escape, word)) for word in words.split())
-    either = r"[\W_]+".join(spelled)
-    name = r"(?-i:(?:(?:Mrs?|Ms|Miss|Dr|Father|Sister)\.? )?(?!I\b)[A-Z]\w+)"
-    found = re.search(rf"({either})( {name})?", said, re.IGNORECASE)
-    if found:
-        return re.sub(r"['’]s$", "", found.group())
-    # A plain "she is" may be written "she's".
-    parts = said.split()
-    plainly = [(word, n) for n, part in enumerate(parts) for word in plain(part, language).split()]
+    if not is_spaced(language):
+        place = said.casefold().find(words.casefold())
+        return words if place < 0 else said[place : place + len(words)]
+    # A plain "she is" may be written "she's", and a plain "wifes" "wife's".
+    plainly = [
+        (word, part) for part in _PART.finditer(said) for word in plain(part[0], language).split()
+    ]
     wanted = words.split()
     for start in range(len(plainly) - len(wanted) + 1):
         span = plainly[start : start + len(wanted)]
         if [word for word, _ in span] == wanted:
-            return " ".join(parts[span[0][1] : span[-1][1] + 1]).strip(" .,;!?")
+            end = span[-1][1].end()
+            name = _NAME.match(said, end)
+            found = said[span[0][1].start() : name.end() if name else end]
+            return re.sub(r"['’]s$", "", found.strip(" .,;!?"))
     return words
