@@ -113,6 +113,19 @@ def test_what_was_told_of_somebody_else_is_no_answer(path: Path, clock: Clock) -
     assert one.recall("Where does Tom live?", "en") == "Tom lives in Leeds"
 
 
+def test_a_question_for_a_time_or_a_number_is_answered_with_one(path: Path, clock: Clock) -> None:
+    one = allowed(path, clock)
+    one.meet("Dot")
+    for told in ("We went dancing, and I had two left feet.", "Julie feeds the cat for me."):
+        one.remember(told, "en")
+    assert one.recall("When am I having my feet done?", "en") is None
+    assert one.recall("How often does Julie feed the cat?", "en") is None
+    one.remember("I have my feet done on Thursday at ten.", "en")
+    one.remember("Julie feeds the cat twice a day.", "en")
+    assert "Thursday" in (one.recall("When am I having my feet done?", "en") or "")
+    assert "twice" in (one.recall("How often does Julie feed the cat?", "en") or "")
+
+
 @pytest.mark.parametrize("asks", ["What is the capital of Mongolia?", "Who won the match?", ""])
 def test_what_nobody_told_is_not_made_up(path: Path, clock: Clock, asks: str) -> None:
     one = allowed(path, clock)

@@ -76,13 +76,15 @@ class _Clue(Table):
     """Patterns for the words of a question, and for different words that answer it.
 
     If ``names`` is set, a name in a statement answers, too. A clue that is not ``enough`` counts
-    only beside a word that question and statement share.
+    only beside a word that question and statement share. Without one that is ``needed``, such as a
+    time for "when", no statement answers.
     """
 
     asks: str
     tells: str = "(?!)"
     names: bool = False
     enough: bool = True
+    needed: bool = False
 
 
 class _Rules(Table):
@@ -226,6 +228,11 @@ def clues_of(told: str, language: Language) -> set[int]:
 def is_enough(clue: int, language: Language) -> bool:
     """Return whether a clue, by its index, answers although nothing else is shared."""
     return _rules(language).clues[clue].enough
+
+
+def is_needed(clue: int, language: Language) -> bool:
+    """Return whether no statement answers that does not give this clue, by its index."""
+    return _rules(language).clues[clue].needed
 
 
 def tells_name(told: str, language: Language) -> bool:

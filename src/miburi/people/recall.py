@@ -19,6 +19,7 @@ from miburi.languages import (
     clues_of,
     common_words,
     is_enough,
+    is_needed,
     is_spaced,
     plain,
     same_words,
@@ -60,6 +61,7 @@ def recall(
         _stems(each, language) | {f"#{number}" for number in clues_of(each, language) & wanted}
         for each in told
     ]
+    needed = {f"#{number}" for number in wanted if is_needed(number, language) and not corrects}
     weak = {f"#{number}" for number in wanted if not is_enough(number, language)}
     often = Counter(stem for stems in known for stem in stems)
     weight = {
@@ -82,7 +84,7 @@ def recall(
         several = any(known_of) and len(asked & stems) > 1
         about = corrects or all(known_of) or (len(known_of) > 1 and several)
         about = about and (weak >= asked or not asked & stems <= weak)
-        if about and shared > 0 and (shared, same) >= best:
+        if about and needed <= stems and shared > 0 and (shared, same) >= best:
             best, found = (shared, same), each
     return found
 
