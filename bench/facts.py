@@ -41,7 +41,7 @@ def measured(language: str) -> dict[str, str]:
         found["nothing" if answer is None else "right" if right else "wrong"] += 1
     return {
         "told in passing, and kept": f"{len({question for _, question in kept})} of {len(facts)}",
-        "other remarks, and kept": f"{wrong} of {len(others)}",
+        "kept by mistake from other remarks": f"{wrong} of {len(others)}",
         "found again": f"{found['right']} of {len(facts)}",
         "answered with another fact": f"{found['wrong']} of {len(facts)}",
     }
