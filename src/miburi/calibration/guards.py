@@ -4,8 +4,8 @@ It takes the rule with a model of the servos (:mod:`miburi.calibration.identify`
 :class:`~miburi.calibration.free_motion.Trace` objects of free moves, and gives that rule with
 guards. A calibration measures at one supply voltage and one temperature of the gears. The model of
 the identified servos predicts how another supply or temperature would shift each move; the guards
-must let the shifted move pass, too. If the gears take half of a motor's torque, a quarter more
-friction makes the servo a quarter softer; if they are new, it makes it a tenth softer.
+must let the shifted move pass, too. In gears that absorb half of a motor's torque, a quarter more
+friction makes the servo a quarter softer; in new gears, only a tenth softer.
 
 Import it where it is first needed: it loads Numba.
 """

@@ -70,7 +70,7 @@ def mounting_faults(built: Mounting, turns: list[Turned]) -> list[str]:
         if abs(off - quarters * _QUARTER) > _BY_HAND:
             lines.append(
                 f"{name}: servo {built.id[asked]} is {off * 360 / STEPS_PER_TURN:.0f}° from where "
-                "its zero should be: put the joint to its zero, and look at the horn's screws."
+                "its zero should be: set the joint to zero, and check the horn's screws."
             )
         elif quarters % 4:
             lines.append(

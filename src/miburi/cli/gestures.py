@@ -133,7 +133,7 @@ def preview(
 
 
 _LEAD = "Take a hand of the resting robot and lead it slowly. To end, keep still for 2 s."
-#: If no state comes for so long, s, the recording may lack something (ours).
+#: If no state arrives for this long, s, the recording may have a gap (ours).
 _GAP = 0.5
 
 
@@ -158,7 +158,7 @@ def record(
     if file.exists():
         raise OutputError(f"{file} already exists; choose another name.")
     body = robot_of(robot)
-    # The folder is tried first, so that nobody shows something that cannot be kept.
+    # The folder is tried first, so that nobody shows a gesture that then cannot be saved.
     with whole_files(out) as draft, partner_at(url) as partner:
         if (its := partner.robot.name) != body.name:
             raise InputError(

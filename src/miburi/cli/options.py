@@ -116,7 +116,7 @@ def name_foreign_guards(robot: "Robot") -> None:
 def calibrated(robot: "Robot", file: Path | None) -> tuple["Robot", "FreeRule | None"]:
     """Return the robot and the contact rule in a calibration file.
 
-    Without a file the robot stays as it is described, and None stands for its own rule.
+    Without a file, the robot is as described, and None means that its own rule applies.
     """
     from miburi.calibration.file import read_calibration
 

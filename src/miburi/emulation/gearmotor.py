@@ -1,6 +1,6 @@
 """A servo's shaft with its motor and gears; it turns an inertia, and may meet a load or a wall.
 
-It needs no body, and is for tests of one servo or of a card with eight; the joints of
+It needs no body, and is meant for tests of one servo or of a card with eight; the joints of
 :class:`miburi.emulation.body.EmulatedBody` carry a whole body.
 """
 

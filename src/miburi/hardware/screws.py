@@ -30,7 +30,7 @@ from miburi.robot.shape import BASE
 
 __all__ = ["Screw", "drawn_screw", "screw_counts", "screws"]
 
-#: Of each kind: radius, length, and its head's radius and height, mm.
+#: For each kind of screw: radius, length, head radius and head height, mm.
 _KINDS = {
     "M2x6": (1.0, 6.0, 1.75, 1.3),
     "M2x8": (1.0, 8.0, 1.75, 1.3),
@@ -87,8 +87,8 @@ def screws(robot: Robot) -> dict[str, list[Screw]]:
             cheek = s.idler_face - w.plate
             far = s.case_holes_z[1]
             group("idler", "M2x6", [(x, cheek, z) for x, z in servo.circle()], -1)
-            # The idlers of ROBOTIS's set come with their own screws; the printed idler is for the
-            # head.
+            # The idlers in ROBOTIS's set come with their own screws; the printed idler is used in
+            # the head.
             axle = "M2.6x6" if mount.joint == "head" else "M2.6x8"
             group("axle", axle, [(0.0, s.idler_face, 0.0)], -1)
             group("case", "M2x8", [(x, s.back - _UNDER, far) for x in sides], -1)

@@ -44,7 +44,7 @@ __all__ = [
     "stops",
 ]
 
-#: How much wider a fork is than horn and idler, mm: its screws pull the cheek to the idler.
+#: How much wider the fork is than horn and idler together, mm; its screws close this gap.
 _PLAY = 0.2
 #: The shoulder's stop, mm: the radius of its pin, and the pin's distance from the axle.
 _PIN, _PIN_CIRCLE = 2.2, 15.0
@@ -70,7 +70,7 @@ def outline(*, idler_too: bool) -> Manifold:
 
 
 def portrait() -> Manifold:
-    """Return the servo as a picture shows it: with the horn's holes and its notch, and sockets.
+    """Return the servo as it is drawn in pictures: with the horn's holes and notch, and sockets.
 
     The notch is 1 mm deep here so that it can be seen; the real one is 0.2 mm deep.
     """
@@ -136,7 +136,7 @@ def driver_room(face: float, away: float, length: float) -> Manifold:
 
 
 def case_screws(rows: Sequence[float], face: float, away: float) -> list[Manifold]:
-    """Return the screw holes into the case, at z in ``rows``, with sinks for the heads.
+    """Return the screw holes into the case, at z in ``rows``, with countersinks for the heads.
 
     ``face`` is the y of the case's side that the plate lies on; 1.3 mm of plate stay under a head.
     """

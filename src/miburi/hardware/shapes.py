@@ -32,7 +32,7 @@ def shapes(robot: Robot) -> dict[tuple[str, str], "Manifold"]:
     InputError
         This robot cannot be built; the message says which length is too short, and by how much.
     """
-    # The kernel is an optional extra; drawing code calls this without it, too.
+    # The kernel is an optional extra; drawing code calls this even where it is not installed.
     from miburi.hardware.build import bodies, printed_parts
     from miburi.hardware.solids import join
 

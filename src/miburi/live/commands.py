@@ -1,4 +1,4 @@
-"""What others ask of the loop: commands wait here until the loop runs them between two steps.
+"""A queue of commands for the loop: they wait until the loop runs them between two steps.
 
 Any thread may ask; the loop alone calls :meth:`Commands.run`. Callers are answered at the end of
 the step (:meth:`Commands.settle`), so the next state that they read shows the effect.
@@ -25,7 +25,7 @@ __all__ = ["STOP_SINCE", "WAITING", "BusyError", "Command", "Commands", "Result"
 
 #: Commands that may wait for the next step.
 WAITING = 256
-#: How many names of presses are remembered, to recognise a second copy of the same press (ours).
+#: How many presses are remembered by name, so that a second copy of one is recognised (ours).
 NAMED = 64
 #: Why a release older than the latest Stop is refused.
 STOP_SINCE = "Stop has been pressed since; release the body again to go on."
@@ -35,7 +35,7 @@ Command = Callable[[], Any]
 
 
 class BusyError(MiburiError):
-    """More commands are waiting than the loop takes."""
+    """Too many commands are waiting; the loop accepts no more."""
 
 
 class Commands:

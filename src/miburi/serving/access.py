@@ -67,7 +67,7 @@ EVENTS = "/api/v1/events"
 #: Key in a request's state for the time it came, in s on the clock that all processes share; it
 #: is there only if a reception knows it.
 CAME = "came"
-#: Where agents come in, if the partner lets them.
+#: The path at which agents connect, if the partner lets them.
 AGENTS = "/mcp"
 #: From this revision of MCP on, headers say what an agent asks for, and its server checks them
 #: against the body. Older clients' calls wait their turn, whatever they ask for.
@@ -83,7 +83,7 @@ HEADERS, HEADER_TIME = 16_384, 10.0
 CONNECTIONS = 200
 #: Limits on requests from one address: per second, and in a burst.
 RATE, BURST = 50.0, 150.0
-#: Pages per second, and at once, to one address; the server builds each one afresh.
+#: The limit of pages to one address, a second and in a burst; the server builds each one afresh.
 PAGE_RATE, PAGE_BURST = 1.0, 12.0
 #: The same to all addresses together: a page takes about 0.8 MB for some seconds (ours).
 _PAGES_RATE, _PAGES_BURST = 1.5, 15.0
@@ -92,7 +92,7 @@ PAGE_BREATH = 0.05
 #: The longest time for which one page may make others wait, s, because a client may receive it
 #: slowly.
 _PAGE_TIME = 1.0
-#: Wrong tokens per second, and at once, from one address.
+#: The limit of wrong tokens from one address, a second and in a burst.
 WRONG_RATE, WRONG_BURST = 0.2, 10.0
 #: WebSockets and streams of events that may be open at the same time.
 SOCKETS = 200
@@ -103,7 +103,7 @@ _KEY_LOOK = 1.0
 _FORGOTTEN = "this device was forgotten; pair it again."
 _PAGES = ("/", "/face")
 _METHODS = ("GET", "HEAD", "POST", "DELETE")
-#: What every answer tells a browser not to do.
+#: Headers, in every answer, that forbid a browser certain things.
 SAFE_HEADERS = (
     (b"x-content-type-options", b"nosniff"),
     (b"referrer-policy", b"no-referrer"),
@@ -113,7 +113,7 @@ SAFE_HEADERS = (
 
 
 class Gate:
-    """Refuses what may not pass and limits the rest: an ASGI application around another.
+    """An ASGI application around another: it refuses what may not pass, and limits the rest.
 
     Parameters
     ----------
@@ -186,7 +186,7 @@ class Gate:
     async def _serve_socket(
         self, scope: Scope, receive: Receive, send: Send, key: str | None
     ) -> None:
-        """Serve a socket or a stream for as long as the key that opened it fits."""
+        """Serve a socket or a stream for as long as the key that opened it is valid."""
         serve = self._app if scope["type"] == "websocket" else self._serve
         if key is None or self._keys is None:
             await serve(scope, receive, send)
@@ -225,7 +225,7 @@ class Gate:
                 await asyncio.sleep(1 / RATE)
 
     async def _serve_page(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Make one page at a time, and take a breath after each: what waits may be a Stop."""
+        """Build one page at a time, and pause briefly after each: a Stop may be waiting."""
         loop = asyncio.get_running_loop()
         while (left := self._next_page - loop.time()) > 0:
             await asyncio.sleep(min(left, PAGE_BREATH))
@@ -262,7 +262,7 @@ class Gate:
             raise RefusedError(
                 426, "no token is accepted over plain http; use this partner's https address."
             )
-        if self.origin_of(path, headers) is not None:  # its pages bring a token, and no cookie
+        if self.origin_of(path, headers) is not None:  # its pages send a token, and no cookie
             headers.pop(b"cookie", None)
         key = None if keys is None or unlocked else self._check_key(headers, who, keys)
         if path == STOP and method == "POST":

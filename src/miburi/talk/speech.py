@@ -1,4 +1,4 @@
-"""Take what is said to the partner: hear the feeling of the words, share it, and answer."""
+"""Handle what is said to the partner: recognise the feeling, share it, and answer."""
 
 import asyncio
 from collections.abc import Callable
@@ -39,7 +39,7 @@ __all__ = ["Speech"]
 #: How long the partner looks in a direction on request, s, and the mood of a gesture on request
 #: (ours).
 _LOOKED, _SHOWN = 2.0, 0.8
-#: How likely a joy must be to be shared although there are words of illness or death (ours).
+#: How likely joy must be to be shared in a sentence that also speaks of illness or death (ours).
 _SURE_OF_JOY = 0.9
 
 
@@ -119,10 +119,11 @@ class Speech:
         heard = self._comfort.weigh(heard, said, language, wanted, after=after)
         acts = any(match.cue.acts for match in wanted)
         if not grave and heard.worry is None and acts:
-            heard = Impression(None, 0.0, "speech")  # an order shows nobody's feeling
+            heard = Impression(None, 0.0, "speech")  # an order says nothing about feelings
         doubtful = heard.feeling in JOYS and heard.strength < _SURE_OF_JOY
         if doubtful and script(language).is_heavy(said):
-            heard = Impression(None, 0.0, "speech")  # "Great, I've got cancer": it is not glad
+            # "Great, I've got cancer" must not make it glad.
+            heard = Impression(None, 0.0, "speech")
         if (grave or heard.worry is not None) and self._conversation is not None:
             self._conversation.overtake()
         felt = await granted(self._partner, Sense(heard, said))
@@ -141,7 +142,7 @@ class Speech:
                 self._comfort.keep_open()
         self._answerer.spoke(answer)
         if self.memory.deleted == self._deleted:
-            # "Remember that" keeps no words of distress, nor those before them.
+            # "Remember that" never keeps words of distress, or the remark before them.
             plain = "" if grave or heard.worry is not None else said
             words = script(language)
             shown = any(match.cue.shows for match in wanted)
@@ -178,7 +179,7 @@ class Speech:
         *,
         acts: bool,
     ) -> tuple[str, str | None]:
-        """Answer all but distress, by a language model unless it is an order; return the intent."""
+        """Answer anything but distress, with a language model or by itself; return the intent."""
         distress = self._partner.snapshot.state.distress is not None
         if not (acts or distress):
             reply = await self._reply(said, felt)
@@ -207,7 +208,7 @@ class Speech:
             await granted(self._partner, Lean(leaning))
 
     def _known(self, said: str, language: Language) -> dict[str, str]:
-        """Return what it knows for the slots of answers."""
+        """Return the facts that fill the slots in its answers."""
         present, told = self.memory.present, self.memory.recall(said, language)
         known = {
             "name": None if present is None else present.name,
@@ -243,7 +244,7 @@ class Speech:
         return answer
 
     async def _perform(self, answer: SmallAnswer) -> str:
-        """Perform what comes with an answer; return what to say, even if it cannot move."""
+        """Perform the act of an answer; return the words to say, even if it cannot move."""
         cue = answer.cue
         if answer.words and not await asyncio.to_thread(may_be_said, answer.text):
             return self._answerer.say(script(answer.language).feelings.lines("none", None))

@@ -119,12 +119,12 @@ class LiveEvent(BaseModel):
 
     @property
     def cursor(self) -> Cursor:
-        """Return the cursor of somebody who has heard it."""
+        """Return the cursor of a reader whose latest event is this one."""
         return Cursor(self.boot, self.number)
 
 
 def without_words(event: LiveEvent) -> LiveEvent:
-    """Return an event without what was said to the partner."""
+    """Return a copy of the event without the words that were said to the partner."""
     if event.kind in _SAID or event.source == "speech":
         return event.model_copy(update={"text": None, "why": None, "detail": None})
     return event

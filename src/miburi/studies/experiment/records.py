@@ -9,7 +9,7 @@ __all__ = ["FilmFrame", "GestureRecord", "Healing", "StopRecord", "WindowRecord"
 
 @dataclass(frozen=True)
 class StopRecord:
-    """A stop, in s and N: what the motors reported, what the simulation knows, and the moods."""
+    """One stop, in s and N: what the motors reported, what the simulation knows, and the moods."""
 
     time: float
     motor: str | None

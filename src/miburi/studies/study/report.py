@@ -203,7 +203,7 @@ def _mood_figure(rating: RatingFindings, path: Path) -> None:
     with plt.rc_context({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}):
         figure, ax = plt.subplots(figsize=(6.4, 3.4), layout="constrained")
         for place, (feeling, row) in enumerate(rating.means.items()):
-            aside = 0.006 * (place - (len(rating.means) - 1) / 2)  # else equal means would overlap
+            aside = 0.006 * (place - (len(rating.means) - 1) / 2)  # or equal means overlap
             places = [float(mood) + aside for mood in row]
             means = [one.mean or np.nan for one in row.values()]
             ends = [(one.low or np.nan, one.high or np.nan) for one in row.values()]

@@ -110,7 +110,7 @@ def _spot(robot: Robot, person: Person) -> tuple[str, Array, Array, float]:
 
 
 def _when(robot: Robot, start: Array, move: Move, fraction: float) -> tuple[float, float]:
-    """Return when (s) a fraction of the move is done, and how fast it grows then, 1/s."""
+    """Return the time, s, at which a fraction of the move is done, and its growth then, 1/s."""
     origin, goal = to_steps(robot, start), to_steps(robot, move.angles)
     profile, _ = plan_profile(robot, origin, goal, to_steps(robot, move.speeds))
     motor = int(np.argmax(profile.distance))
