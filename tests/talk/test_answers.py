@@ -377,20 +377,6 @@ def test_sixty_turns_by_a_stranger_get_fifty_different_answers(path: Path) -> No
     assert max(map(answers.count, answers)) <= 2
 
 
-@pytest.mark.parametrize(
-    ("said", "name"),
-    [
-        ("I'm Peg, Peg Twomey, and I'm eighty-six.", "Peg"),
-        ("Nice, I'm Karthik, what do I call you?", "Karthik"),
-        ("I'm Maureen, but everyone round here calls me Mo.", "Mo"),
-        ("I'm Irish, and proud of it.", None),
-    ],
-)
-def test_a_name_before_a_comma_is_one(said: str, name: str | None) -> None:
-    told = answer(said)
-    assert (told.words if told.do == "name" else None) == name
-
-
 WORDS = {
     "en": "so oh very ha and well ok right you that is the my i all really now stop look to it",
     "ja": "ねえ ちょっと は うん 今 もう はい ふ え て",

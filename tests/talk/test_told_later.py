@@ -1,6 +1,7 @@
 """Recall of what was told several remarks ago, follow-up questions, times and sums."""
 
 import pytest
+from tests.fixtures.answers import answer
 from tests.fixtures.talk import Talk
 
 
@@ -161,3 +162,17 @@ def test_a_question_is_not_kept_as_if_it_were_a_fact(talk: Talk, asked: str) -> 
     talk.say("Brendan drove the number nine bus, and he is sixty.")
     talk.say(asked)
     assert talk.speech.memory.kept("en") is None
+
+
+@pytest.mark.parametrize(
+    ("said", "name"),
+    [
+        ("I'm Peg, Peg Twomey, and I'm eighty-six.", "Peg"),
+        ("Nice, I'm Karthik, what do I call you?", "Karthik"),
+        ("I'm Maureen, but everyone round here calls me Mo.", "Mo"),
+        ("I'm Irish, and proud of it.", None),
+    ],
+)
+def test_a_name_before_a_comma_is_one(said: str, name: str | None) -> None:
+    told = answer(said)
+    assert (told.words if told.do == "name" else None) == name
