@@ -360,6 +360,20 @@ def test_a_wish_to_be_gone_is_heard_or_asked_about(said: str) -> None:
     assert judge_distress(said) is not None
 
 
+@pytest.mark.parametrize(
+    "said",
+    [
+        "What should I do so I don't make a fool of myself this time?",
+        "We've got the semi final on the 23rd and I probably won't be in it",
+        "I keep myself to myself mostly.",
+        "I've been beating myself up about that exam.",
+    ],
+)
+def test_a_turn_of_phrase_is_not_asked_about(said: str) -> None:
+    heard = judge_distress(said)
+    assert heard is None or heard.doubt is Doubt.SLIGHT_SIGN
+
+
 def test_of_two_languages_the_clearer_sign_counts() -> None:
     """A slight sign in the one hid what is worth a question in the other."""
     slight = "The rent's paid to the end of the month, and that's as far as I go too."

@@ -149,6 +149,7 @@ def test_questions_that_are_spoken_without_a_verb(
         ("My good name is Sudha, but they call me Aaji only.", "Sudha"),
         ("No, it's Canberra.", None),
         ("I'm Irish, and proud of it.", None),
+        ("My mum calls me three times a day about what I should wear.", None),
     ],
 )
 def test_who_says_a_name_is_known_by_it(talk: Talk, said: str, name: str | None) -> None:
