@@ -116,7 +116,7 @@ class Calibration:
     servos
         How the servos are mounted; None in a calibration that is not a card's.
     identified
-        The rule with a model of the servos as they were identified; None where they were not.
+        The rule with a model of the measured servos; None if they were not measured.
     """
 
     robot: Robot
@@ -151,7 +151,7 @@ def write_calibration(
         lines += [f"gain = {servo.drive.gain:g}", f"divisor = {servo.divisor.p_divisor!r}"]
         lines.append(f"wear = {float(identified.wear)!r} # times the servo's friction")
         for name in ("stiffness", "damping", "friction", "gravity"):
-            # With all digits: the card's whole numbers must come out the same.
+            # Written with all digits, so that the card's integers come out the same.
             lines.append(f"{name} = {vars(identified)[name].tolist()} # of the servo's own")
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 

@@ -22,11 +22,11 @@ __all__ = ["free_moves", "gestures", "record", "swings"]
 #: it needs to reach that speed, so that it holds the speed for a while. To either side, it moves no
 #: further than the share ``_FARTHEST`` (ours).
 _REACH, _RUN, _FARTHEST = 0.35, 1.1, 0.97
-#: Speeds of single joints, rad/s; the last is above that of every servo (ours).
+#: Speeds for moves of one joint, rad/s; the last is faster than any servo can go (ours).
 _SPEEDS = (0.8, 2.5, np.inf)
-#: Durations of moves of all joints, s; the last is too short for every servo (ours).
+#: Durations of moves of all joints, s; the last is shorter than any servo can manage (ours).
 _DURATIONS = (1.5, 0.8, 0.1)
-#: Slow speeds, rad/s, and their distance, rad: here one encoder step matters most (ours).
+#: Slow speeds, rad/s, and the distance moved at each, rad: an encoder step matters most (ours).
 _SLOWLY, _BIT = (0.05, 0.1, 0.2, 0.4), 0.15
 #: Recording time after each move, s; longer than the rule waits for a motor to arrive.
 _AFTER = 0.3
@@ -37,7 +37,7 @@ _ROOM = (
 )
 #: The mood of the gestures that test a calibration (ours).
 _MOOD = 0.9
-#: ``Report.heard`` where all motors answered.
+#: The value of ``Report.heard`` when all motors have answered.
 _ALL = 0xFF
 
 
@@ -79,7 +79,7 @@ def free_moves(robot: Robot) -> Iterator[tuple[str, Move]]:
 
 
 def swings(robot: Robot) -> Iterator[Move]:
-    """Yield moves in which the arms swing against each other, from neutral to neutral.
+    """Yield moves in which the arms swing in opposite directions, from neutral to neutral.
 
     They shake the waist. It turns a little itself, in the same direction or the other.
     """

@@ -61,7 +61,7 @@ def stop_of(report: Report, time: float) -> Stop | None:
 
 
 def window_of(report: Report, settings: CardSettings, share: Steps) -> Window | None:
-    """Return what the rule compared at the contact that holds the card, for its motor only.
+    """Return what the rule compared at the contact that holds the card, for the motor that met it.
 
     ``share`` is how much of their guards the motors were granted in that move, (8,) in 1/256.
     """

@@ -72,7 +72,7 @@ class Bus:
         self.spoil: Callable[[bytes], bytes] = lambda data: data
         self.instructions = 0
         self._byte = 0.0
-        self._alive: dict[int, list[Servo]] = {}  # by id, while a packet is heard
+        self._alive: dict[int, list[Servo]] = {}  # the servos that are hearing a packet, by id
         self._begun, self._last = b"", 0.0
 
     def answer(self, data: bytes, time: float, baud: int = 1_000_000) -> list[Answer]:

@@ -48,7 +48,7 @@ def check_name(name: str, feeling: str) -> None:
 
 
 def taught(robot: Robot, name: str, feeling: str, times: Array, angles: Array) -> MovementFunction:
-    """Return the gesture that a leading hand showed.
+    """Return the gesture that somebody showed by leading a hand of the robot.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def as_toml(function: MovementFunction) -> str:
 
 
 def _apart(places: Array, other: Array) -> Array:
-    """Return the largest distance of the three extremities from other positions, (n,) m."""
+    """Return how far the farthest of the three extremities is from other positions, (n,) m."""
     return np.asarray(np.linalg.norm(places - other, axis=-1).max(axis=-1))
 
 

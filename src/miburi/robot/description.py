@@ -81,7 +81,7 @@ class Joint(Table):
             raise ValueError(f"min must be less than max, got min {self.min} and max {self.max}")
         if not self.min <= self.neutral <= self.max:
             raise ValueError(
-                f"neutral must lie from min {self.min} to max {self.max}, got {self.neutral}"
+                f"neutral must lie between min {self.min} and max {self.max}, got {self.neutral}"
             )
         return self
 

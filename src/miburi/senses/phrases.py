@@ -40,7 +40,7 @@ __all__ = [
 
 _DENIED = re.compile(r"\b(not|never|no)( \S+){0,3}$")
 _SENTENCE = re.compile(r"[^.!?;\n]+[.!?;\n]*")
-_TONES = "\ufe0f\U0001f3fb-\U0001f3ff"  # how an emoji is drawn
+_TONES = "\ufe0f\U0001f3fb-\U0001f3ff"  # characters that only change how an emoji is drawn
 
 
 class Alarms(Table):
@@ -59,7 +59,7 @@ class Asked(Table):
 
 
 class Smileys(Table):
-    """Smileys by feeling: their strength if they stand alone, and log-odds next to words."""
+    """Smileys by feeling: the strength of one that stands alone, and its log-odds next to words."""
 
     alone: Share
     weight: Annotated[float, Field(gt=0, le=20)]
@@ -167,7 +167,7 @@ def cut_elsewhere(text: str, language: Language) -> str:
 def cut_questions(text: str, language: Language) -> str | None:
     """Return a text without its questions about the partner's feelings; None if it asks none.
 
-    A greeting beside such a question goes, too: "Hello! How are you?" shows nothing.
+    A greeting next to such a question is removed, too: "Hello! How are you?" shows nothing.
 
     >>> cut_questions("Hello! How are you? I am sad.", "en")
     'I am sad.'
@@ -191,7 +191,7 @@ def cut_questions(text: str, language: Language) -> str | None:
 
 
 def _find_undenied(phrases: re.Pattern[str], text: str) -> re.Match[str] | None:
-    """Return the first phrase in a sentence that is not negated there."""
+    """Return the first phrase that stands in a sentence without being negated."""
     sentence = _plain(text)
     for match in phrases.finditer(sentence):
         if not _DENIED.search(sentence[: match.start()].rstrip()):

@@ -30,7 +30,7 @@ _KEPT = ("memory", "people", "feelings", "recordings", "keys", "browser", "delet
 
 @dataclass(frozen=True)
 class Switch:
-    """Something that lets others know more, and whether it is on now.
+    """A switch that shares something with others, and whether it is on now.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Switch:
     on
         Whether it is on.
     where
-        The host or origins that it shares with; empty where its words say enough.
+        The host or origins with which it shares; empty if its text already names them.
     """
 
     name: str

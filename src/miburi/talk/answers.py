@@ -71,7 +71,7 @@ def wants_stop(said: str, language: Language) -> bool:
 
 
 def is_needless(worry: str, wanted: Iterable[Match]) -> bool:
-    """Whether words that may be distress have a better answer than a question about it.
+    """Whether there is a better answer to words that may be distress than to ask about it.
 
     That is so if somebody only wants to see or hear something ("And now just the left one"), or if
     there is an answer to the words and no kind of distress is likely.
@@ -113,13 +113,13 @@ class Answerer:
         return found or ([] if words.is_heavy(said) else list(words.orders_of(said)))
 
     def _further(self, said: str, words: Script) -> dict[str, str]:
-        """Return slots: what was just recalled, if a question goes on about it, and ``itself``."""
+        """Return slots: ``itself``, and what was just recalled if a question follows it up."""
         itself = {"itself": ""} if words.asks_about_it(said) else {}
         goes_on = self._recalled is not None and words.asks_further(said)
         return itself | ({"told": self._recalled} if goes_on and self._recalled else {})
 
     def _fun(self) -> list[str]:
-        """Return the slot that tells what it lately did for fun, if anything."""
+        """Return the slot for what the partner has lately done for fun, if anything."""
         return [] if self._stays is None else [f"after_{self._stays.cue.name}"]
 
     def answer(
@@ -240,7 +240,7 @@ class Answerer:
             if before.cue.stays == 1:
                 about_it = match is not None and match.cue.within in self._fun()
                 more = words.goes_on(said) and not (acts or felt or about_it)
-            else:  # "When's my appointment, again?" wants nothing again
+            else:  # "again" in "When's my appointment, again?" asks for no repeat
                 more = words.wants_more(said) and (match is None or match.cue.name != "recall")
             match = before if more else match
         self._since += 1
@@ -251,7 +251,7 @@ class Answerer:
         return match
 
     def spoke(self, text: str) -> None:
-        """Note what was said by other means, so that it can be said again."""
+        """Note a sentence that was not said by ``answer``, so that it can be repeated."""
         self._last = text
 
     def forget(self) -> None:
@@ -259,7 +259,7 @@ class Answerer:
         self._last, self._stays, self._recalled = "", None, None
 
     def say(self, lines: Iterable[str], known: Mapping[str, str] | None = None) -> str:
-        """Return one of some sentences, chosen like an answer."""
+        """Return one of several sentences, chosen in the same way as an answer."""
         self._last = self._choose(lines, dict(known or {}), always=True) or ""
         return self._last
 
@@ -300,7 +300,7 @@ class Answerer:
     def _choose(
         self, lines: Iterable[str], slots: Mapping[str, str], *, always: bool = False
     ) -> str | None:
-        """Return a sentence that was not said of late, the rarest first; None if there is none."""
+        """Return the sentence that was said least often, but not of late; None if there is none."""
         known = [line for line in lines if _slots(line) <= slots.keys()]
         fresh = [line for line in known if line not in self._recent]
         if not fresh and always and known:
@@ -329,13 +329,13 @@ def _sayable(matches: Iterable[Match], slots: dict[str, str]) -> Iterator[Match]
 
 
 def _suits(topic: Match, *, heavy: bool, rambles: bool) -> bool:
-    """Return whether a topic may be taken up beside heavy words, or in a long remark."""
+    """Return whether a topic may be taken up if the remark is sad, too, or long."""
     named = topic.it and any("it" in _slots(line) for line in topic.cue.say)
     return (topic.cue.heavy or not heavy) and bool(named or not rambles)
 
 
 def _kept(match: Match | None, said: str, slots: Mapping[str, str]) -> str | None:
-    """Return the words that an answer is about, or that it keeps."""
+    """Return the words that an answer refers to, or that are to be remembered."""
     if match is None or match.cue.do == "amend":
         return None if match is None else said
     kept = "before" if match.cue.within is None else match.cue.within

@@ -32,7 +32,7 @@ class Calendar(Table):
     times, numbers, afternoon, span
         Regular expressions of a time of day (groups ``hour``, ``past`` and ``to`` for minutes, and
         ``half`` of the day); what their words count; the word for the half after noon; and how the
-        time until then is said. Without ``times``, no time is counted.
+        time until then is said. Without ``times``, no time until then is said.
     sums
         Regular expressions of the words between two numbers, by operation.
     """
@@ -53,7 +53,7 @@ class Calendar(Table):
     sums: dict[Sign, str] = Field(default_factory=dict)
 
     def times_in(self, words: str) -> Iterator[dict[str, str | None]]:
-        """Yield the parts of each time of day that plain words name."""
+        """Yield the parts of each time of day that is given in plain words."""
         for pattern in self._times:
             for found in pattern.finditer(words):
                 yield found.groupdict()
@@ -63,7 +63,7 @@ class Calendar(Table):
         return [compile_phrases([each], self.language, self.words) for each in self.times]
 
     def number(self, word: str | None) -> int | None:
-        """Return what a word or digits count."""
+        """Return the number that a word or digits stand for."""
         if word is None:
             return None
         return int(word) if word.isdecimal() else self.numbers.get(word)

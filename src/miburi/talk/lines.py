@@ -1,4 +1,4 @@
-"""Sentences that answer a feeling, by what was heard and what the partner feels itself."""
+"""Sentences that answer a feeling, by the feeling that was heard and by the partner's own."""
 
 from typing import Annotated, Literal, Self
 

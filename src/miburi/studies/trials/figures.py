@@ -39,7 +39,7 @@ def distributions(outcomes: Sequence[Outcome], path: Path) -> None:
             some = [o for o in met if o.hand == hand]
             if not some:
                 continue
-            latency = np.sort(as_array(some, "latency"))  # the missed are NaN and come last
+            latency = np.sort(as_array(some, "latency"))  # missed contacts are NaN, and come last
             share = np.arange(1, len(some) + 1) / len(some)
             late.plot(1e3 * latency, share, color=colour, label=hand.value)
             hard.plot(np.sort(as_array(some, "peak_force")), share, color=colour)
