@@ -9,6 +9,9 @@ from miburi.talk.answers import Answerer
 @pytest.mark.parametrize(
     ("said", "intent"),
     [
+        ("What can you do, besides sit there and look at me?", "what_can_you"),
+        ("Do you know where you are?", "own_place"),
+        ("Only joking, don't be sad.", "apology"),
         ("Don't lean on the sideboard, will you.", "careful"),
         ("Don't wave at the neighbours.", "forbear"),
         ("stop humming its getting on my nerves", "forbear"),
