@@ -1,4 +1,4 @@
-"""The local searches: each moves one bacterium downhill, by Eq. 12 as printed or by Newton steps.
+"""The local searches: each moves a bacterium downhill, by Eq. 12 or by damped Newton steps.
 
 Each is a generator. It yields points (k, n) and is sent the function's results there: residuals (k,
 m) or values (k, 1). It changes its bacterium in place.

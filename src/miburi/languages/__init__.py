@@ -231,7 +231,7 @@ def is_enough(clue: int, language: Language) -> bool:
 
 
 def is_needed(clue: int, language: Language) -> bool:
-    """Return whether no statement answers that does not give this clue, by its index."""
+    """Return whether only a statement that gives this clue, by its index, can be the answer."""
     return _rules(language).clues[clue].needed
 
 

@@ -28,11 +28,11 @@ class Calendar(Table):
         Words for the time: weekdays from Monday, months from January; ``days`` maps words such as
         "tomorrow" to a number of days.
     away
-        How far away a day is: today, tomorrow, or {days} days away; if missing, none is counted.
+        How to say how far away a day is: today, tomorrow, or {days} days away (by default, never).
     times, numbers, afternoon, span
         Regular expressions of a time of day (groups ``hour``, ``past`` and ``to`` for minutes, and
-        ``half`` of the day); what their words count; the word for the half after noon; and how the
-        time until then is said. Without ``times``, no time until then is said.
+        ``half`` of the day); the numbers that words stand for; the word for the half after noon;
+        and how to say how long it is until that time. Without ``times``, that is never said.
     sums
         Regular expressions of the words between two numbers, by operation.
     """
