@@ -1,10 +1,12 @@
 """The partner from another process: what crosses, what overtakes, and what is said of silence."""
 
 import itertools
+import threading
 from collections.abc import Iterator
 from concurrent.futures import Future
 from multiprocessing import Pipe
 from queue import SimpleQueue
+from selectors import DefaultSelector, SelectorKey
 
 import numpy as np
 import pytest
@@ -50,6 +52,23 @@ def far(runner: Runner) -> Iterator[FarPartner]:
     answer(runner, near)
     yield FarPartner(ends)
     ends.close()
+
+
+@pytest.fixture
+def asleep(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
+    """Let the first waits end late and with nothing, as after a sleep; tell when they are over."""
+    waits, over = itertools.count(1), threading.Event()
+
+    class Selector(DefaultSelector):
+        def select(self, timeout: float | None = None) -> list[tuple[SelectorKey, int]]:
+            if next(waits) <= 3:
+                return []
+            over.set()
+            return super().select(timeout)
+
+    monkeypatch.setattr("miburi.live.crossing.far.DefaultSelector", Selector)
+    monkeypatch.setattr("miburi.live.crossing.far.SILENCE", 600.0)
+    return over
 
 
 @pytest.fixture
@@ -268,6 +287,13 @@ def test_silence_is_said_and_ends_with_news(
     monkeypatch.setattr("miburi.live.crossing.far.SILENCE", 60.0)
     near.asking.send(Latest(1, runner.snapshot.json, [], [], [], None))
     until(lambda: far.reachable)
+
+
+def test_a_sleep_of_the_server_itself_is_not_the_partners_silence(
+    asleep: threading.Event, pair: tuple[FarPartner, Lanes]
+) -> None:
+    assert asleep.wait(60)
+    assert pair[0].reachable
 
 
 def test_who_has_been_answered_from_afar_reads_a_state_that_shows_it(live: Runner) -> None:

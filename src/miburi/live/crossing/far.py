@@ -39,6 +39,9 @@ __all__ = ["SILENCE", "FarPartner"]
 
 #: The partner counts as unreachable after this time without an answer, s (ours).
 SILENCE = 1.0
+#: A silence is so many empty waits in a row: if this process itself sleeps (a closed laptop), only
+#: one of them passes, and its question may not even have been sent.
+_WAITS = 10
 
 
 class FarPartner:
@@ -228,9 +231,10 @@ class FarPartner:
         """
         asking, stopping = self._ends
         ends = DefaultSelector()
-        asked: float | None = None  # when the partner was asked for news that has not come yet
+        asked = False  # whether the partner was asked for news that has not come yet
         due = time.monotonic()
         told: list[Answer] = []
+        waits = 0  # in a row, for news that did not come
         try:
             for end in self._ends:
                 ends.register(end, EVENT_READ)
@@ -240,14 +244,13 @@ class FarPartner:
                 for answer in seen:
                     self._settle(answer.number, answer.result, answer.error)
                 now = time.monotonic()
-                if asked is None and (told or now >= due):
+                if not asked and (told or now >= due):
                     self._look()
-                    asked, due = now, now + STEP
-                until = due if asked is None else asked + SILENCE
-                there = ends.select(None if self._silent else max(until - now, 0.0))
-                # Messages that came while this process itself slept have arrived by now.
-                there = there or ends.select(0.0)
-                self._silent = not there and asked is not None
+                    asked, due = True, now + STEP
+                wait = SILENCE / _WAITS if asked else max(due - now, 0.0)
+                there = ends.select(None if self._silent else wait)
+                waits = waits + 1 if asked and not there else 0
+                self._silent = waits >= _WAITS
                 for key, _ in there:
                     if key.fileobj is stopping:
                         stopping.recv()
@@ -256,7 +259,7 @@ class FarPartner:
                     match asking.recv():
                         case Latest() as news:
                             self._take(news)
-                            asked = None
+                            asked = False
                         case Answer() as answer:
                             told.append(answer)
         except (OSError, EOFError):
