@@ -1,6 +1,7 @@
 """What is said to a live partner: it stops, moves and answers as it was told."""
 
 import asyncio
+import threading
 from datetime import timedelta
 
 import pytest
@@ -32,6 +33,31 @@ def test_a_program_that_says_stop_is_known_as_one(talk: Talk) -> None:
     talk.say("stop", by="program")
     pressed = [event.by for event in talk.runner.history.after(0) if event.kind == "pressed"]
     assert pressed == ["program"]
+
+
+def test_once_it_is_ready_a_cry_for_help_waits_for_nothing_to_be_read(
+    talk: Talk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    script.cache_clear()
+    talk.speech.get_ready()
+    for part in ("talk.script", "senses.distress", "talk.care"):
+        monkeypatch.delattr(f"miburi.{part}.read")
+        monkeypatch.delattr(f"miburi.{part}.compile_phrases")
+    assert talk.say("I fell and can't get up").distress == "fall"
+
+
+def test_it_gets_ready_by_itself(talk: Talk, monkeypatch: pytest.MonkeyPatch) -> None:
+    ready = threading.Event()
+    monkeypatch.setattr("miburi.talk.speech._SETTLED", 0.0)
+    monkeypatch.setattr(talk.speech, "get_ready", ready.set)
+
+    async def live() -> bool:
+        life = asyncio.create_task(talk.speech.live())
+        seen = await asyncio.to_thread(ready.wait, 60)
+        life.cancel()
+        return seen
+
+    assert asyncio.run(live())
 
 
 @pytest.mark.parametrize(

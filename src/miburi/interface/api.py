@@ -147,7 +147,7 @@ def make_api(
     )
     speech = Speech(runner, endpoint, care, clock, seed, folder)
     _add_requests(app, runner, speech, clock)
-    live_beside(app, speech.beginning.live)
+    live_beside(app, speech.live)
     _describe(app)
     refuse_in_words(app)
     return app

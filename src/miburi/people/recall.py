@@ -34,8 +34,11 @@ __all__ = ["recall", "ways_to_ask"]
 _STEM, _ENOUGH, _UNTOLD = 6, 0.45, 0.3
 #: The sentences of a remark that are written as questions.
 _ASKED = re.compile(r"[^.!?。！？]+[?？]")
-#: The last clause of a question.
+#: The ending of a word, which a question may change.
+_ENDING = re.compile(r"(?<=\w{4})(ing|ed|es|e|s)$|(?<=\w{2})s$")
+#: The last clause of a question, and how many words are enough for a question (ours).
 _LAST = re.compile(r"(?<=[,、])[^,、.!?。！？]+[?？]?\s*$")
+_SOME = 4
 
 
 def recall(
@@ -99,7 +102,7 @@ def ways_to_ask(question: str, earlier: Iterable[str], language: Language) -> It
         yield f"{question} {whom}"
     yield from _ASKED.findall(question)
     clause = _LAST.search(question)
-    if clause and subjects_of(clause.group(), language):
+    if clause and (subjects_of(clause.group(), language) or len(clause.group().split()) > _SOME):
         yield clause.group()
 
 
@@ -109,8 +112,8 @@ def _stems(text: str, language: Language) -> set[str]:
         return {"".join(pair) for pair in pairwise(words) if not all(map(_is_kana, pair))}
     common, same = common_words(language), same_words(language)
     rare = (word for word in words.split() if word not in common)
-    singular = (word if word in same else word.removesuffix("s") for word in rare)
-    return {same.get(word, word)[:_STEM] for word in singular}
+    short = ((word, _ENDING.sub("", word)) for word in rare)
+    return {(same.get(word) or same.get(stem, stem))[:_STEM] for word, stem in short}
 
 
 def _is_kana(letter: str) -> bool:

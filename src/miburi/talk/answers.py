@@ -209,7 +209,11 @@ class Answerer:
         if after:
             slots["next"] = after
         slots.update(dict.fromkeys(self._fun(), ""))
-        match = next(_sayable(words.intents_of(said, slots), slots), None)
+        found = _sayable(words.intents_of(said, slots), slots)
+        match = next(found, None)
+        if match is not None and match.cue.broad:
+            exact = (each for each in found if not (each.cue.broad or each.cue.aside))
+            match = next(exact, match)
         if match is not None and match.words and match.cue.within in self._fun():
             # "Can you remember a secret word if I tell you it?" "It is custard."
             about = self._stays.words if self._stays is not None else None

@@ -101,6 +101,11 @@ class Cue(Table):
         """Whether it asks for something that is seen or heard, or done again for fun."""
         return self.shows or self.stays > 1
 
+    @cached_property
+    def brief(self) -> bool:
+        """Whether a clause of a sentence may mean it."""
+        return self.shows or self.do == "recall"
+
     def fits(self, filled: Container[str]) -> bool:
         """Return whether ``without`` and ``within`` hold where these slots are filled."""
         return self.without not in filled and (self.within is None or self.within in filled)

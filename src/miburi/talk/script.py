@@ -149,8 +149,8 @@ class Script(Calendar):
         last = [*sentences, *clauses[-1:]]
         unwanted = {part for part in (*sentences, *clauses) if self._says("unwanted", part)}
         for cue, pattern in cues:
-            # "Dance for me, I've had a long day": an order may be a clause, a stop the last one.
-            parts = [*sentences, *clauses] if cue.shows else last if cue.do == "stop" else sentences
+            # "Dance, I've had a long day", "A test, what's my name?"; a stop is the last clause.
+            parts = [*sentences, *clauses] if cue.brief else last if cue.do == "stop" else sentences
             for sentence in parts:
                 if cue.orders and sentence in unwanted:
                     continue

@@ -21,7 +21,7 @@ from miburi.senses.tone import Tone, coloured
 from miburi.serving.press import Press, who
 from miburi.talk.answers import JOYS, Answerer, SmallAnswer, wants_stop
 from miburi.talk.beginning import Beginning
-from miburi.talk.care import Care, may_be_said
+from miburi.talk.care import Care, may_be_said, words_of_care
 from miburi.talk.comfort import Comfort
 from miburi.talk.cue import Cue
 from miburi.talk.dates import away, due_of
@@ -39,6 +39,8 @@ __all__ = ["Speech"]
 #: How long the partner looks in a direction on request, s, and the mood of a gesture on request
 #: (ours).
 _LOOKED, _SHOWN = 2.0, 0.8
+#: How long it waits, once it is served, before it loads what an answer needs, s (ours).
+_SETTLED = 2.0
 #: How likely joy must be to be shared in a sentence that also speaks of illness or death (ours).
 _SURE_OF_JOY = 0.9
 
@@ -85,6 +87,24 @@ class Speech:
         self._counted = partner.history.number
         self._leaning: Array | None = None
         self._deleted = 0  # the memory's count of deletions, when last checked
+
+    async def live(self) -> None:
+        """Get ready for the first words, then speak first where there is a reason; never end."""
+        await asyncio.sleep(_SETTLED)
+        await asyncio.to_thread(self.get_ready)
+        await self.beginning.live()
+
+    def get_ready(self) -> None:
+        """Load what an answer needs: the first words, which may be a cry for help, must not wait.
+
+        It takes about 1.5 s, and several times that on a small computer.
+        """
+        from miburi.senses.words import hear
+
+        said = "Are you there?"
+        heard = hear(said, self._language)
+        Answerer().answer(said, heard, None, self._language, self._clock())
+        words_of_care(self._language)
 
     async def take(self, said: str, *, tone: Tone = "plain", by: str = "person") -> SayOut:
         """Let the partner respond to what was said, in feelings and words; return what came of it.
