@@ -22,7 +22,7 @@ from miburi.languages import (
     with_whom,
 )
 from miburi.people.attachment import Attachment
-from miburi.people.recall import recall, ways_to_ask
+from miburi.people.recall import ENOUGH, recall, ways_to_ask
 from miburi.people.records import (
     LONGEST_FACT,
     LONGEST_NAME,
@@ -38,8 +38,9 @@ __all__ = ["MOST_FACTS", "MOST_PEOPLE", "Memory"]
 #: The most people that are kept, and the most things told by each; beyond that, the oldest things
 #: go (ours).
 MOST_PEOPLE, MOST_FACTS = 50, 500
-#: The share of a question's weight that an answer must have if it was only said by the way (ours).
-_SURER = 0.6
+#: The share of a question's weight that an answer must have if it was only said by the way, and if
+#: it must be sure (ours).
+_SURER, _SUREST = 0.6, 0.7
 #: The share of a correction's weight that a fact must have to be corrected by it; and for how long
 #: a correction may refer to the fact that was kept last (both ours).
 _SAME, _JUST = 0.25, timedelta(minutes=1)
@@ -227,17 +228,16 @@ class Memory:
             self._write()
         return fact
 
-    def recall(self, question: str, language: Language) -> str | None:
-        """Return the answer to a question among things told by the person who is there, if any."""
+    def recall(self, question: str, language: Language, *, surely: bool = False) -> str | None:
+        """Return what the person there has told that answers a question, ``surely`` or not."""
         facts = [fact for fact in self._facts_now() if fact.language == language]
         if facts and asks_for_everything(question, language):
-            facts.sort(key=lambda fact: (fact.asked, tells_of_oneself(fact.text, language)))
-            best = sorted(facts[-_LATEST:], key=lambda fact: fact.number)
-            return _together([fact.text for fact in best], language)
+            return _together(_most_telling(facts, language), language)
         told, said = [fact.text for fact in facts], self._remarks.told(self._clock())
+        enough, by_the_way = (_SUREST, _SUREST) if surely else (ENOUGH, _SURER)
         for asked in ways_to_ask(question, self._remarks.sentences(self._clock()), language):
-            mentioned = recall(asked, said, language, _SURER)
-            if found := recall(asked, told, language):
+            mentioned = recall(asked, said, language, by_the_way)
+            if found := recall(asked, told, language, enough):
                 # "I have a geranium", which is a fact, and then "He is called Gerald".
                 longer = [each for each in said if found.rstrip(".!").split(": ")[-1] in each]
                 either = [*([mentioned] if mentioned else []), found, *longer]
@@ -346,6 +346,12 @@ class Memory:
     def _write(self) -> None:
         if self.allowed and self._path is not None:
             write_whole(self._path, self._known.model_dump_json(indent=1), private=True)
+
+
+def _most_telling(facts: list[Fact], language: Language) -> list[str]:
+    """Return the latest facts, those first that it was asked to keep, in the order of telling."""
+    ranked = sorted(facts, key=lambda fact: (fact.asked, tells_of_oneself(fact.text, language)))
+    return [fact.text for fact in sorted(ranked[-_LATEST:], key=lambda fact: fact.number)]
 
 
 def _together(told: list[str], language: Language) -> str:

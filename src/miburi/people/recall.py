@@ -27,11 +27,12 @@ from miburi.languages import (
     whom_of,
 )
 
-__all__ = ["recall", "ways_to_ask"]
+__all__ = ["ENOUGH", "recall", "ways_to_ask"]
 
-#: Letters of a word that count; the share of a question's weight that an answer must have; and the
-#: relative weight of a word that is in no fact, such as "time" (all ours).
-_STEM, _ENOUGH, _UNTOLD = 6, 0.45, 0.3
+#: The share of a question's weight that an answer must have (ours).
+ENOUGH = 0.45
+#: Letters of a word that count; the relative weight of a word that is in no fact, "time" (ours).
+_STEM, _UNTOLD = 6, 0.3
 #: The sentences of a remark that are written as questions.
 _ASKED = re.compile(r"[^.!?。！？]+[?？]")
 #: The ending of a word, which a question may change.
@@ -45,7 +46,7 @@ def recall(
     question: str,
     told: Sequence[str],
     language: Language,
-    enough: float = _ENOUGH,
+    enough: float = ENOUGH,
     *,
     corrects: bool = False,
 ) -> str | None:

@@ -212,8 +212,7 @@ class Answerer:
         found = _sayable(words.intents_of(said, slots), slots)
         match = next(found, None)
         if match is not None and match.cue.broad:
-            exact = (each for each in found if not (each.cue.broad or each.cue.aside))
-            match = next(exact, match)
+            match = next((each for each in found if _is_surer(each.cue, slots)), match)
         if match is not None and match.words and match.cue.within in self._fun():
             # "Can you remember a secret word if I tell you it?" "It is custard."
             about = self._stays.words if self._stays is not None else None
@@ -330,6 +329,11 @@ def _sayable(matches: Iterable[Match], slots: dict[str, str]) -> Iterator[Match]
         known = slots | _about(match)
         if match.cue.fits(slots) and any(_slots(line) <= known.keys() for line in match.cue.say):
             yield match
+
+
+def _is_surer(cue: Cue, slots: Mapping[str, str]) -> bool:
+    """Return whether a cue goes before a broad one that was found earlier."""
+    return not (cue.broad or cue.aside) and (cue.do != "recall" or "surely" in slots)
 
 
 def _suits(topic: Match, *, heavy: bool, rambles: bool) -> bool:

@@ -233,6 +233,7 @@ class Speech:
         known = {
             "name": None if present is None else present.name,
             "told": told,
+            "surely": self.memory.recall(said, language, surely=True),
             "away": away(said, told, language, self._clock()),
             "ahead": away("", self.memory.last_told(), language, self._clock()),
             "sum": sum_of(said, language),
