@@ -41,6 +41,20 @@ from miburi.talk.answers import Answerer
         ("Are those paddles meant to be hands?", "hands"),
         ("Would you know if something was wrong with you?", "self_check"),
         ("Do people argue in front of you?", "seen_life"),
+        ("Mr Hall wants to know what your name is.", "own_name"),
+        ("wait is your face literally just a phone?", "phone_face"),
+        ("Can you see him from where you are?", "senses"),
+        ("What would you call a boat, if you had one?", "name_it"),
+        ("can you look up and hold still a sec?", "look_up"),
+        ("tilt your head to the left a bit", "look_left"),
+        ("You're not bad company, you know, for a telephone.", "praise"),
+        ("You what?", "repeat"),
+        ("what do you do when you don't know something?", "unknowing"),
+        ("Hang on, that's the buzzer, don't go anywhere.", "stay_put"),
+        ("Sorry about that, I'm back, that was the postman.", "greeting_back"),
+        ("Have you seen her today at all?", "witness"),
+        ("Would you mind speaking a little slower?", "pace"),
+        ("Could you tell Jean I said hello?", "message"),
     ],
 )
 def test_a_request_is_heard_as_one(said: str, intent: str) -> None:
@@ -61,6 +75,10 @@ def test_a_request_is_heard_as_one(said: str, intent: str) -> None:
         "Don't leave me alone with him.",
         "Don't let him in.",
         "Don't hit me.",
+        "Ooh, my knee's giving me some gyp today, it's the left one.",
+        "I'm drawing you while we talk, your head's well hard to get right.",
+        "Oh my days, mum's gonna shout me for dinner any minute.",
+        "alright safe, I'll try remember that",
     ],
 )
 def test_a_telling_that_begins_like_a_request_is_none(said: str) -> None:
