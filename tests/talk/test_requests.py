@@ -55,6 +55,11 @@ from miburi.talk.answers import Answerer
         ("Have you seen her today at all?", "witness"),
         ("Would you mind speaking a little slower?", "pace"),
         ("Could you tell Jean I said hello?", "message"),
+        ("Would you mind lifting one of those arms?", "lift_right"),
+        ("Is it all right if I talk about her a little?", "permission"),
+        ("Do you think that's sad?", "opinion"),
+        ("What do you do when you are nervous?", "had_feeling"),
+        ("Can I practise the beginning with you?", "permission"),
     ],
 )
 def test_a_request_is_heard_as_one(said: str, intent: str) -> None:
@@ -78,6 +83,7 @@ def test_a_request_is_heard_as_one(said: str, intent: str) -> None:
         "Ooh, my knee's giving me some gyp today, it's the left one.",
         "I'm drawing you while we talk, your head's well hard to get right.",
         "Oh my days, mum's gonna shout me for dinner any minute.",
+        "You remind me of a bird, a very strange bird.",
         "alright safe, I'll try remember that",
     ],
 )

@@ -89,6 +89,10 @@ def test_an_order_is_nothing_that_was_told(talk: Talk) -> None:
          "And how long have I got before that now?", "1 hour and 15 minutes"),
         ("Lunch is at 12:31.", "How long is it until lunch?", "31 minutes"),
         ("Lunch is at 1:01 pm.", "How long is it until lunch?", "1 hour and 1 minute away"),
+        ("I've got a meeting at nine fifteen tomorrow.",
+         "How long have I got until nine fifteen?", "tomorrow"),
+        ("It rained.", "I fly home on the twentieth of December, how long is it still?", "25 days"),
+        ("It rained.", "How long is it till December third?", "8 days"),
         ("It's my nephew's birthday on Saturday.", "How many days is that away?", "3 days"),
         ("It's a fine day.", "How long until ten to four?", "3 hours and 50 minutes"),
         ("It's a fine day.", "How long is it till midnight?", "12 hours away"),
@@ -188,3 +192,9 @@ def test_a_question_is_not_kept_as_if_it_were_a_fact(talk: Talk, asked: str) -> 
 def test_a_name_before_a_comma_is_one(said: str, name: str | None) -> None:
     told = answer(said)
     assert (told.words if told.do == "name" else None) == name
+
+
+def test_a_question_is_not_what_it_is_to_remember(talk: Talk) -> None:
+    tell(talk, "They want me there at six.", "What would it cost?")
+    assert "six" in talk.say("Please remember that.").answer
+    assert "blue" in talk.say("The door is blue. Would you try and keep that in mind?").answer

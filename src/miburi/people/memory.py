@@ -176,8 +176,8 @@ class Memory:
         return with_whom(told, self._remarks.sentences(self._clock(), named=named), language)
 
     def last_noted(self) -> str | None:
-        """Return the latest remark, if it is recent."""
-        return next(self._remarks.latest(self._clock()), None)
+        """Return the latest remark that tells something, if it is recent."""
+        return next(self._remarks.latest_told(self._clock()), None)
 
     def last_told(self) -> str | None:
         """Return the latest sentence of the talk that tells something, if it is recent."""

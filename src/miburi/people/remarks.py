@@ -44,6 +44,11 @@ class Remarks:
         few = [*self._all][-most:]
         return (said for when, said, _ in reversed(few) if when >= now - _MEANT)
 
+    def latest_told(self, now: datetime) -> Iterator[str]:
+        """Yield what the latest few remarks told, newest first; some only asked something."""
+        few = [*self._all][-_FEW:]
+        return (" ".join(told) for when, _, told in reversed(few) if told and when >= now - _MEANT)
+
     def sentences(self, now: datetime, *, named: bool = True) -> Iterator[str]:
         """Yield the sentences in which somebody may be spoken of, newest first.
 

@@ -29,6 +29,9 @@ class Calendar(Table):
         "tomorrow" to a number of days.
     away
         How to say how far away a day is: today, tomorrow, or {days} days away (by default, never).
+    ordinals, dated
+        Names of the days of a month, from the first, and regular expressions of a {day} of a
+        {month} that is named so (by default none: then only digits tell the day).
     times, numbers, afternoon, span
         Regular expressions of a time of day (groups ``hour``, ``past`` and ``to`` for minutes, and
         ``half`` of the day); the numbers that words stand for; the word for the half after noon;
@@ -46,6 +49,8 @@ class Calendar(Table):
     clock: str
     date: str
     away: list[str] = Field(default_factory=list)
+    ordinals: list[str] = Field(default_factory=list)
+    dated: list[str] = Field(default_factory=list)
     times: list[str] = Field(default_factory=list)
     numbers: dict[str, int] = Field(default_factory=dict)
     afternoon: str = "pm"

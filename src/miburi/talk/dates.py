@@ -3,8 +3,8 @@
 import re
 from datetime import datetime, time, timedelta
 
-from miburi.languages import Language, is_spaced, plain
-from miburi.talk.script import script
+from miburi.languages import Language, compile_phrases, is_spaced, plain
+from miburi.talk.script import Script, script
 
 __all__ = ["away", "due_of", "local_time"]
 
@@ -34,9 +34,8 @@ def due_of(said: str, language: Language, now: datetime) -> datetime | None:
         if _has(text, plain(short, language), language):
             return _morning(now + timedelta(days=(weekday - now.weekday() - 1) % 7 + 1))
     for month, name in enumerate(words.months, 1):
-        place = text.find(plain(name, language))
-        if place >= 0 and (day := _NUMBER.search(_without(text, place, plain(name, language)))):
-            return _next(now, month, int(day.group(1)))
+        if day := _day_of(plain(name, language), text, words):
+            return _next(now, month, day)
     return None
 
 
@@ -50,6 +49,8 @@ def away(said: str, told: str | None, language: Language, now: datetime) -> str 
     >>> away("How long till she comes?", "She comes at half two.", "en", datetime(2026, 11, 25, 10))
     '4 hours and 30 minutes away'
     """
+    if told and not due_of(said, language, now) and _same_time(said, told, language, now):
+        said = ""  # "nine fifteen" is the one that was told: "at nine fifteen tomorrow"
     for text in (said, told or ""):
         if due := due_of(text, language, now):
             days = (due.date() - now.date()).days
@@ -80,6 +81,11 @@ def _left(said: str, language: Language, now: datetime) -> timedelta | None:
     return None
 
 
+def _same_time(said: str, told: str, language: Language, now: datetime) -> bool:
+    left = _left(said, language, now)
+    return left is not None and left == _left(told, language, now)
+
+
 def _span(left: timedelta, language: Language) -> str:
     words, minutes = script(language).span, round(left.total_seconds() / 60)
     parts: list[str] = []
@@ -96,6 +102,17 @@ def _has(text: str, word: str, language: Language) -> bool:
 
 def _without(text: str, place: int, name: str) -> str:
     return text[:place] + " " + text[place + len(name) :]
+
+
+def _day_of(month: str, text: str, words: Script) -> int | None:
+    """Return the day of a month that a text names, if it names both."""
+    if (place := text.find(month)) < 0:
+        return None
+    for day, name in reversed([*enumerate(words.ordinals, 1)]):  # "twenty first" before "first"
+        if compile_phrases(words.dated, words.language, {"day": name, "month": month}).search(text):
+            return day
+    found = _NUMBER.search(_without(text, place, month))
+    return found and int(found.group(1))
 
 
 def _next(now: datetime, month: int, day: int) -> datetime | None:
