@@ -24,6 +24,7 @@ from miburi.ground.tables import Table
 __all__ = [
     "FALLBACK",
     "LANGUAGES",
+    "Clue",
     "Language",
     "asks_for_everything",
     "clues_in",
@@ -32,7 +33,6 @@ __all__ = [
     "compile_phrases",
     "find_phrase",
     "is_elsewhere",
-    "is_enough",
     "is_spaced",
     "language_of",
     "plain",
@@ -72,7 +72,7 @@ class _Whom(Table):
     means: str
 
 
-class _Clue(Table):
+class Clue(Table):
     """Patterns for the words of a question, and for different words that answer it.
 
     If ``names`` is set, a name in a statement answers, too. A clue that is not ``enough`` counts
@@ -102,7 +102,7 @@ class _Rules(Table):
     everything: str = "(?!)"
     own: str = ""
     naming: str = "(?!)"
-    clues: list[_Clue] = Field(default_factory=list)
+    clues: list[Clue] = Field(default_factory=list)
     elsewhere: list[str] = Field(default_factory=list)
     whom: list[_Whom] = Field(default_factory=list)
     parts: dict[str, str] = Field(default_factory=dict)
@@ -203,17 +203,17 @@ def tells_of_oneself(told: str, language: Language) -> bool:
     return bool(re.search(_rules(language).own, plain(told, language)))
 
 
-def clues_in(question: str, language: Language) -> tuple[set[int], str]:
-    """Return the indices of the clues that a question asks for, and its other plain words.
+def clues_in(question: str, language: Language) -> tuple[dict[int, Clue], str]:
+    """Return the clues that a question asks for, by index, and its other plain words.
 
     >>> clues_in("When is my appointment?", "en")[1]
     'when is my'
     """
-    words, found = plain(question, language), set()
+    words, found = plain(question, language), {}
     for number, clue in enumerate(_rules(language).clues):
         rest, times = re.subn(clue.asks, " ", words)
         if times:
-            found.add(number)
+            found[number] = clue
             words = rest if clue.enough else words
     return found, " ".join(words.split())
 
@@ -223,16 +223,6 @@ def clues_of(told: str, language: Language) -> set[int]:
     words, named = plain(told, language), _NAMED.search(told)
     clues = enumerate(_rules(language).told_clues)
     return {n for n, (tells, names) in clues if (names and named) or tells.search(words)}
-
-
-def is_enough(clue: int, language: Language) -> bool:
-    """Return whether a clue, by its index, answers although nothing else is shared."""
-    return _rules(language).clues[clue].enough
-
-
-def is_needed(clue: int, language: Language) -> bool:
-    """Return whether only a statement that gives this clue, by its index, can be the answer."""
-    return _rules(language).clues[clue].needed
 
 
 def tells_name(told: str, language: Language) -> bool:

@@ -18,8 +18,6 @@ from miburi.languages import (
     clues_in,
     clues_of,
     common_words,
-    is_enough,
-    is_needed,
     is_spaced,
     plain,
     same_words,
@@ -62,11 +60,12 @@ def recall(
     wanted, rest = clues_in(question, language)
     asked = _stems(rest, language) | {f"#{number}" for number in wanted}
     known = [
-        _stems(each, language) | {f"#{number}" for number in clues_of(each, language) & wanted}
+        _stems(each, language)
+        | {f"#{number}" for number in clues_of(each, language) & wanted.keys()}
         for each in told
     ]
-    needed = {f"#{number}" for number in wanted if is_needed(number, language) and not corrects}
-    weak = {f"#{number}" for number in wanted if not is_enough(number, language)}
+    needed = {f"#{n}" for n, clue in wanted.items() if clue.needed and not corrects}
+    weak = {f"#{n}" for n, clue in wanted.items() if not clue.enough}
     often = Counter(stem for stems in known for stem in stems)
     weight = {
         stem: log(1 + len(known) / (1 + often[stem])) * (1.0 if often[stem] else _UNTOLD)
