@@ -4,6 +4,7 @@ import re
 from collections import deque
 from collections.abc import Iterator, Sequence
 from datetime import datetime, timedelta
+from itertools import takewhile
 
 __all__ = ["STAYS", "Remarks"]
 
@@ -45,9 +46,12 @@ class Remarks:
         return (said for when, said, _ in reversed(few) if when >= now - _MEANT)
 
     def latest_told(self, now: datetime) -> Iterator[str]:
-        """Yield what the latest few remarks told, newest first; some only asked something."""
-        few = [*self._all][-_FEW:]
-        return (" ".join(told) for when, _, told in reversed(few) if told and when >= now - _MEANT)
+        """Yield what the latest few remarks told, newest first, but none before an empty one.
+
+        Those that only asked something told nothing.
+        """
+        few = takewhile(lambda one: one[1], reversed([*self._all][-_FEW:]))
+        return (" ".join(told) for when, _, told in few if told and when >= now - _MEANT)
 
     def sentences(self, now: datetime, *, named: bool = True) -> Iterator[str]:
         """Yield the sentences in which somebody may be spoken of, newest first.
