@@ -198,3 +198,30 @@ def test_a_question_is_not_what_it_is_to_remember(talk: Talk) -> None:
     tell(talk, "They want me there at six.", "What would it cost?")
     assert "six" in talk.say("Please remember that.").answer
     assert "blue" in talk.say("The door is blue. Would you try and keep that in mind?").answer
+
+
+@pytest.mark.parametrize(
+    ("told", "asked", "date"),
+    [
+        ("It's a week on Saturday.", "What date is that?", "Saturday, December 5"),
+        ("They want me on Thursday.", "What date would a week from Thursday be?", "December 3"),
+        ("The bank opens Monday week.", "What date is Monday week?", "December 7"),
+        ("It rained.", "What date is it?", "November 25"),
+    ],
+)
+def test_it_tells_the_date_of_a_day(talk: Talk, told: str, asked: str, date: str) -> None:
+    tell(talk, told)
+    assert date in talk.say(asked).answer
+
+
+def test_it_keeps_a_list_and_reads_it_out(talk: Talk) -> None:
+    tell(talk, "Let's make a list. Balloons, candles, paper plates. Can you keep that?")
+    assert talk.say("Add party bags as well.").meant == "added"
+    assert talk.say("Put cake on it please, a lemon one.").meant == "added"
+    listed = talk.say("What have we got so far?").answer
+    assert all(each in listed for each in ("candles", "party bags", "lemon"))
+
+
+def test_after_a_dance_show_me_is_a_wish_for_it(talk: Talk) -> None:
+    assert talk.say("Would you do a little dance at the party?").meant == "dance"
+    assert talk.say("Show me now, so I know what I'm letting myself in for.").meant == "dance"

@@ -366,10 +366,5 @@ def _time(words: Script, now: datetime) -> dict[str, str]:
         "minute": f"{now.minute:02}",
         "half": "am" if now.hour < 12 else "pm",
     }
-    date, tomorrow = (
-        words.date.format(
-            weekday=words.weekdays[day.weekday()], day=day.day, month=words.months[day.month - 1]
-        )
-        for day in (now, now + timedelta(days=1))
-    )
-    return {"clock": words.clock.format(**parts), "date": date, "tomorrow": tomorrow}
+    today, tomorrow = words.day_of(now), words.day_of(now + timedelta(days=1))
+    return {"clock": words.clock.format(**parts), "date": today, "tomorrow": tomorrow}

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator
+from datetime import datetime
 from functools import cached_property
 from typing import Annotated, Literal
 
@@ -32,6 +33,8 @@ class Calendar(Table):
     ordinals, dated
         Names of the days of a month, from the first, and regular expressions of a {day} of a
         {month} that is named so (by default none: then only digits tell the day).
+    later
+        Regular expressions of words around a weekday, {day}, that mean so many days after it.
     times, numbers, afternoon, span
         Regular expressions of a time of day (groups ``hour``, ``past`` and ``to`` for minutes, and
         ``half`` of the day); the numbers that words stand for; the word for the half after noon;
@@ -51,6 +54,7 @@ class Calendar(Table):
     away: list[str] = Field(default_factory=list)
     ordinals: list[str] = Field(default_factory=list)
     dated: list[str] = Field(default_factory=list)
+    later: dict[str, Annotated[int, Field(ge=1, le=60)]] = Field(default_factory=dict)
     times: list[str] = Field(default_factory=list)
     numbers: dict[str, int] = Field(default_factory=dict)
     afternoon: str = "pm"
@@ -66,6 +70,11 @@ class Calendar(Table):
     @cached_property
     def _times(self) -> list[re.Pattern[str]]:
         return [compile_phrases([each], self.language, self.words) for each in self.times]
+
+    def day_of(self, when: datetime) -> str:
+        """Return a date as the language writes it."""
+        month, weekday = self.months[when.month - 1], self.weekdays[when.weekday()]
+        return self.date.format(weekday=weekday, day=when.day, month=month)
 
     def number(self, word: str | None) -> int | None:
         """Return the number that a word or digits stand for."""

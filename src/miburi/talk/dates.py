@@ -6,7 +6,7 @@ from datetime import datetime, time, timedelta
 from miburi.languages import Language, compile_phrases, is_spaced, plain
 from miburi.talk.script import Script, script
 
-__all__ = ["away", "due_of", "local_time"]
+__all__ = ["away", "date_of", "due_of", "local_time"]
 
 #: From this time of day on, the partner speaks of what is due (ours).
 _MORNING = time(9)
@@ -30,13 +30,24 @@ def due_of(said: str, language: Language, now: datetime) -> datetime | None:
         if _has(text, plain(word, language), language):
             return _morning(now + timedelta(days=words.days[word]))
     for weekday, name in enumerate(words.weekdays):
-        short = name if is_spaced(language) else name.removesuffix("日")
-        if _has(text, plain(short, language), language):
-            return _morning(now + timedelta(days=(weekday - now.weekday() - 1) % 7 + 1))
+        short = plain(name if is_spaced(language) else name.removesuffix("日"), language)
+        if _has(text, short, language):
+            wait = (weekday - now.weekday() - 1) % 7 + 1 + _later(text, short, words)
+            return _morning(now + timedelta(days=wait))
     for month, name in enumerate(words.months, 1):
         if day := _day_of(plain(name, language), text, words):
             return _next(now, month, day)
     return None
+
+
+def date_of(said: str, told: str | None, language: Language, now: datetime) -> str | None:
+    """Return the date of the day that somebody names, or else that of a fact; None: neither does.
+
+    >>> date_of("What date is a week on Saturday?", None, "en", datetime(2026, 11, 25))
+    'Saturday, December 5'
+    """
+    due = due_of(said, language, now) or due_of(told or "", language, now)
+    return None if due is None else script(language).day_of(due)
 
 
 def away(said: str, told: str | None, language: Language, now: datetime) -> str | None:
@@ -102,6 +113,14 @@ def _has(text: str, word: str, language: Language) -> bool:
 
 def _without(text: str, place: int, name: str) -> str:
     return text[:place] + " " + text[place + len(name) :]
+
+
+def _later(text: str, weekday: str, words: Script) -> int:
+    """Return how many days after a weekday a text means: "a week on Saturday"."""
+    for phrase, days in words.later.items():
+        if compile_phrases([phrase], words.language, {"day": weekday}).search(text):
+            return days
+    return 0
 
 
 def _day_of(month: str, text: str, words: Script) -> int | None:

@@ -24,7 +24,7 @@ from miburi.talk.beginning import Beginning
 from miburi.talk.care import Care, may_be_said, words_of_care
 from miburi.talk.comfort import Comfort
 from miburi.talk.cue import Cue
-from miburi.talk.dates import away, due_of
+from miburi.talk.dates import away, date_of, due_of
 from miburi.talk.endpoint import Endpoint, OvertakenError
 from miburi.talk.moves import move
 from miburi.talk.said import FeltOut, SayOut, WhyOut
@@ -236,6 +236,7 @@ class Speech:
             "told": told,
             "surely": self.memory.recall(said, language, surely=True),
             "away": away(said, told, language, self._clock()),
+            "day": date_of(said, self.memory.last_told(), language, self._clock()),
             "ahead": away("", self.memory.last_told(), language, self._clock()),
             "sum": sum_of(said, language),
             "latest": self.memory.kept(language, 1),
