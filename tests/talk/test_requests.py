@@ -55,6 +55,8 @@ from miburi.talk.answers import Answerer
         ("Have you seen her today at all?", "witness"),
         ("Would you mind speaking a little slower?", "pace"),
         ("Could you tell Jean I said hello?", "message"),
+        ("Are you good at keeping secrets?", "secret"),
+        ("You scared of birds?", "had_feeling"),
         ("Would you mind lifting one of those arms?", "lift_right"),
         ("Is it all right if I talk about her a little?", "permission"),
         ("Do you think that's sad?", "opinion"),
