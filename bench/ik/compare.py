@@ -310,10 +310,10 @@ def main():
         "",
         "Not here: " + " ".join(processes[0]["missing"]),
         "",
-        "`ik.solve_batch` solves a batch of 10,000 reachable targets on all cores, by the wall "
-        "clock, in five processes, at these rates: "
+        "`ik.solve_batch` solves a batch of 10,000 reachable targets on all cores. By the wall "
+        "clock, the median batches of five processes ran at "
         + ", ".join(f"{median:,.0f}" for median, _ in rates)
-        + f" a second (best {max(best for _, best in rates):,.0f}).",
+        + f" targets a second (the fastest batch: {max(best for _, best in rates):,.0f}).",
     ]
     (HERE / "comparison.md").write_text("\n".join(text) + "\n")
     print("\n".join(text))
