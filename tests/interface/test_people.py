@@ -150,6 +150,12 @@ def test_nothing_of_distress_is_remembered(house: House) -> None:
     assert house.facts() == []
 
 
+def test_words_with_a_slight_sign_of_distress_are_not_kept(house: House) -> None:
+    house.say("My name is Anna.")
+    house.say("My daughter Judith sent you. She thinks I'll go funny in the house on my own.")
+    assert house.facts() == []
+
+
 def test_kindness_shows_in_the_resting_mood_of_that_person_alone(
     house: House, live: Runner
 ) -> None:

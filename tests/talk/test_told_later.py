@@ -35,8 +35,6 @@ def tell(talk: Talk, *said: str) -> None:
          "And how many dinners was it we did?", "two hundred and forty"),
         (["It's two sugars for him and none for her."],
          "Who has the sugars, then, did you catch that?", "two sugars"),
-        (["My daughter Judith sent you. She thinks I'll go funny in the house on my own."],
-         "Do you remember what my daughter's called?", "Judith"),
         (["I'd like to go to Whitby on the train.", "Ruth wants me to do pottery."],
          "Where was it I said I wanted to go?", "Whitby"),
     ],

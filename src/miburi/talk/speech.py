@@ -153,7 +153,6 @@ class Speech:
         idle = self._conversation is None and not wants and all(one.cue.broad for one in wanted)
         if answer is None and heard.hint is not None and idle:
             answer = self._comfort.wonder(heard.hint, language)
-            self._keep_facts(said, language)
         meant = None
         if answer is not None:
             await granted(self._partner, Speak(answer, "partner"))
@@ -261,13 +260,10 @@ class Speech:
         elif answer.cue is not None and answer.cue.name == "quiet":
             self.beginning.hush()
         elif answer.cue is None or answer.cue.aside:  # "Good morning, the dog was ill all night."
-            self._keep_facts(said, answer.language)
+            for told in script(answer.language).facts_in(said):
+                fact = memory.with_whom(told, answer.language)
+                memory.remember(fact, answer.language, due_of(fact, answer.language, now))
         return answer
-
-    def _keep_facts(self, said: str, language: Language) -> None:
-        for told in script(language).facts_in(said):
-            fact = self.memory.with_whom(told, language)
-            self.memory.remember(fact, language, due_of(fact, language, self._clock()))
 
     async def _perform(self, answer: SmallAnswer) -> str:
         """Perform the act of an answer; return the words to say, even if it cannot move."""
