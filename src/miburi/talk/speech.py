@@ -1,6 +1,7 @@
 """Handle what is said to the partner: recognise the feeling, share it, and answer."""
 
 import asyncio
+import threading
 from collections.abc import Callable
 from dataclasses import asdict
 from datetime import datetime
@@ -91,7 +92,8 @@ class Speech:
     async def live(self) -> None:
         """Get ready for the first words, then speak first where there is a reason; never end."""
         await asyncio.sleep(_SETTLED)
-        await asyncio.to_thread(self.get_ready)
+        # Ctrl-C does not wait for a daemon.
+        threading.Thread(target=self.get_ready, name="get ready", daemon=True).start()
         await self.beginning.live()
 
     def get_ready(self) -> None:
