@@ -46,9 +46,9 @@ class Remarks:
         return (said for when, said, _ in reversed(few) if when >= now - _MEANT)
 
     def latest_told(self, now: datetime) -> Iterator[str]:
-        """Yield what the latest few remarks told, newest first, but none before an empty one.
+        """Yield what the latest few remarks told, newest first, as far back as an empty one.
 
-        Those that only asked something told nothing.
+        Remarks that only ask something are left out.
         """
         few = takewhile(lambda one: one[1], reversed([*self._all][-_FEW:]))
         return (" ".join(told) for when, _, told in few if told and when >= now - _MEANT)

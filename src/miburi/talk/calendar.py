@@ -34,7 +34,8 @@ class Calendar(Table):
         Names of the days of a month, from the first, and regular expressions of a {day} of a
         {month} that is named so (by default none: then only digits tell the day).
     later
-        Regular expressions of words around a weekday, {day}, that mean so many days after it.
+        Regular expressions with a weekday in them ("a week on {day}"), and how many days after that
+        weekday they mean.
     times, numbers, afternoon, span
         Regular expressions of a time of day (groups ``hour``, ``past`` and ``to`` for minutes, and
         ``half`` of the day); the numbers that words stand for; the word for the half after noon;

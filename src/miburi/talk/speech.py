@@ -97,9 +97,10 @@ class Speech:
         await self.beginning.live()
 
     def get_ready(self) -> None:
-        """Load what an answer needs: the first words, which may be a cry for help, must not wait.
+        """Load what an answer needs, so that the first words do not wait for it.
 
-        It takes about 1.5 s, and several times that on a small computer.
+        They may be a cry for help. Loading takes about 1.5 s, and several times that on a small
+        computer.
         """
         from miburi.senses.words import hear
 

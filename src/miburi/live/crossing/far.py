@@ -39,8 +39,8 @@ __all__ = ["SILENCE", "FarPartner"]
 
 #: The partner counts as unreachable after this time without an answer, s (ours).
 SILENCE = 1.0
-#: A silence is so many empty waits in a row: if this process itself sleeps (a closed laptop), only
-#: one of them passes, and its question may not even have been sent.
+#: The partner counts as silent after this many waits in a row without news. If this process itself
+#: sleeps (a closed laptop), only one wait passes, and its question may not even have been sent.
 _WAITS = 10
 
 
