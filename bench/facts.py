@@ -10,6 +10,7 @@ from collections import Counter
 from pathlib import Path
 
 from miburi.people.recall import recall
+from miburi.talk.remembering import facts_in
 from miburi.talk.script import script
 
 LINES = Path(__file__).with_name("fact-lines")
@@ -30,9 +31,9 @@ def measured(language: str) -> dict[str, str]:
         line.split("\t") for line in (LINES / f"{language}.tsv").read_text("utf-8").splitlines()
     ]
     facts = [row for row in rows if row[1]]
-    kept = [(told, row[2]) for row in facts for told in words.facts_in(row[0])]
+    kept = [(told, row[2]) for row in facts for told in facts_in(row[0], words)]
     others = [row for row in rows if not row[1]]
-    wrong = sum(bool(words.facts_in(row[0])) for row in others)
+    wrong = sum(bool(facts_in(row[0], words)) for row in others)
     told = [fact for fact, _ in kept]
     found: Counter[str] = Counter()
     for _, _, question in facts:

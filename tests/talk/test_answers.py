@@ -15,6 +15,7 @@ from miburi.senses.words import hear
 from miburi.talk.answers import UNREPEATED, Answerer, wants_stop
 from miburi.talk.cue import Cue
 from miburi.talk.lines import Answers
+from miburi.talk.remembering import facts_in
 from miburi.talk.script import script
 
 CASES = [
@@ -194,8 +195,8 @@ def test_a_reminder_is_kept_and_not_promised() -> None:
 
 
 def test_what_begins_with_somebody_dear_is_remembered_with_the_name() -> None:
-    told = script("en").facts_in(
-        "That was my wife, Jean. My daughter Carol set you up. Is my son in?"
+    told = facts_in(
+        "That was my wife, Jean. My daughter Carol set you up. Is my son in?", script("en")
     )
     assert told == ["That was my wife, Jean.", "My daughter Carol set you up."]
 
@@ -390,7 +391,7 @@ def test_no_sentence_holds_up_the_patterns(language: Language) -> None:
         said = (word + space) * (900 // len(word + space)) + "zz"
         assert not wants_stop(said, language) or word in ("stop", "ストップ")
         list(script(language).topics_of(said))
-        script(language).facts_in(said)
+        facts_in(said, script(language))
 
 
 def test_another_one_is_another_joke_for_some_turns() -> None:

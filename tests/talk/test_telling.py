@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from miburi.talk.remembering import facts_in
 from miburi.talk.script import script
 from miburi.talk.telling import tells_a_fact
 
@@ -15,21 +16,21 @@ def test_facts_told_in_passing_are_kept(language: str, kept: float, wrong: float
     """Of a stranger's lines 41 and 23 of a hundred were kept, when patterns alone decided."""
     file = LINES / f"{language}.tsv"
     rows = [line.split("\t") for line in file.read_text(encoding="utf-8").splitlines()]
-    told = [bool(script(language).facts_in(said)) for said, fact, _ in rows if fact]
-    other = [bool(script(language).facts_in(said)) for said, fact, _ in rows if not fact]
+    told = [bool(facts_in(said, script(language))) for said, fact, _ in rows if fact]
+    other = [bool(facts_in(said, script(language))) for said, fact, _ in rows if not fact]
     assert sum(told) >= kept * len(told)
     assert sum(other) <= wrong * len(other)
 
 
 def test_a_question_is_no_fact() -> None:
-    assert script("en").facts_in("My wife is a nurse at the county hospital, isn't she?") == []
+    assert facts_in("My wife is a nurse at the county hospital, isn't she?", script("en")) == []
 
 
 def test_a_fact_over_two_sentences_is_kept_whole() -> None:
     said = "Two cats, one goldfish. No husband."
-    assert script("en").facts_in(said) == [said]
+    assert facts_in(said, script("en")) == [said]
 
 
 def test_without_a_model_patterns_alone_decide() -> None:
     assert not tells_a_fact("Ma fille est infirmière à Lyon.", "fr")
-    assert script("fr").facts_in("Ma fille habite à Lyon.") != []
+    assert facts_in("Ma fille habite à Lyon.", script("fr")) != []

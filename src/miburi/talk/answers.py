@@ -7,16 +7,16 @@ says nothing twice within ``UNREPEATED`` turns, as long as there is something el
 """
 
 from collections import Counter, deque
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import datetime, timedelta
-from string import Formatter
 
 import numpy as np
 
 from miburi.languages import Language
 from miburi.senses.impression import Impression
 from miburi.talk.cue import Cue, Do, Match
+from miburi.talk.meaning import about, gives_way, is_surer, sayable, settled, slots_in
 from miburi.talk.remembering import SIGNS, announces, is_short, told_before
 from miburi.talk.script import Script, script
 
@@ -52,12 +52,15 @@ class SmallAnswer:
         What was meant, if that is known; it says what to perform.
     words
         What it is about, as it was said: a name, or a fact to remember.
+    quotes
+        Whether somebody's own words are in it.
     """
 
     text: str
     language: Language
     cue: Cue | None = None
     words: str | None = None
+    quotes: bool = False
 
     @property
     def do(self) -> Do | None:
@@ -154,38 +157,29 @@ class Answerer:
         match, glad = self._meant(said, words, slots)
         heavy = words.is_heavy(said)
         felt = None if heavy and felt in _GLAD else felt  # it does not speak of its own joy then
-        topics = _sayable(words.topics_of(said), slots)
+        topics = sayable(words.topics_of(said), slots)
         rambles = len(said.split()) > _RAMBLES
         topic = next((one for one in topics if _suits(one, heavy=heavy, rambles=rambles)), None)
         told = topic is not None and not said.rstrip().endswith(("?", "？"))
         feeling = heard.feeling
         if heard.strength < _SPOKEN_OF or (feeling in _GLAD and (heavy or not glad)):
             feeling = None
-        if heard.topic != "asked":
-            shown = feeling is not None
-            asked = words.asked_of(said, match, felt=shown, told=told)
-            match = next(_sayable(asked, slots), match)
-        if (match is None or match.cue.aside) and not heavy:
-            whole = {} if is_short(said, words) else {"next": said.strip(SIGNS)}
-            match = next(_sayable(words.orders_of(said), whole | slots), match)
-            slots = whole | slots if match is not None else slots
-        if match is not None and match.cue.light and heavy:
-            grave = words.asked_of(said, None, felt=feeling is not None, told=told)
-            match = next((one for one in _sayable(grave, slots) if not one.cue.light), None)
-        if heard.topic == "asked" and match and not (match.cue.acts or match.cue.own):
-            match = None  # "how are you" does not ask how something is done
-        kept_to = self._keep_to(match, words, said, felt=feeling is not None)
+        shown = feeling is not None
+        match = settled(match, said, heard, words, slots, shown=shown, heavy=heavy, told=told)
+        kept_to = self._keep_to(match, words, said, felt=shown)
         again, match = kept_to is not match, kept_to
-        text = None
+        text = echo = None
         if match is not None:
+            echo = words.turner.echo(said) if match.cue.echo else None
             lines = words.says_again(match.cue, said) if again else match.cue.say
-            text = self._choose(lines, slots | _about(match), always=True)
+            text = self._choose(lines, slots | about(match), always=True)
+            text = f"{echo} {text}" if echo else text
         elif heard.topic == "asked":
             text = self._choose(words.feelings.lines("asked", felt), slots, always=True)
         elif feeling is not None:
             text = self._feel_with(words, feeling, felt, topic, slots)
         elif topic is not None:
-            text = self._choose(topic.cue.say, slots | _about(topic))
+            text = self._choose(topic.cue.say, slots | about(topic))
         if text is None:
             text = self._choose(words.gentle, slots, always=True) if heavy else None
         if text is None:
@@ -195,7 +189,8 @@ class Answerer:
         self._recalled = slots.get("told") if cue is not None and cue.do == "recall" else None
         if cue is None or cue.do != "repeat":
             self._last = text
-        return SmallAnswer(text, language, cue, _kept(match, said, slots))
+        kept = _kept(match, said, slots)
+        return SmallAnswer(text, language, cue, kept, quotes=bool(kept or echo))
 
     def _meant(self, said: str, words: Script, slots: dict[str, str]) -> tuple[Match | None, bool]:
         """Return the intent that patterns find, and whether joy that was heard may be spoken of.
@@ -209,29 +204,29 @@ class Answerer:
         if after:
             slots["next"] = after
         slots.update(dict.fromkeys(self._fun(), ""))
-        found = _sayable(words.intents_of(said, slots), slots)
+        found = sayable(words.intents_of(said, slots), slots)
         match = next(found, None)
         if match is not None and match.cue.broad:
-            match = next((each for each in found if _is_surer(each.cue, slots)), match)
+            match = next((each for each in found if is_surer(each.cue, slots)), match)
         if match is not None and match.words and match.cue.within in self._fun():
             # "Can you remember a secret word if I tell you it?" "It is custard."
             about = self._stays.words if self._stays is not None else None
             if about:
                 told_now = f"{about}: {match.words}"
-                match = match._replace(words=told_now, it=words.turn_round(told_now))
+                match = match._replace(words=told_now, it=words.turner.turn_round(told_now))
         if match is not None and match.cue.aside and words.tells_more(said):
             return None, False  # "Thank you. My husband is in hospital."
         if match is not None and match.cue.aside and (point := words.point_of(said, slots)):
-            match = next(_sayable(words.intents_of(point, slots), slots), None)
+            match = next(sayable(words.intents_of(point, slots), slots), None)
         keeps = match is None or match.cue.do == "remember"
         # "I was a cook. Remember that, will you?"
         if keeps and (told or (after and (not earlier or announces(asks, words)))):
-            match = next(_sayable(words.intents_of(asks, slots), slots), match)
+            match = next(sayable(words.intents_of(asks, slots), slots), match)
         it = match.it if match is not None and keeps else None
         if match is not None and told and it and is_short(it, words):
             # "He rings at four, so remind me at ten to."
             whole = f"{told}, {match.words}"
-            match = match._replace(words=whole, it=words.turn_round(whole))
+            match = match._replace(words=whole, it=words.turner.turn_round(whole))
         return match, True
 
     def _keep_to(
@@ -244,7 +239,7 @@ class Answerer:
                 about_it = match is not None and match.cue.within in self._fun()
                 more = words.goes_on(said) and not (acts or felt or about_it)
             else:  # "again" in "When's my appointment, again?" asks for no repeat
-                more = words.wants_more(said) and (match is None or match.cue.name != "recall")
+                more = gives_way(match, self._fun()) and words.wants_more(said)
             match = before if more else match
         self._since += 1
         if match is not None and match.cue.stays:
@@ -280,8 +275,8 @@ class Answerer:
             return text
         # Not "That is sad. Do you like it like that?": only a question that names its subject can
         # follow.
-        naming = [line for line in topic.cue.say if "it" in _slots(line)]
-        more = self._choose(naming, slots | _about(topic))
+        naming = [line for line in topic.cue.say if "it" in slots_in(line)]
+        more = self._choose(naming, slots | about(topic))
         return text if more is None else f"{text} {more}"
 
     def _remark(self, words: Script, felt: str | None, slots: dict[str, str]) -> str:
@@ -304,7 +299,7 @@ class Answerer:
         self, lines: Iterable[str], slots: Mapping[str, str], *, always: bool = False
     ) -> str | None:
         """Return the sentence that was said least often, but not of late; None if there is none."""
-        known = [line for line in lines if _slots(line) <= slots.keys()]
+        known = [line for line in lines if slots_in(line) <= slots.keys()]
         fresh = [line for line in known if line not in self._recent]
         if not fresh and always and known:
             fresh = [min(known, key=lambda line: (self._times[line], self._order(line)))]
@@ -323,22 +318,9 @@ class Answerer:
         return max((n for n, one in enumerate(self._recent) if one == line), default=-1)
 
 
-def _sayable(matches: Iterable[Match], slots: dict[str, str]) -> Iterator[Match]:
-    """Yield the matches that have an answer whose slots are known."""
-    for match in matches:
-        known = slots | _about(match)
-        if match.cue.fits(slots) and any(_slots(line) <= known.keys() for line in match.cue.say):
-            yield match
-
-
-def _is_surer(cue: Cue, slots: Mapping[str, str]) -> bool:
-    """Return whether a cue goes before a broad one that was found earlier."""
-    return not (cue.broad or cue.aside) and (cue.do != "recall" or "surely" in slots)
-
-
 def _suits(topic: Match, *, heavy: bool, rambles: bool) -> bool:
     """Return whether a topic may be taken up if the remark is sad, too, or long."""
-    named = topic.it and any("it" in _slots(line) for line in topic.cue.say)
+    named = topic.it and any("it" in slots_in(line) for line in topic.cue.say)
     return (topic.cue.heavy or not heavy) and bool(named or not rambles)
 
 
@@ -348,14 +330,6 @@ def _kept(match: Match | None, said: str, slots: Mapping[str, str]) -> str | Non
         return None if match is None else said
     kept = "before" if match.cue.within is None else match.cue.within
     return match.words or (slots.get(kept) if match.cue.do == "remember" else None)
-
-
-def _slots(line: str) -> set[str]:
-    return {name for _, name, _, _ in Formatter().parse(line) if name}
-
-
-def _about(match: Match) -> dict[str, str]:
-    return {} if not match.it or not match.words else {"it": match.it, "words": match.words}
 
 
 def _time(words: Script, now: datetime) -> dict[str, str]:

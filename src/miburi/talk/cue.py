@@ -42,6 +42,8 @@ class Cue(Table):
         ``more`` matches do.
     broad
         Whether its patterns catch much, so that :mod:`miburi.talk.asking` may know better.
+    echo
+        Whether the question is said back before the answer, which would fit others, too.
     light
         Whether a wrong match would be silly: the model must be surer than elsewhere, and beside
         ``heavy`` words this cue is not used.
@@ -52,8 +54,6 @@ class Cue(Table):
     wish
         Whether it may be put without a question ("Keep me company"), although it shows nothing. A
         wrong match would do no harm.
-    own
-        Whether it asks about the partner's feelings, but not about how the partner is now.
     aside
         Whether it gives way to a question or a request in another sentence.
     capital
@@ -75,9 +75,9 @@ class Cue(Table):
     look: Literal["user", "left", "right", "up", "down", "aside"] | None = None
     stays: Annotated[int, Field(ge=0, le=9)] = 0
     broad: bool = False
+    echo: bool = False
     light: bool = False
     wish: bool = False
-    own: bool = False
     aside: bool = False
     capital: bool = False
     heavy: bool = False

@@ -4,8 +4,9 @@ import re
 
 from miburi.languages import is_spaced
 from miburi.talk.script import Script
+from miburi.talk.telling import tells_a_fact
 
-__all__ = ["SIGNS", "announces", "is_short", "told_before"]
+__all__ = ["SIGNS", "announces", "facts_in", "is_short", "told_before"]
 
 #: Patterns for the punctuation around a sentence, for all sentences but the first, and for a clause
 #: with its punctuation.
@@ -39,6 +40,25 @@ def told_before(said: str, words: Script) -> tuple[str, str, str]:
         after = ""
     before = "" if is_short(before, words) else _INTERJECTED.sub("", before)
     return before, clauses[places[0]] if before or after else "", after
+
+
+def facts_in(said: str, words: Script) -> list[str]:
+    """Return the sentences that tell something about the person, and ask nothing.
+
+    If no sentence does so alone, but all together do, they are returned as one.
+    """
+    sentences = words.told_in(said)
+    facts: list[str] = []
+    last = False  # whether the sentence before this one is a fact
+    for each in sentences:
+        if last and words.belongs_to(each):
+            facts[-1] += f" {each}"
+        elif last := words.tells(each):
+            facts.append(each)
+    whole = (" " if is_spaced(words.language) else "").join(sentences)
+    if not facts and len(sentences) > 1 and tells_a_fact(whole, words.language):
+        return [whole]
+    return facts
 
 
 def is_short(told: str, words: Script) -> bool:

@@ -10,20 +10,22 @@ from typing import get_args
 
 from pydantic import Field
 
-from miburi.languages import Language, compile_phrases, is_spaced, plain, read
+from miburi.languages import Language, compile_phrases, plain, read
 from miburi.talk.asking import NOTHING, asked_for
 from miburi.talk.calendar import Calendar
 from miburi.talk.cue import Cue, Do, Line, Match
 from miburi.talk.initiative import Reason
 from miburi.talk.lines import Answers, Lines
 from miburi.talk.telling import tells_a_fact
+from miburi.talk.turning import Turner
 from miburi.talk.wording import as_written
 
 __all__ = ["Script", "script"]
 
-#: How likely an intent from the model must be; how likely a ``wish``; how likely an order that is
-#: not put as a question; and how likely where the model must be sure (ours).
-_LIKELY, _LIKELIER, _ORDERED, _SURE = 0.25, 0.35, 0.5, 0.65
+#: How likely an intent from the model must be where a wrong guess is seen at once, since the answer
+#: says what was asked or told; how likely any other; how likely an order that is not put as a
+#: question; and how likely where the model must be sure (ours).
+_GUESSED, _LIKELY, _ORDERED, _SURE = 0.25, 0.45, 0.5, 0.65
 #: The fewest words of an order that matches no pattern, and of a question that is answered although
 #: its intent is unknown (ours).
 _WORDS = 3
@@ -38,8 +40,8 @@ class Script(Calendar):
 
     Attributes
     ----------
-    turned
-        Words that change when the other speaks: ``my`` becomes ``your``.
+    turned, echoed
+        What :class:`Turner` needs (by default, it says no question back).
     intent
         What is wanted of the partner, the most urgent first.
     feelings
@@ -50,8 +52,9 @@ class Script(Calendar):
         Regular expression for words that refer to what was said before; none by default.
     itself
         Likewise for a question about the partner.
-    further
-        Likewise for a question that goes on about what was just recalled ("And which was it?").
+    further, asks_a_fact
+        Likewise for a question that goes on about what was just recalled ("And which was it?"), and
+        for one that may ask for something that was told.
     more, enough
         Likewise for requests to repeat what was done for fun, and for words of somebody who wants
         no more of it (by default any words: then the model is not asked).
@@ -80,9 +83,11 @@ class Script(Calendar):
     """
 
     turned: dict[str, str] = Field(default_factory=dict)
+    echoed: str = "(?!)"
     again: str = "(?!)"
     itself: str = "(?!)"
     further: str = "(?!)"
+    asks_a_fact: str = "(?!)"
     more: str = "(?!)"
     enough: str = ".*"
     repeated: list[Line] = Field(default_factory=list)
@@ -159,14 +164,15 @@ class Script(Calendar):
                     words = it and as_written(it, said, self.language)
                     if cue.capital and not (words and words[0].isupper()):
                         continue
-                    yield Match(cue, words, words and self.turn_round(words))
+                    yield Match(cue, words, words and self.turner.turn_round(words))
                     break
 
     @cached_property
     def _single(self) -> dict[str, re.Pattern[str]]:
         """The compiled regular expressions that belong to no cue, by field."""
-        one = "again itself further alters more enough unwanted grave heavy people oneself belongs"
-        written = {name: [getattr(self, name)] for name in one.split()}
+        found = "again itself further asks_a_fact alters more enough unwanted"
+        rest = "grave heavy people oneself belongs"
+        written = {name: [getattr(self, name)] for name in f"{found} {rest}".split()}
         written |= {"fact": self.fact, "question": self.question}
         return {
             name: compile_phrases(each, self.language, self.words) for name, each in written.items()
@@ -200,13 +206,20 @@ class Script(Calendar):
         name, likely = max(found, key=lambda each: each[1] * (each[0] != NOTHING))
         for cue in self._named.get(name, ()):
             wanted = not (cue.orders and self._fits("unwanted", said))
-            least = _LIKELIER if cue.wish else _SURE if cue.light else _LIKELY
+            guessed = cue.echo or {"told", "kept"} & {cue.within, cue.without}
+            least = _GUESSED if guessed else _SURE if cue.light else _LIKELY
             if not plainly:
                 least = _ORDERED if cue.wish else _SURE
             if wanted and likely > least:
                 yield Match(cue, None, None)
+        plainly = plainly or self.asks_about_it(said)
         if plainly and than is None and len(plain(said[:_READ], self.language).split()) >= _WORDS:
             yield from (Match(cue, None, None) for cue in self._named.get("open", ()))
+
+    def recalled(self, said: str) -> list[Match]:
+        """Return the intents to recall a fact, if this asks for one."""
+        cues = self._named.get("recall", ()) if self._fits("asks_a_fact", said) else ()
+        return [Match(cue, None, None) for cue in cues if cue.do == "recall"]
 
     def orders_of(self, said: str) -> Iterator[Match]:
         """Yield the orders in words that match no pattern and ask no question.
@@ -221,7 +234,7 @@ class Script(Calendar):
                 continue
             name, likely = asked_for(each, self.language)
             # "I used to lift both arms" tells something, but orders nothing.
-            tells = self._tells(next(iter(_CLAUSE.findall(each)), ""))
+            tells = self.tells(next(iter(_CLAUSE.findall(each)), ""))
             short = len(each.split()) < _WORDS
             for cue in self._named.get(name, ()):
                 if likely > _least(cue, whole=each in whole, tells=tells, short=short):
@@ -299,24 +312,6 @@ class Script(Calendar):
     def _wants(self, said: str, filled: Container[str]) -> bool:
         return any(not match.cue.aside for match in self.intents_of(said, filled))
 
-    def facts_in(self, said: str) -> list[str]:
-        """Return the sentences that tell something about the person, and ask nothing.
-
-        If no sentence does so alone, but all together do, they are returned as one.
-        """
-        sentences = self.told_in(said)
-        facts: list[str] = []
-        last = False  # whether the sentence before this one is a fact
-        for each in sentences:
-            if last and self.belongs_to(each):
-                facts[-1] += f" {each}"
-            elif last := self._tells(each):
-                facts.append(each)
-        whole = (" " if is_spaced(self.language) else "").join(sentences)
-        if not facts and len(sentences) > 1 and tells_a_fact(whole, self.language):
-            return [whole]
-        return facts
-
     def told_in(self, said: str) -> list[str]:
         """Return the sentences that ask nothing."""
         sentences = (found.strip() for found in _WHOLE.findall(said[:_READ]))
@@ -326,13 +321,14 @@ class Script(Calendar):
         """Return whether a sentence tells more of what the one before it is about."""
         return self._fits("belongs", sentence)
 
-    def _tells(self, said: str) -> bool:
+    def tells(self, said: str) -> bool:
+        """Return whether a sentence tells something about the person."""
         return self._fits("fact", said) or tells_a_fact(said, self.language)
 
-    def turn_round(self, words: str) -> str:
-        """Return somebody's words as the partner says them: "my son" is "your son"."""
-        parts = words.split(" ") if is_spaced(self.language) else [words]
-        return " ".join(self.turned.get(part.lower(), part) for part in parts)
+    @cached_property
+    def turner(self) -> Turner:
+        """Turns somebody's words into those of the partner."""
+        return Turner(self.turned, self.echoed, self.language)
 
 
 @cache
@@ -347,7 +343,7 @@ def _least(cue: Cue, *, whole: bool, tells: bool, short: bool) -> float:
     if short:
         return _SURE if cue.wish and whole else 1.0
     if cue.wish:
-        return _LIKELIER if whole and not tells else _ORDERED
+        return _LIKELY if whole and not tells else _ORDERED
     if cue.do == "remember":  # which may be written
         return _SURE
     if tells or not cue.orders:

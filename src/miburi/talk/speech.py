@@ -28,6 +28,7 @@ from miburi.talk.cue import Cue
 from miburi.talk.dates import away, date_of, due_of
 from miburi.talk.endpoint import Endpoint, OvertakenError
 from miburi.talk.moves import move
+from miburi.talk.remembering import facts_in
 from miburi.talk.said import FeltOut, SayOut, WhyOut
 from miburi.talk.script import script
 from miburi.talk.sums import sum_of
@@ -263,7 +264,7 @@ class Speech:
         elif answer.cue is not None and answer.cue.name == "quiet":
             self.beginning.hush()
         elif answer.cue is None or answer.cue.aside:  # "Good morning, the dog was ill all night."
-            for told in script(answer.language).facts_in(said):
+            for told in facts_in(said, script(answer.language)):
                 fact = memory.with_whom(told, answer.language)
                 memory.remember(fact, answer.language, due_of(fact, answer.language, now))
         return answer
@@ -271,7 +272,7 @@ class Speech:
     async def _perform(self, answer: SmallAnswer) -> str:
         """Perform the act of an answer; return the words to say, even if it cannot move."""
         cue = answer.cue
-        if answer.words and not await asyncio.to_thread(may_be_said, answer.text):
+        if answer.quotes and not await asyncio.to_thread(may_be_said, answer.text):
             return self._answerer.say(script(answer.language).feelings.lines("none", None))
         if cue is None or not (cue.move or cue.show or cue.look):
             return answer.text

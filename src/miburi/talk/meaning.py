@@ -1,0 +1,77 @@
+"""Which of the intents that were found in a remark is answered."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import chain
+from string import Formatter
+
+from miburi.senses.impression import Impression
+from miburi.talk.cue import Cue, Match
+from miburi.talk.remembering import SIGNS, is_short
+from miburi.talk.script import Script
+
+__all__ = ["about", "gives_way", "is_surer", "sayable", "settled", "slots_in"]
+
+
+def settled(
+    match: Match | None,
+    said: str,
+    heard: Impression,
+    words: Script,
+    slots: dict[str, str],
+    *,
+    shown: bool,
+    heavy: bool,
+    told: bool,
+) -> Match | None:
+    """Return the intent to answer: what patterns found, or what the model knows better.
+
+    ``shown`` tells whether a feeling was heard, and ``told`` whether a topic was. It may add the
+    slot for the words to remember.
+    """
+    how_are_you = heard.topic == "asked"
+    if not how_are_you:
+        match = next(sayable(words.asked_of(said, match, felt=shown, told=told), slots), match)
+    if (match is None or match.cue.aside) and not heavy:
+        whole = {} if is_short(said, words) else {"next": said.strip(SIGNS)}
+        match = next(sayable(words.orders_of(said), whole | slots), match)
+        if match is not None:
+            slots.update(whole | slots)
+    if match is not None and match.cue.echo and "surely" in slots:
+        match = next(sayable(words.recalled(said), slots), match)
+    if match is not None and match.cue.light and heavy:
+        grave = words.asked_of(said, None, felt=shown, told=told)
+        others = sayable(chain(words.intents_of(said, slots), grave), slots)
+        match = next((one for one in others if not one.cue.light), None)
+    # "How are you" does not ask how something is done.
+    weak = match is not None and (match.cue.broad or match.cue.aside)
+    return None if how_are_you and weak else match
+
+
+def sayable(matches: Iterable[Match], slots: dict[str, str]) -> Iterator[Match]:
+    """Yield the matches that have an answer whose slots are known."""
+    for match in matches:
+        known = slots | about(match)
+        if match.cue.fits(slots) and any(slots_in(line) <= known.keys() for line in match.cue.say):
+            yield match
+
+
+def is_surer(cue: Cue, slots: Mapping[str, str]) -> bool:
+    """Return whether a cue goes before a broad one that was found earlier."""
+    return not (cue.broad or cue.aside) and (cue.do != "recall" or "surely" in slots)
+
+
+def gives_way(match: Match | None, fun: list[str]) -> bool:
+    """Return whether words that were found to mean this may rather ask for a repeat."""
+    if match is None or match.cue.broad or match.cue.within in fun:
+        return True
+    return match.cue.acts and match.cue.do != "recall"
+
+
+def about(match: Match) -> dict[str, str]:
+    """Return the slots for what an intent is about."""
+    return {} if not match.it or not match.words else {"it": match.it, "words": match.words}
+
+
+def slots_in(line: str) -> set[str]:
+    """Return the names of the slots of a sentence."""
+    return {name for _, name, _, _ in Formatter().parse(line) if name}

@@ -1,0 +1,50 @@
+"""Words as the other one says them, and questions said back."""
+
+import re
+from collections.abc import Mapping
+
+from miburi.languages import Language, is_spaced
+
+__all__ = ["Turner"]
+
+
+class Turner:
+    """Turns somebody's words into those of the partner.
+
+    Parameters
+    ----------
+    turned
+        Regular expressions of words that change when the other speaks, the first that fits first,
+        and what they become: ``my`` becomes ``your``.
+    echoed
+        Regular expression of a question, as it is written, that can be said back; its group is what
+        is said.
+    language
+        In a language without spaces, words only change if they stand alone.
+    """
+
+    def __init__(self, turned: Mapping[str, str], echoed: str, language: Language) -> None:
+        edge = r"(?<!\w)(?:{})(?!\w)" if is_spaced(language) else r"^(?:{})$"
+        written = [(edge.format(pattern), to) for pattern, to in turned.items()]
+        self._each = [(re.compile(pattern, re.IGNORECASE), to) for pattern, to in written]
+        self._any = re.compile("|".join(pattern for pattern, _ in written), re.IGNORECASE)
+        self._echoed = re.compile(echoed, re.IGNORECASE)
+
+    def turn_round(self, words: str) -> str:
+        """Return somebody's words as the partner says them: "my son" is "your son"."""
+        return self._any.sub(self._turn, words)
+
+    def _turn(self, found: re.Match[str]) -> str:
+        # The pattern may look at what stands around the words.
+        for pattern, to in self._each:
+            if one := pattern.match(found.string, found.start()):
+                return one.expand(to)
+        return found.group()
+
+    def echo(self, said: str) -> str | None:
+        """Return the last question of a remark as the partner says it back; None if it cannot."""
+        asked = [found.group(1) for found in self._echoed.finditer(said)]
+        if not asked:
+            return None
+        words = self.turn_round(asked[-1])
+        return f"{words[:1].upper()}{words[1:]}?"
