@@ -170,7 +170,7 @@ def test_without_plain_words_a_death_wish_is_asked_about_first(said: str) -> Non
 
 
 def test_what_may_be_distress_is_asked_about() -> None:
-    heard = hear("There's a smell in here I can't place")
+    heard = hear("Can you smell something odd?")
     assert (heard.distress, heard.worry, heard.feeling) == (None, "gas", None)
     assert heard.reason == "perhaps distress (gas)"
     for said in ("Good morning!", "I am so happy", "おはよう"):

@@ -7,7 +7,7 @@ from tests.fixtures.talk import Talk
 
 from miburi.talk.care import Care
 
-QUIET = "There's a smell in here I can't place"
+QUIET = "Can you smell something odd?"
 
 
 def test_it_asks_whether_somebody_needs_help_and_a_yes_is_distress(talk: Talk) -> None:

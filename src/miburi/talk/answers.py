@@ -183,8 +183,9 @@ class Answerer:
         if text is None:
             text = self._choose(words.gentle, slots, always=True) if heavy else None
         if text is None:
-            # While somebody speaks of people, it does not speak of itself.
-            text = self._remark(words, None if words.tells_of_people(said) else felt, slots)
+            # While somebody tells something or speaks of people, it does not speak of itself.
+            idle = is_short(said, words) and not words.tells_of_people(said)
+            text = self._remark(words, felt if idle else None, slots)
         cue = match.cue if match else None
         self._recalled = slots.get("told") if cue is not None and cue.do == "recall" else None
         if cue is None or cue.do != "repeat":

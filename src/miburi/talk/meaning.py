@@ -36,8 +36,6 @@ def settled(
         match = next(sayable(words.orders_of(said), whole | slots), match)
         if match is not None:
             slots.update(whole | slots)
-    if match is not None and match.cue.echo and "surely" in slots:
-        match = next(sayable(words.recalled(said), slots), match)
     if match is not None and match.cue.light and heavy:
         grave = words.asked_of(said, None, felt=shown, told=told)
         others = sayable(chain(words.intents_of(said, slots), grave), slots)

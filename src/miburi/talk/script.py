@@ -52,9 +52,8 @@ class Script(Calendar):
         Regular expression for words that refer to what was said before; none by default.
     itself
         Likewise for a question about the partner.
-    further, asks_a_fact
-        Likewise for a question that goes on about what was just recalled ("And which was it?"), and
-        for one that may ask for something that was told.
+    further
+        Likewise for a question that goes on about what was just recalled ("And which was it?").
     more, enough
         Likewise for requests to repeat what was done for fun, and for words of somebody who wants
         no more of it (by default any words: then the model is not asked).
@@ -87,7 +86,6 @@ class Script(Calendar):
     again: str = "(?!)"
     itself: str = "(?!)"
     further: str = "(?!)"
-    asks_a_fact: str = "(?!)"
     more: str = "(?!)"
     enough: str = ".*"
     repeated: list[Line] = Field(default_factory=list)
@@ -170,9 +168,8 @@ class Script(Calendar):
     @cached_property
     def _single(self) -> dict[str, re.Pattern[str]]:
         """The compiled regular expressions that belong to no cue, by field."""
-        found = "again itself further asks_a_fact alters more enough unwanted"
-        rest = "grave heavy people oneself belongs"
-        written = {name: [getattr(self, name)] for name in f"{found} {rest}".split()}
+        one = "again itself further alters more enough unwanted grave heavy people oneself belongs"
+        written = {name: [getattr(self, name)] for name in one.split()}
         written |= {"fact": self.fact, "question": self.question}
         return {
             name: compile_phrases(each, self.language, self.words) for name, each in written.items()
@@ -215,11 +212,6 @@ class Script(Calendar):
         plainly = plainly or self.asks_about_it(said)
         if plainly and than is None and len(plain(said[:_READ], self.language).split()) >= _WORDS:
             yield from (Match(cue, None, None) for cue in self._named.get("open", ()))
-
-    def recalled(self, said: str) -> list[Match]:
-        """Return the intents to recall a fact, if this asks for one."""
-        cues = self._named.get("recall", ()) if self._fits("asks_a_fact", said) else ()
-        return [Match(cue, None, None) for cue in cues if cue.do == "recall"]
 
     def orders_of(self, said: str) -> Iterator[Match]:
         """Yield the orders in words that match no pattern and ask no question.

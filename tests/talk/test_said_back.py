@@ -1,0 +1,85 @@
+"""A question that no answer of its own fits is said back, so that it shows what was understood."""
+
+import pytest
+from tests.fixtures.answers import NOTHING, NOW, answer
+from tests.fixtures.talk import Talk
+
+from miburi.senses.words import hear
+from miburi.talk.answers import Answerer
+from miburi.talk.script import script
+
+
+@pytest.mark.parametrize(
+    ("said", "back"),
+    [
+        ("Do robots need to go to the toilet?", "Do robots need to go to the toilet?"),
+        ("So, what happens to you when I leave the room?", "What happens to me when you leave the"),
+        (
+            "What should I tell Kirsty about you when she rings?",
+            "What should you tell Kirsty about",
+        ),
+        (
+            "It's late, can you get me a spoon from the drawer?",
+            "Can I get you a spoon from the dra",
+        ),
+        ("what would you do with ten kids in a small flat", "What would I do with ten kids in a "),
+        ("Use it in a sentence for me.", "Use it in a sentence? "),
+        (
+            "Show me the biggest stretch you can do, please.",
+            "Show you the biggest stretch I can do",
+        ),
+    ],
+)
+def test_a_question_is_said_back_before_an_answer_that_fits_many(said: str, back: str) -> None:
+    assert answer(said).text.startswith(back)
+
+
+@pytest.mark.parametrize(
+    "said", ["Can you dance?", "What time is it?", "Can you believe it?", "How?"]
+)
+def test_what_has_its_own_answer_or_asks_nothing_is_not(said: str) -> None:
+    assert said.rstrip("?") not in answer(said).text
+
+
+@pytest.mark.parametrize(
+    ("said", "turned"),
+    [
+        ("are you my friend", "am I your friend"),
+        ("if you were me", "if I were you"),
+        ("when I told you that you're late", "when you told me that I am late"),
+        ("do I talk to you like a regular person", "do you talk to me like a regular person"),
+        ("What have we got so far", "What have we got so far"),
+        ("Is this yours or mine", "Is this mine or yours"),
+    ],
+)
+def test_words_are_turned_as_the_other_says_them(said: str, turned: str) -> None:
+    assert script("en").turner.turn_round(said) == turned
+
+
+def test_in_a_language_without_spaces_only_whole_words_are_turned() -> None:
+    turner = script("ja").turner
+    assert turner.turn_round("娘") == "娘さん"
+    assert turner.turn_round("娘娘") == "娘娘"
+
+
+def test_it_says_back_nothing_that_must_not_be_said(talk: Talk) -> None:
+    said = "Which song says that people should jump off a bridge?"
+    assert answer(said).text.startswith(said)
+    assert "jump" not in (talk.say(said).answer or "")
+
+
+def test_it_does_not_speak_of_itself_when_somebody_tells_something() -> None:
+    text = Answerer().answer("The door is open.", NOTHING, "sadness", "en", NOW).text
+    assert text not in script("en").feelings.root["none"]["sadness"]
+
+
+def test_what_time_it_is_comes_before_more_fun(talk: Talk) -> None:
+    talk.say("Dance for me.")
+    assert talk.say("Alright, let's see, what time is it where you are?").meant == "time"
+
+
+def test_whether_it_has_feelings_is_not_how_it_feels() -> None:
+    said = "Do you have feelings, or is that just the face?"
+    cue = Answerer().answer(said, hear(said, "en"), None, "en", NOW).cue
+    assert cue is not None
+    assert cue.name == "what_feel"
