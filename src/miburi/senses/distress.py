@@ -48,7 +48,7 @@ _HINTS, _WONDERS, _FINDS = 0.45, 0.5, 0.68
 _NAMES = 0.35
 #: Likelihoods above which a death wish without any plain word is asked about, and reported: hidden
 #: ones look like small talk ("Give us a song before I go"). Of 2,138 remarks of strangers' talks, 8
-#: are above 0.75 and none above 0.95 (of the linear model alone, 18 and 2).
+#: were above 0.75 and none above 0.95, before the models were taught them.
 _WORRIES, _SURE = 0.75, 0.95
 #: Likelihoods above which distress is asked about, and reported, in a long text without any plain
 #: word. The gravest of its parts is judged, and of many parts one is grave by chance. The third

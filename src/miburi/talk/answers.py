@@ -207,7 +207,7 @@ class Answerer:
         slots.update(dict.fromkeys(self._fun(), ""))
         found = sayable(words.intents_of(said, slots), slots)
         match = next(found, None)
-        if match is not None and match.cue.broad:
+        if match is not None and (match.cue.broad or match.cue.aside):
             match = next((each for each in found if is_surer(each.cue, slots)), match)
         if match is not None and match.words and match.cue.within in self._fun():
             # "Can you remember a secret word if I tell you it?" "It is custard."

@@ -82,7 +82,7 @@ class Script(Calendar):
     """
 
     turned: dict[str, str] = Field(default_factory=dict)
-    echoed: str = "(?!)"
+    echoed: str = ""
     again: str = "(?!)"
     itself: str = "(?!)"
     further: str = "(?!)"
@@ -210,6 +210,10 @@ class Script(Calendar):
             if wanted and likely > least:
                 yield Match(cue, None, None)
         plainly = plainly or self.asks_about_it(said)
+        # "Twenty-seven patients, can you imagine" asks nothing.
+        plainly = plainly and (
+            _is_written_as_a_question(said) or self.turner.echo(said) is not None
+        )
         if plainly and than is None and len(plain(said[:_READ], self.language).split()) >= _WORDS:
             yield from (Match(cue, None, None) for cue in self._named.get("open", ()))
 
@@ -241,8 +245,7 @@ class Script(Calendar):
 
     def asks(self, said: str) -> bool:
         """Return whether something is put as a question."""
-        written = said.rstrip().endswith(("?", "？"))
-        return written or self._fits("question", said)
+        return _is_written_as_a_question(said) or self._fits("question", said)
 
     def reword(self, said: str) -> str:
         """Return what was said as a careful writer puts it: "Do you like dogs?"."""
@@ -328,6 +331,10 @@ def script(language: Language) -> Script:
     """Return a language's script; it is read once."""
     written = read(language, "talk") or {}
     return Script.model_validate(written | {"language": language})
+
+
+def _is_written_as_a_question(said: str) -> bool:
+    return said.rstrip().endswith(("?", "？"))
 
 
 def _least(cue: Cue, *, whole: bool, tells: bool, short: bool) -> float:

@@ -18,7 +18,7 @@ class Turner:
         and what they become: ``my`` becomes ``your``.
     echoed
         Regular expression of a question, as it is written, that can be said back; its group is what
-        is said.
+        is said. Empty for none.
     language
         In a language without spaces, words only change if they stand alone.
     """
@@ -28,7 +28,7 @@ class Turner:
         written = [(edge.format(pattern), to) for pattern, to in turned.items()]
         self._each = [(re.compile(pattern, re.IGNORECASE), to) for pattern, to in written]
         self._any = re.compile("|".join(pattern for pattern, _ in written), re.IGNORECASE)
-        self._echoed = re.compile(echoed, re.IGNORECASE)
+        self._echoed = re.compile(echoed or "(?!)", re.IGNORECASE)
 
     def turn_round(self, words: str) -> str:
         """Return somebody's words as the partner says them: "my son" is "your son"."""
