@@ -152,7 +152,7 @@ def test_nothing_of_distress_is_remembered(house: House) -> None:
 
 def test_words_with_a_slight_sign_of_distress_are_not_kept(house: House) -> None:
     house.say("My name is Anna.")
-    house.say("My daughter Judith sent you. She thinks I'll go funny in the house on my own.")
+    house.say("I have three sons, and not one of them would miss me.")
     assert house.facts() == []
 
 
