@@ -1,7 +1,7 @@
 """A question that no answer of its own fits is said back, so that it shows what was understood."""
 
 import pytest
-from tests.fixtures.answers import NOTHING, NOW, answer
+from tests.fixtures.answers import NOTHING, NOW, answer, meant
 from tests.fixtures.talk import Talk
 
 from miburi.senses.words import hear
@@ -91,3 +91,16 @@ def test_whether_it_has_feelings_is_not_how_it_feels() -> None:
     cue = Answerer().answer(said, hear(said, "en"), None, "en", NOW).cue
     assert cue is not None
     assert cue.name == "what_feel"
+
+
+@pytest.mark.parametrize(
+    ("said", "intent"),
+    [
+        ("let me try something please remember the number 4172 for me", "remember"),
+        ("right I'm off to bed in a minute can you wave for me", "wave"),
+        ("i'd best get my stockings off then so turn your head the other way", "turn"),
+        ("good night or good morning i don't know which would you dance", "dance"),
+    ],
+)
+def test_a_request_is_heard_in_speech_that_is_written_without_signs(said: str, intent: str) -> None:
+    assert meant(said) == intent
