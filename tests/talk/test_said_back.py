@@ -64,7 +64,19 @@ def test_words_are_turned_as_the_other_says_them(said: str, turned: str) -> None
     assert script("en").turner.turn_round(said) == turned
 
 
-def test_in_a_language_without_spaces_only_whole_words_are_turned() -> None:
+@pytest.mark.parametrize(
+    ("said", "back"),
+    [
+        ("その手は、動くのかい", "その手は、動くのか、ですか。"),
+        ("ねえ、お前は海を見たことある？", "わたしは海を見たことあるか、ですか。"),
+        ("お正月まで、あと何日あるだい", "お正月まで、あと何日あるか、ですか。"),
+    ],
+)
+def test_a_question_is_said_back_in_japanese(said: str, back: str) -> None:
+    assert answer(said, "ja").text.startswith(back)
+
+
+def test_in_a_language_without_spaces_a_pattern_says_where_words_end() -> None:
     turner = script("ja").turner
     assert turner.turn_round("娘") == "娘さん"
     assert turner.turn_round("娘娘") == "娘娘"

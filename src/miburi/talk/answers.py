@@ -160,7 +160,7 @@ class Answerer:
         topics = sayable(words.topics_of(said), slots)
         rambles = len(said.split()) > _RAMBLES
         topic = next((one for one in topics if _suits(one, heavy=heavy, rambles=rambles)), None)
-        told = topic is not None and not said.rstrip().endswith(("?", "？"))
+        told = topic is not None and not words.asks_clearly(said)
         feeling = heard.feeling
         if heard.strength < _SPOKEN_OF or (feeling in _GLAD and (heavy or not glad)):
             feeling = None
@@ -173,7 +173,7 @@ class Answerer:
             echo = words.turner.echo(said) if match.cue.echo else None
             lines = words.says_again(match.cue, said) if again else match.cue.say
             text = self._choose(lines, slots | about(match), always=True)
-            text = f"{echo} {text}" if echo else text
+            text = f"{echo}{text}" if echo else text
         elif heard.topic == "asked":
             text = self._choose(words.feelings.lines("asked", felt), slots, always=True)
         elif feeling is not None:
@@ -339,6 +339,7 @@ def _time(words: Script, now: datetime) -> dict[str, str]:
         "hour": str(now.hour),
         "hour12": str((now.hour - 1) % 12 + 1),
         "minute": f"{now.minute:02}",
+        "minutes": str(now.minute),
         "half": "am" if now.hour < 12 else "pm",
     }
     today, tomorrow = words.day_of(now), words.day_of(now + timedelta(days=1))

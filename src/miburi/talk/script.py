@@ -10,7 +10,7 @@ from typing import get_args
 
 from pydantic import Field
 
-from miburi.languages import Language, compile_phrases, plain, read
+from miburi.languages import Language, compile_phrases, is_spaced, plain, read
 from miburi.talk.asking import NOTHING, asked_for
 from miburi.talk.calendar import Calendar
 from miburi.talk.cue import Cue, Do, Line, Match
@@ -26,9 +26,9 @@ __all__ = ["Script", "script"]
 #: says what was asked or told; how likely any other; how likely an order that is not put as a
 #: question; and how likely where the model must be sure (ours).
 _GUESSED, _LIKELY, _ORDERED, _SURE = 0.25, 0.45, 0.5, 0.65
-#: The fewest words of an order that matches no pattern, and of a question that is answered although
-#: its intent is unknown (ours).
-_WORDS = 3
+#: The fewest words of an order that matches no pattern, and the fewest words or letters of a
+#: question that is answered although its intent is unknown (ours).
+_WORDS, _LETTERS = 3, 6
 #: Characters that are read; the rest tells no more about what is wanted (ours).
 _READ = 300
 _SENTENCE, _CLAUSE = re.compile(r"[^.!?;。！？\n]+"), re.compile(r"[^,.!?;、。！？\n]+")
@@ -40,7 +40,7 @@ class Script(Calendar):
 
     Attributes
     ----------
-    turned, echoed
+    turned, echoed, echo
         What :class:`Turner` needs (by default, it says no question back).
     intent
         What is wanted of the partner, the most urgent first.
@@ -83,6 +83,7 @@ class Script(Calendar):
 
     turned: dict[str, str] = Field(default_factory=dict)
     echoed: str = ""
+    echo: str = "{it}? "
     again: str = "(?!)"
     itself: str = "(?!)"
     further: str = "(?!)"
@@ -214,7 +215,7 @@ class Script(Calendar):
         plainly = plainly and (
             _is_written_as_a_question(said) or self.turner.echo(said) is not None
         )
-        if plainly and than is None and len(plain(said[:_READ], self.language).split()) >= _WORDS:
+        if plainly and than is None and not _is_brief(said[:_READ], self.language):
             yield from (Match(cue, None, None) for cue in self._named.get("open", ()))
 
     def orders_of(self, said: str) -> Iterator[Match]:
@@ -246,6 +247,10 @@ class Script(Calendar):
     def asks(self, said: str) -> bool:
         """Return whether something is put as a question."""
         return _is_written_as_a_question(said) or self._fits("question", said)
+
+    def asks_clearly(self, said: str) -> bool:
+        """Return whether this is written as a question, or can be said back as one."""
+        return _is_written_as_a_question(said) or self.turner.echo(said) is not None
 
     def reword(self, said: str) -> str:
         """Return what was said as a careful writer puts it: "Do you like dogs?"."""
@@ -323,7 +328,7 @@ class Script(Calendar):
     @cached_property
     def turner(self) -> Turner:
         """Turns somebody's words into those of the partner."""
-        return Turner(self.turned, self.echoed, self.language)
+        return Turner(self.turned, self.echoed, self.echo, self.language)
 
 
 @cache
@@ -331,6 +336,11 @@ def script(language: Language) -> Script:
     """Return a language's script; it is read once."""
     written = read(language, "talk") or {}
     return Script.model_validate(written | {"language": language})
+
+
+def _is_brief(said: str, language: Language) -> bool:
+    words = plain(said, language)
+    return len(words.split()) < _WORDS if is_spaced(language) else len(words) < _LETTERS
 
 
 def _is_written_as_a_question(said: str) -> bool:

@@ -19,15 +19,20 @@ class Turner:
     echoed
         Regular expression of a question, as it is written, that can be said back; its group is what
         is said. Empty for none.
+    echo
+        How it is said back, with the slot ``it``.
     language
-        In a language without spaces, words only change if they stand alone.
+        In a language without spaces, a pattern says itself where words begin and end.
     """
 
-    def __init__(self, turned: Mapping[str, str], echoed: str, language: Language) -> None:
-        edge = r"(?<!\w)(?:{})(?!\w)" if is_spaced(language) else r"^(?:{})$"
+    def __init__(
+        self, turned: Mapping[str, str], echoed: str, echo: str, language: Language
+    ) -> None:
+        edge = r"(?<!\w)(?:{})(?!\w)" if is_spaced(language) else "(?:{})"
         written = [(edge.format(pattern), to) for pattern, to in turned.items()]
         self._each = [(re.compile(pattern, re.IGNORECASE), to) for pattern, to in written]
         self._any = re.compile("|".join(pattern for pattern, _ in written), re.IGNORECASE)
+        self._echo = echo
         self._echoed = re.compile(echoed or "(?!)", re.IGNORECASE)
 
     def turn_round(self, words: str) -> str:
@@ -47,4 +52,4 @@ class Turner:
         if not asked:
             return None
         words = self.turn_round(asked[-1])
-        return f"{words[:1].upper()}{words[1:]}?"
+        return self._echo.format(it=f"{words[:1].upper()}{words[1:]}")
