@@ -116,3 +116,16 @@ def test_whether_it_has_feelings_is_not_how_it_feels() -> None:
 )
 def test_a_request_is_heard_in_speech_that_is_written_without_signs(said: str, intent: str) -> None:
     assert meant(said) == intent
+
+
+def test_do_it_means_what_was_lately_named(talk: Talk) -> None:
+    talk.say("They say you can dance.")
+    assert talk.say("Go on then, show me.").meant == "dance"
+    assert talk.say("She tells me you can wave. Let me see you do it.").meant == "wave"
+
+
+def test_do_it_is_asked_about_if_nothing_was_named_lately(talk: Talk) -> None:
+    talk.say("They say you can dance.")
+    for said in ("It is raining.", "The bus came late.", "My tea is cold."):
+        talk.say(said)
+    assert talk.say("Show me.").meant == "do_it"

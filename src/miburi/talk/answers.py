@@ -16,7 +16,7 @@ import numpy as np
 from miburi.languages import Language
 from miburi.senses.impression import Impression
 from miburi.talk.cue import Cue, Do, Match
-from miburi.talk.meaning import about, gives_way, is_surer, sayable, settled, slots_in
+from miburi.talk.meaning import about, gives_way, is_surer, named_in, sayable, settled, slots_in
 from miburi.talk.remembering import SIGNS, announces, is_short, told_before
 from miburi.talk.script import Script, script
 
@@ -28,6 +28,8 @@ UNREPEATED = 20
 #: After it spoke of its own feeling, the turns for which it does not (ours; judges of talks found
 #: none of 12 such answers to fit).
 _OF_OTHERS = 6
+#: Remarks after which "do it" may still mean what was named in them (ours).
+_NAMED = 3
 #: Every second answer to a remark with both a feeling and a topic mentions the topic, too (ours).
 _TAKES_UP = 0.5
 #: If a feeling is less likely than this, it moves the partner, but the partner does not mention it
@@ -103,6 +105,7 @@ class Answerer:
         self._stays: Match | None = None
         self._since = 0  # turns
         self._recalled: str | None = None  # what it has just recalled
+        self._named: deque[Cue | None] = deque(maxlen=_NAMED)  # in the last remarks
 
     def wanted(self, said: str, language: Language, known: Mapping[str, str]) -> list[Match]:
         """Return the intents of what was said at this point of the talk, the most urgent first."""
@@ -166,6 +169,7 @@ class Answerer:
             feeling = None
         shown = feeling is not None
         match = settled(match, said, heard, words, slots, shown=shown, heavy=heavy, told=told)
+        match = self._refer(match, words, said)
         kept_to = self._keep_to(match, words, said, felt=shown)
         again, match = kept_to is not match, kept_to
         text = echo = None
@@ -230,6 +234,14 @@ class Answerer:
             match = match._replace(words=whole, it=words.turner.turn_round(whole))
         return match, True
 
+    def _refer(self, match: Match | None, words: Script, said: str) -> Match | None:
+        """Return the match, or what "do it" means: something that was lately named."""
+        self._named.append(named_in(said, words))
+        named = next((cue for cue in reversed(self._named) if cue is not None), None)
+        if match is None or not match.cue.refers or named is None:
+            return match
+        return Match(named, None, None)
+
     def _keep_to(
         self, match: Match | None, words: Script, said: str, *, felt: bool
     ) -> Match | None:
@@ -256,6 +268,7 @@ class Answerer:
     def forget(self) -> None:
         """Forget what was said last."""
         self._last, self._stays, self._recalled = "", None, None
+        self._named.clear()
 
     def say(self, lines: Iterable[str], known: Mapping[str, str] | None = None) -> str:
         """Return one of several sentences, chosen in the same way as an answer."""

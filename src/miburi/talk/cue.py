@@ -62,6 +62,10 @@ class Cue(Table):
         A slot that must be empty, and one that must be filled: if the speaker's name is known, "it
         is Toby" does not change it; "I do not get it" is about a joke only after one
         (``after_joke``).
+    named
+        Regular expression of words that name what it shows: "do it" then means that.
+    refers
+        Whether it means what was named in one of the last remarks.
     tune
         [Hz, s] notes that a page plays instead of the words.
     """
@@ -82,6 +86,8 @@ class Cue(Table):
     capital: bool = False
     heavy: bool = False
     mine: bool = False
+    named: str | None = None
+    refers: bool = False
     without: str | None = None
     within: str | None = None
     tune: list[Annotated[list[float], Field(min_length=2, max_length=2)]] | None = None

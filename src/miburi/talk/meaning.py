@@ -4,12 +4,13 @@ from collections.abc import Iterable, Iterator, Mapping
 from itertools import chain
 from string import Formatter
 
+from miburi.languages import compile_phrases, plain
 from miburi.senses.impression import Impression
 from miburi.talk.cue import Cue, Match
 from miburi.talk.remembering import SIGNS, is_short
 from miburi.talk.script import Script
 
-__all__ = ["about", "gives_way", "is_surer", "sayable", "settled", "slots_in"]
+__all__ = ["about", "gives_way", "is_surer", "named_in", "sayable", "settled", "slots_in"]
 
 
 def settled(
@@ -43,6 +44,18 @@ def settled(
     # "How are you" does not ask how something is done.
     weak = match is not None and (match.cue.broad or match.cue.aside)
     return None if how_are_you and weak else match
+
+
+def named_in(said: str, words: Script) -> Cue | None:
+    """Return what the partner can show and somebody named, the last if there are several."""
+    text, last = plain(said, words.language), 0
+    named = None
+    for cue in words.intent:
+        pattern = cue.named and compile_phrases([cue.named], words.language)
+        for found in pattern.finditer(text) if pattern else ():
+            if found.end() > last:
+                last, named = found.end(), cue
+    return named
 
 
 def sayable(matches: Iterable[Match], slots: dict[str, str]) -> Iterator[Match]:
