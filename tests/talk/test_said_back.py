@@ -128,6 +128,12 @@ def test_do_it_means_what_was_lately_named(talk: Talk) -> None:
     assert talk.say("She tells me you can wave. Let me see you do it.").meant == "wave"
 
 
+def test_do_it_is_an_order_before_it_is_carried_out() -> None:
+    one = Answerer()
+    answer("They say you can dance.", answerer=one)
+    assert [match.cue.name for match in one.wanted("Show me.", "en", {})] == ["dance"]
+
+
 def test_do_it_is_asked_about_if_nothing_was_named_lately(talk: Talk) -> None:
     talk.say("They say you can dance.")
     for said in ("It is raining.", "The bus came late.", "My tea is cold."):

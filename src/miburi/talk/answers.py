@@ -112,7 +112,7 @@ class Answerer:
         words = script(language)
         said = words.reword(said)
         filled = {"next", *known, *self._fun(), *self._further(said, words)}
-        found = list(words.intents_of(said, filled))
+        found = [self._refer(one, words, said) for one in words.intents_of(said, filled)]
         if asks := told_before(said, words)[1]:
             # "Will you remember something for me, the milk is running low"
             found += words.intents_of(asks, filled, do="remember")
@@ -169,7 +169,8 @@ class Answerer:
             feeling = None
         shown = feeling is not None
         match = settled(match, said, heard, words, slots, shown=shown, heavy=heavy, told=told)
-        match = self._refer(match, words, said)
+        match = match and self._refer(match, words, said)
+        self._named.append(named_in(said, words))
         kept_to = self._keep_to(match, words, said, felt=shown)
         again, match = kept_to is not match, kept_to
         text = echo = None
@@ -234,13 +235,11 @@ class Answerer:
             match = match._replace(words=whole, it=words.turner.turn_round(whole))
         return match, True
 
-    def _refer(self, match: Match | None, words: Script, said: str) -> Match | None:
+    def _refer(self, match: Match, words: Script, said: str) -> Match:
         """Return the match, or what "do it" means: something that was lately named."""
-        self._named.append(named_in(said, words))
-        named = next((cue for cue in reversed(self._named) if cue is not None), None)
-        if match is None or not match.cue.refers or named is None:
-            return match
-        return Match(named, None, None)
+        lately = [named_in(said, words), *reversed(self._named)] if match.cue.refers else []
+        named = next((cue for cue in lately if cue is not None), None)
+        return match if named is None else Match(named, None, None)
 
     def _keep_to(
         self, match: Match | None, words: Script, said: str, *, felt: bool

@@ -212,9 +212,7 @@ class Script(Calendar):
                 yield Match(cue, None, None)
         plainly = plainly or self.asks_about_it(said)
         # "Twenty-seven patients, can you imagine" asks nothing.
-        plainly = plainly and (
-            _is_written_as_a_question(said) or self.turner.echo(said) is not None
-        )
+        plainly = plainly and (not self.echoed or self.asks_clearly(said))
         if plainly and than is None and not _is_brief(said[:_READ], self.language):
             yield from (Match(cue, None, None) for cue in self._named.get("open", ()))
 
