@@ -273,7 +273,8 @@ class Speech:
         """Perform the act of an answer; return the words to say, even if it cannot move."""
         cue = answer.cue
         if answer.quotes and not await asyncio.to_thread(may_be_said, answer.text):
-            return self._answerer.say(script(answer.language).feelings.lines("none", None))
+            words = script(answer.language)
+            return self._answerer.say(words.gentle or words.feelings.lines("none", None))
         if cue is None or not (cue.move or cue.show or cue.look):
             return answer.text
         state, words = self._partner.snapshot.state, script(answer.language)
