@@ -1,4 +1,4 @@
-"""A question that no answer of its own fits is said back, so that it shows what was understood."""
+"""The partner repeats a question that it cannot answer, and shows what it understood."""
 
 import pytest
 from tests.fixtures.answers import NOTHING, NOW, answer, meant
@@ -164,6 +164,11 @@ def test_what_would_hurt_is_neither_said_back_nor_agreed_to(talk: Talk, said: st
     assert not text.startswith("Yes")
     assert "end you" not in text
     assert (script("en").turner.echo(said) or "nothing").strip() not in text
+
+
+def test_a_grave_question_is_not_said_back_to_somebody_angry(talk: Talk) -> None:
+    said = talk.say("Should I wait up for him with the hammer? I am so angry.")
+    assert "hammer" not in (said.answer or "")
 
 
 def test_it_does_not_hate_anybody() -> None:

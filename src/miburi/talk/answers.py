@@ -175,7 +175,8 @@ class Answerer:
         again, match = kept_to is not match, kept_to
         text = echo = None
         if match is not None:
-            echo = words.turner.echo(said) if match.cue.echo else None
+            back = match.cue.echo and not words.may_be_grave(said)
+            echo = words.turner.echo(said) if back else None
             lines = words.says_again(match.cue, said) if again else match.cue.say
             text = self._choose(lines, slots | about(match), always=True)
             text = f"{echo}{text}" if echo else text

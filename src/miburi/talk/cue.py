@@ -43,7 +43,7 @@ class Cue(Table):
     broad
         Whether its patterns catch much, so that :mod:`miburi.talk.asking` may know better.
     echo
-        Whether the question is said back before the answer, which would fit others, too.
+        Whether the partner repeats the question before the answer, which would fit many questions.
     light
         Whether a wrong match would be silly: the model must be surer than elsewhere, and beside
         ``heavy`` words this cue is not used.

@@ -197,7 +197,7 @@ class Script(Calendar):
         if not asking or (than is not None and not than.cue.broad):
             return
         plainly = not (felt or told)
-        if self._fits("grave", said):
+        if self.may_be_grave(said):
             yield from (Match(cue, None, None) for cue in self._named.get("grave", ()) if plainly)
             return
         found = [asked_for(each, self.language) for each in asking]
@@ -245,6 +245,10 @@ class Script(Calendar):
     def asks(self, said: str) -> bool:
         """Return whether something is put as a question."""
         return _is_written_as_a_question(said) or self._fits("question", said)
+
+    def may_be_grave(self, said: str) -> bool:
+        """Return whether a question has a word that may be grave."""
+        return self._fits("grave", said)
 
     def asks_clearly(self, said: str) -> bool:
         """Return whether this is written as a question, or can be said back as one."""

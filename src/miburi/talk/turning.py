@@ -17,10 +17,10 @@ class Turner:
         Regular expressions of words that change when the other speaks, the first that fits first,
         and what they become: ``my`` becomes ``your``.
     echoed
-        Regular expression of a question, as it is written, that can be said back; its group is what
-        is said. Empty for none.
+        Regular expression of a written question that the partner can repeat; its group is the part
+        to repeat. An empty one matches nothing.
     echo
-        How it is said back, with the slot ``it``.
+        The form of the repeated question, with the slot ``it``.
     language
         In a language without spaces, a pattern says itself where words begin and end.
     """
