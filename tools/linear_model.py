@@ -3,12 +3,16 @@
 Needs SciPy (the extra ``studies``). ``miburi.senses.linear`` reads what it makes.
 """
 
+from pathlib import Path
+
 import numpy as np
 from scipy.optimize import minimize
 from scipy.sparse import csr_matrix
 
 AT_LEAST = 2  # sentences that a group must stand in
 C = 20.0  # 1 / strength of the penalty on large weights
+
+LANGUAGES = ("en", "ja")  # that have models
 
 Model = dict[str, np.ndarray]
 
@@ -61,3 +65,16 @@ def fit(
         f"{language}_scale": np.float64(scale),
         f"{language}_bias": b,
     }
+
+
+def save(file: Path, arrays: dict[str, Model]) -> None:
+    """Write languages' arrays; the file keeps those of the languages that are not among them."""
+    old: Model = dict(np.load(file)) if file.exists() else {}
+    kept = {name: one for name, one in old.items() if name.split("_")[0] not in arrays}
+    np.savez_compressed(
+        file,
+        allow_pickle=False,
+        **kept,
+        **{k: v for each in arrays.values() for k, v in each.items()},
+    )
+    print(f"{file}: {file.stat().st_size} bytes")

@@ -1,6 +1,6 @@
 """Train the linear model of distress: written sentences in, one small file out.
 
-    python tools/train_distress.py [--out src/miburi/senses/distress.npz]
+    python tools/train_distress.py [--only ja] [--out src/miburi/senses/distress.npz]
 
 Needs SciPy (the extra ``studies``). The sentences are drawn from ``distress-lessons.toml`` beside
 this script, all written by one of Miburi's authors, and from ``distress-lines``, ``intent-lines``
@@ -17,7 +17,7 @@ from collections.abc import Container
 from pathlib import Path
 
 import numpy as np
-from linear_model import Model, fit
+from linear_model import LANGUAGES, Model, fit, save
 
 from miburi.languages import Language, plain
 from miburi.senses.distress import features
@@ -58,9 +58,8 @@ def sentences(language: Language, without: Container[str] = ()) -> list[tuple[in
         for line in lessons[kind]:
             for _ in range(DRAWN):
                 rows[plain(draw(line, random), language)] = label
-    if language == "en":
-        for text in [*everyday(), *questions(without)]:
-            rows.setdefault(plain(text, language), len(KINDS))
+    for text in [*everyday(language), *questions(language, without)]:
+        rows.setdefault(plain(text, language), len(KINDS))
     for label, text in strangers(language, without):
         rows[plain(text, language)] = label
     return [(label, text) for text, label in rows.items()]
@@ -80,8 +79,10 @@ def strangers(language: Language, without: Container[str] = ()) -> list[tuple[in
     return [(labels.get(kind, len(KINDS)), text) for kind, text in rows]
 
 
-def everyday() -> list[str]:
+def everyday(language: Language) -> list[str]:
     """Return what somebody says who only feels something, from the lessons of the words sense."""
+    if language != "en":
+        return []
     lessons = tomllib.loads(LESSONS.with_name("words-lessons.toml").read_text(encoding="utf-8"))
     alarms = ("fright", "fear")
     plain_ones = [one for name, one in lessons.items() if name not in alarms]
@@ -93,10 +94,10 @@ def everyday() -> list[str]:
     return said
 
 
-def questions(without: Container[str] = ()) -> list[str]:
+def questions(language: Language, without: Container[str] = ()) -> list[str]:
     """Return what people ask of a partner, except the kinds that may well be grave."""
     folders = ("intent-lines", "order-lines")
-    rows = [row for folder in folders for row in read_lines(folder, "en", without)]
+    rows = [row for folder in folders for row in read_lines(folder, language, without)]
     return [text for kind, text in rows if kind.strip() not in GRAVE]
 
 
@@ -111,15 +112,17 @@ def train(language: Language, without: Container[str] = ()) -> Model:
 
 
 def main() -> None:
-    """Train both languages and write the file."""
+    """Train each language and write the file."""
     parser = argparse.ArgumentParser(description="Train the linear model of distress.")
     parser.add_argument(
         "--out", type=Path, default=ROOT / "src" / "miburi" / "senses" / "distress.npz"
     )
+    parser.add_argument("--only", choices=LANGUAGES, help="keep the other language as it is")
     wish = parser.parse_args()
-    arrays = train("en") | train("ja")
-    np.savez_compressed(wish.out, allow_pickle=False, **arrays)
-    print(f"{wish.out}: {wish.out.stat().st_size} bytes")
+    save(
+        wish.out,
+        {language: train(language) for language in LANGUAGES if wish.only in (None, language)},
+    )
 
 
 if __name__ == "__main__":

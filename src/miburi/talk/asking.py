@@ -1,7 +1,7 @@
 """Find the intent of a question that matches no pattern, with a small linear model and a network.
 
 ``tools/train_intents.py`` and ``tools/train_network.py`` train them on lines that strangers wrote.
-Only English has them.
+English and Japanese have them.
 """
 
 from collections.abc import Callable
