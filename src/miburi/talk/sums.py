@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable
 from functools import cache
 
-from miburi.languages import Language, plain
+from miburi.languages import Language, is_spaced, plain
 from miburi.talk.calendar import Sign
 from miburi.talk.script import script
 
@@ -57,7 +57,10 @@ def _ways(language: Language) -> dict[Sign, re.Pattern[str]]:
     rules = script(language)
     word = "|".join([rf"\d{{1,{_MOST}}}", *map(re.escape, rules.numbers)])
     number = rf"(?:{word})(?: (?:{word}))*"
+    gap, edge = (" ", r"\b") if is_spaced(language) else (" ?", "")
     return {
-        name: re.compile(rf"\b(?P<first>{number}) (?:{sign}) (?P<second>{number})\b")
+        name: re.compile(
+            rf"{edge}(?P<first>{number}){gap}(?:{sign}){gap}(?P<second>{number}){edge}"
+        )
         for name, sign in rules.sums.items()
     }
