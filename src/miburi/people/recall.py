@@ -10,7 +10,7 @@ counts as a shared word: "I was a cook for ten years" answers "What was my job?"
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import pairwise
+from itertools import chain, pairwise
 from math import log
 
 from miburi.languages import (
@@ -33,6 +33,9 @@ ENOUGH = 0.45
 _STEM, _UNTOLD = 6, 0.3
 #: The sentences of a remark that are written as questions.
 _ASKED = re.compile(r"[^.!?。！？]+[?？]")
+#: Where words have no spaces: letters that are no hiragana, which mostly are endings; and one
+#: letter that is a word, or a part of one.
+_WRITTEN, _IDEOGRAM = re.compile(r"[^\s\u3040-\u309f]+"), re.compile(r"[\u4e00-\u9fff]")
 #: The ending of a word, which a question may change.
 _ENDING = re.compile(r"(?<=\w{4})(ing|ed|es|e|s)$|(?<=\w{2})s$")
 #: The last clause of a question, and how many words are enough for a question (ours).
@@ -107,14 +110,13 @@ def ways_to_ask(question: str, earlier: Iterable[str], language: Language) -> It
 
 
 def _stems(text: str, language: Language) -> set[str]:
-    words = plain(text, language)
+    words, same = plain(text, language), same_words(language)
+    common = common_words(language)
     if not is_spaced(language):
-        return {"".join(pair) for pair in pairwise(words) if not all(map(_is_kana, pair))}
-    common, same = common_words(language), same_words(language)
+        runs = _WRITTEN.findall(words)
+        pairs = ("".join(pair) for run in runs for pair in pairwise(run))
+        either = chain(pairs, _IDEOGRAM.findall(words))
+        return {same.get(each, each) for each in either if each not in common}
     rare = (word for word in words.split() if word not in common)
     short = ((word, _ENDING.sub("", word)) for word in rare)
     return {(same.get(word) or same.get(stem, stem))[:_STEM] for word, stem in short}
-
-
-def _is_kana(letter: str) -> bool:
-    return "\u3040" <= letter <= "\u309f"

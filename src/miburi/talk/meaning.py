@@ -32,7 +32,7 @@ def settled(
     how_are_you = heard.topic == "asked"
     if not how_are_you:
         match = next(sayable(words.asked_of(said, match, felt=shown, told=told), slots), match)
-    if (match is None or match.cue.aside) and not heavy:
+    if (match is None or match.cue.aside or match.cue.broad) and not heavy:
         whole = {} if is_short(said, words) else {"next": said.strip(SIGNS)}
         match = next(sayable(words.orders_of(said), whole | slots), match)
         if match is not None:

@@ -230,7 +230,7 @@ class Script(Calendar):
             name, likely = asked_for(each, self.language)
             # "I used to lift both arms" tells something, but orders nothing.
             tells = self.tells(next(iter(_CLAUSE.findall(each)), ""))
-            short = len(each.split()) < _WORDS
+            short = _is_brief(each, self.language)
             for cue in self._named.get(name, ()):
                 if likely > _least(cue, whole=each in whole, tells=tells, short=short):
                     yield Match(cue, None, None)
