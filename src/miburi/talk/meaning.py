@@ -8,7 +8,7 @@ from miburi.languages import compile_phrases, plain
 from miburi.senses.impression import Impression
 from miburi.talk.cue import Cue, Match
 from miburi.talk.remembering import SIGNS, is_short
-from miburi.talk.script import Script
+from miburi.talk.script import OPEN, Script
 
 __all__ = ["about", "gives_way", "is_surer", "named_in", "sayable", "settled", "slots_in"]
 
@@ -29,9 +29,11 @@ def settled(
     ``shown`` tells whether a feeling was heard, and ``told`` whether a topic was. It may add the
     slot for the words to remember.
     """
-    how_are_you = heard.topic == "asked"
-    if not how_are_you:
-        match = next(sayable(words.asked_of(said, match, felt=shown, told=told), slots), match)
+    how_are_you, found = heard.topic == "asked", match
+    # What was taken for "How are you" may surely ask something else ("May I be angry?").
+    asked = words.asked_of(said, match, felt=shown or how_are_you, told=told)
+    asked = (each for each in asked if not (how_are_you and each.cue.name == OPEN))
+    match = next(sayable(asked, slots), match)
     if (match is None or match.cue.aside or match.cue.broad) and not heavy:
         whole = {} if is_short(said, words) else {"next": said.strip(SIGNS)}
         match = next(sayable(words.orders_of(said), whole | slots), match)
@@ -43,7 +45,7 @@ def settled(
         match = next((one for one in others if not one.cue.light), None)
     # "How are you" does not ask how something is done.
     weak = match is not None and (match.cue.broad or match.cue.aside)
-    return None if how_are_you and weak else match
+    return None if how_are_you and weak and match is found else match
 
 
 def named_in(said: str, words: Script) -> Cue | None:

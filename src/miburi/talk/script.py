@@ -6,7 +6,7 @@ A language's ``talk.toml`` becomes a :class:`Script`, whose cues find what was m
 import re
 from collections.abc import Container, Iterator
 from functools import cache, cached_property
-from typing import get_args
+from typing import Annotated, get_args
 
 from pydantic import Field
 
@@ -20,12 +20,15 @@ from miburi.talk.telling import tells_a_fact
 from miburi.talk.turning import Turner
 from miburi.talk.wording import as_written
 
-__all__ = ["Script", "script"]
+__all__ = ["OPEN", "Script", "script"]
+
+#: The name of the intent of a question whose intent is not known.
+OPEN = "open"
 
 #: How likely an intent from the model must be where a wrong guess is seen at once, since the answer
-#: says what was asked or told; how likely any other; how likely an order that is not put as a
-#: question; and how likely where the model must be sure (ours).
-_GUESSED, _LIKELY, _ORDERED, _SURE = 0.25, 0.45, 0.5, 0.65
+#: says what was asked or told; how likely an order that is not put as a question; and how likely
+#: where the model must be sure (ours).
+_GUESSED, _ORDERED, _SURE = 0.25, 0.5, 0.65
 #: The fewest words of an order that matches no pattern, and the fewest words or letters of a
 #: question that is answered although its intent is unknown (ours).
 _WORDS, _LETTERS = 3, 6
@@ -79,6 +82,8 @@ class Script(Calendar):
         What is said where the body cannot move.
     gentle
         Answers to ``heavy`` words that have no other answer; if it is missing, the usual answers.
+    likely
+        How likely a question's intent must be that only the model finds.
     """
 
     turned: dict[str, str] = Field(default_factory=dict)
@@ -108,6 +113,7 @@ class Script(Calendar):
     stopped: Lines
     paused: Lines
     gentle: Lines = Field(default_factory=list)
+    likely: Annotated[float, Field(gt=0, lt=1)] = 0.45
 
     @cached_property
     def _intents(self) -> list[tuple[Cue, re.Pattern[str]]]:
@@ -205,7 +211,7 @@ class Script(Calendar):
         for cue in self._named.get(name, ()):
             wanted = not (cue.orders and self._fits("unwanted", said))
             guessed = cue.echo or {"told", "kept"} & {cue.within, cue.without}
-            least = _GUESSED if guessed else _SURE if cue.light else _LIKELY
+            least = _GUESSED if guessed else _SURE if cue.light else self.likely
             if not plainly:
                 least = _ORDERED if cue.wish else _SURE
             if wanted and likely > least:
@@ -214,7 +220,7 @@ class Script(Calendar):
         # "Twenty-seven patients, can you imagine" asks nothing.
         plainly = plainly and (not self.echoed or self.asks_clearly(said))
         if plainly and than is None and not _is_brief(said[:_READ], self.language):
-            yield from (Match(cue, None, None) for cue in self._named.get("open", ()))
+            yield from (Match(cue, None, None) for cue in self._named.get(OPEN, ()))
 
     def orders_of(self, said: str) -> Iterator[Match]:
         """Yield the orders in words that match no pattern and ask no question.
@@ -232,7 +238,7 @@ class Script(Calendar):
             tells = self.tells(next(iter(_CLAUSE.findall(each)), ""))
             short = _is_brief(each, self.language)
             for cue in self._named.get(name, ()):
-                if likely > _least(cue, whole=each in whole, tells=tells, short=short):
+                if likely > _least(cue, self.likely, whole=each in whole, tells=tells, short=short):
                     yield Match(cue, None, None)
 
     @cached_property
@@ -349,12 +355,12 @@ def _is_written_as_a_question(said: str) -> bool:
     return said.rstrip().endswith(("?", "？"))
 
 
-def _least(cue: Cue, *, whole: bool, tells: bool, short: bool) -> float:
+def _least(cue: Cue, likely: float, *, whole: bool, tells: bool, short: bool) -> float:
     """Return how likely a cue must be in words that are no question; 1: it is not found there."""
     if short:
         return _SURE if cue.wish and whole else 1.0
     if cue.wish:
-        return _LIKELY if whole and not tells else _ORDERED
+        return likely if whole and not tells else _ORDERED
     if cue.do == "remember":  # which may be written
         return _SURE
     if tells or not cue.orders:
