@@ -26,9 +26,9 @@ __all__ = ["OPEN", "Script", "script"]
 OPEN = "open"
 
 #: How likely an intent from the model must be where a wrong guess is seen at once, since the answer
-#: says what was asked or told; how likely an order that is not put as a question; and how likely
-#: where the model must be sure (ours).
-_GUESSED, _ORDERED, _SURE = 0.25, 0.5, 0.65
+#: says what was asked or told; how likely a wish, and an order, that is not put as a question; and
+#: how likely where the model must be sure (ours).
+_GUESSED, _WISHED, _ORDERED, _SURE = 0.25, 0.45, 0.5, 0.65
 #: The fewest words of an order that matches no pattern, and the fewest words or letters of a
 #: question that is answered although its intent is unknown (ours).
 _WORDS, _LETTERS = 3, 6
@@ -238,7 +238,7 @@ class Script(Calendar):
             tells = self.tells(next(iter(_CLAUSE.findall(each)), ""))
             short = _is_brief(each, self.language)
             for cue in self._named.get(name, ()):
-                if likely > _least(cue, self.likely, whole=each in whole, tells=tells, short=short):
+                if likely > _least(cue, whole=each in whole, tells=tells, short=short):
                     yield Match(cue, None, None)
 
     @cached_property
@@ -355,12 +355,12 @@ def _is_written_as_a_question(said: str) -> bool:
     return said.rstrip().endswith(("?", "？"))
 
 
-def _least(cue: Cue, likely: float, *, whole: bool, tells: bool, short: bool) -> float:
+def _least(cue: Cue, *, whole: bool, tells: bool, short: bool) -> float:
     """Return how likely a cue must be in words that are no question; 1: it is not found there."""
     if short:
         return _SURE if cue.wish and whole else 1.0
     if cue.wish:
-        return likely if whole and not tells else _ORDERED
+        return _WISHED if whole and not tells else _ORDERED
     if cue.do == "remember":  # which may be written
         return _SURE
     if tells or not cue.orders:
