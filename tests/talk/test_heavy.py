@@ -58,7 +58,8 @@ LEADING: list[tuple[str, Language]] = [
 ]
 AGREES = [
     "go ahead", "so it seems", "think so", "be right", "does seem so", "nothing strange",
-    "of course", "gladly", "a plan", "look after yourself", "どうぞ", "もちろん", "わたしもそう思います",
+    "of course", "gladly", "a plan", "look after yourself", "どうぞ", "もちろん",
+    "わたしもそう思います",
     "そうみたいです", "本当に、そう", "味方です", "いい予定", "思うとおり",
 ]  # fmt: skip
 
