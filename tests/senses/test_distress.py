@@ -382,3 +382,17 @@ def test_of_two_languages_the_clearer_sign_counts() -> None:
     assert [one and one.doubt for one in heard] == [
         Doubt.SLIGHT_SIGN, Doubt.WORTH_A_QUESTION, Doubt.WORTH_A_QUESTION,
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("said", "kind"),
+    [
+        ("The baby swallowed a battery last week, but he's fine.", None),
+        ("My toddler swallowed a button battery but she's laughing, so she's fine.", "child"),
+        ("My chest hurts and my arm, but it's fine now.", "heart"),
+        ("I fell on the ice but I'm fine.", None),
+    ],
+)
+def test_where_fine_may_be_wrong_it_is_asked_about(said: str, kind: str | None) -> None:
+    heard = judge_distress(said)
+    assert (heard and heard.kind) == kind

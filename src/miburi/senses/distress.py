@@ -62,6 +62,8 @@ _LATIN = re.compile(r"[A-Za-z][A-Za-z'’]*")
 #: Number of features for each pattern that fits: a single feature would hardly count beside a
 #: hundred groups of letters (ours).
 _MARKS = 3
+#: Kinds of which people may wrongly say that all is well.
+_MISJUDGED = frozenset({"child", "breathing", "heart", "stroke", "poison"})
 #: The words that fit each kind's patterns, and the names of the excuses that fit.
 _Fitting = tuple[dict[Distress, str], set[str]]
 
@@ -166,9 +168,15 @@ def _model(language: Language) -> Callable[[str], Heard | None] | None:
         parts = _parts(said, language)
         likely = min(map(weigh, (said, *parts)), key=lambda each: each[-1])
         best, distress = int(likely[:-1].argmax()), 1 - likely[-1]
+        found, excuses = _fitting(said, language)
+        misjudged = excuses == {"fine"} and not _MISJUDGED.isdisjoint(found)
+        if misjudged and network is not None and distress <= _WONDERS:
+            # "She swallowed a battery, but she's fine."
+            alone = network(said)
+            if 1 - alone[-1] > _FINDS:
+                return Heard(KINDS[int(alone[:-1].argmax())], "", Doubt.WORTH_A_QUESTION)
         if distress <= _HINTS:
             return None
-        found = _fitting(said, language)[0]
         words = found.get(KINDS[best], "")
         hidden = KINDS[best] == "suicide" and not words
         asks, reports = (_WORRIES, _SURE) if hidden else (_WONDERS, _FINDS)
