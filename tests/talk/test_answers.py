@@ -78,7 +78,7 @@ def lines(language: Language) -> list[str]:
         ("Could you put the radio on?", "can_you"),
         ("What do you do all day?", "what_you_do"),
         ("What can you do?", "what_can_you"),
-        ("Is it silly of me to still set two plates?", "normal"),
+        ("Is it silly of me to still set two plates?", "natural"),
         ("Do you understand what I mean?", "understand"),
         ("Didn't sleep a wink last night.", None),
         ("Don't you ever get lonely?", "had_feeling"),
