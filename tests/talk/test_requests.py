@@ -1,7 +1,7 @@
 """Requests and orders that are no questions get an answer of their own, whatever they ask for."""
 
 import pytest
-from tests.fixtures.answers import answer
+from tests.fixtures.answers import answer, meant
 
 from miburi.talk.answers import Answerer
 
@@ -104,3 +104,14 @@ def test_whoever_wants_a_secret_kept_is_told_to_tell_a_person() -> None:
 
 def test_what_is_praised_is_named_as_the_partner_says_it() -> None:
     assert "your kitchen" in answer("Say something nice about my kitchen.").text
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "Say, my knee's been acting up since Tuesday, the left one, all that braking I did.",
+        "Mine do. I've got a bad hip and all, the left one, they're going to do it in February.",
+    ],
+)
+def test_which_knee_it_is_orders_nothing(said: str) -> None:
+    assert meant(said) != "lift_left"
