@@ -234,10 +234,8 @@ class Script(Calendar):
             if self.asks(each) or self._fits("unwanted", each):
                 continue
             name, likely = asked_for(each, self.language)
-            # "I used to lift both arms" tells something, but orders nothing; so does "the left one"
-            # in "My knee is bad, the left one".
-            first = _CLAUSE.findall(each)[:1] if each in whole else _CLAUSE.findall(text)
-            tells = any(map(self.tells, first))
+            # "I used to lift both arms" tells something, but orders nothing.
+            tells = self.tells(next(iter(_CLAUSE.findall(each)), ""))
             short = _is_brief(each, self.language)
             for cue in self._named.get(name, ()):
                 if likely > _least(cue, whole=each in whole, tells=tells, short=short):
