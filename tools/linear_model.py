@@ -3,6 +3,7 @@
 Needs SciPy (the extra ``studies``). ``miburi.senses.linear`` reads what it makes.
 """
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -67,14 +68,11 @@ def fit(
     }
 
 
-def save(file: Path, arrays: dict[str, Model]) -> None:
-    """Write languages' arrays; the file keeps those of the languages that are not among them."""
-    old: Model = dict(np.load(file)) if file.exists() else {}
-    kept = {name: one for name, one in old.items() if name.split("_")[0] not in arrays}
-    np.savez_compressed(
-        file,
-        allow_pickle=False,
-        **kept,
-        **{k: v for each in arrays.values() for k, v in each.items()},
-    )
+def save(file: Path, train: Callable[[str], Model], only: str | None = None) -> None:
+    """Train each language and write the file; with ``only``, the other languages stay in it."""
+    arrays: Model = dict(np.load(file)) if only and file.exists() else {}
+    for language in [only] if only else LANGUAGES:
+        arrays = {k: v for k, v in arrays.items() if not k.startswith(f"{language}_")}
+        arrays |= train(language)
+    np.savez_compressed(file, allow_pickle=False, **arrays)
     print(f"{file}: {file.stat().st_size} bytes")

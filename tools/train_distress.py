@@ -34,10 +34,10 @@ GRAVE = {
     "gets_easier", "medicine", "normal", "promise", "senses", "symptom", "them", "there",
     "understand",
 }  # fmt: skip
-#: Likewise where a language leaves out whom it speaks of: 玄関に誰かいる.
+#: Likewise, in a language that leaves out the subject: 玄関に誰かいる may be a cry for help.
 VAGUE = {"ja": {"here_too", "if_emergency", "noise", "while_out", "witness"}}
-#: Of the other questions, one in so many is taught. With all the Japanese ones, look-alikes had
-#: less weight: of 200 by a stranger, 21 rather than 16 were taken for a sign.
+#: One in this many of the other questions is taught. All the Japanese questions together took
+#: weight from the look-alikes: 21 rather than 16 of a stranger's 200 were taken for a sign.
 EVERY = {"en": 1, "ja": 4}
 _CHOICE = re.compile(r"\(([^()]*)\)")
 
@@ -125,10 +125,7 @@ def main() -> None:
     )
     parser.add_argument("--only", choices=LANGUAGES, help="keep the other language as it is")
     wish = parser.parse_args()
-    save(
-        wish.out,
-        {language: train(language) for language in LANGUAGES if wish.only in (None, language)},
-    )
+    save(wish.out, train, wish.only)
 
 
 if __name__ == "__main__":

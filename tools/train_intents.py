@@ -64,10 +64,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=ROOT / "src/miburi/talk/intents.npz")
     parser.add_argument("--only", choices=LANGUAGES, help="keep the other language as it is")
     wish = parser.parse_args()
-    save(
-        wish.out,
-        {language: train(language) for language in LANGUAGES if wish.only in (None, language)},
-    )
+    save(wish.out, train, wish.only)
 
 
 if __name__ == "__main__":

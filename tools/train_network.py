@@ -287,14 +287,7 @@ def main() -> None:
     read = read_vectors(checked(wish.vectors, VECTORS), KNOWN)
     vectors = {steps_of(word, "en")[0][0]: vector for word, vector in read.items()}
     known = {"en": vectors}
-    save(
-        wish.out,
-        {
-            language: learn(language, known.get(language, {}), without)
-            for language in LANGUAGES
-            if wish.only in (None, language)
-        },
-    )
+    save(wish.out, lambda each: learn(each, known.get(each, {}), without), wish.only)
     if without:
         check(wish.out, without)
 

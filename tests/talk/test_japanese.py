@@ -1,4 +1,4 @@
-"""What is asked in Japanese: as people really put it, in dialects and without signs."""
+"""Japanese questions as people say them: in dialect, and without punctuation."""
 
 import pytest
 from tests.fixtures.answers import answer

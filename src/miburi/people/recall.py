@@ -33,8 +33,8 @@ ENOUGH = 0.45
 _STEM, _UNTOLD = 6, 0.3
 #: The sentences of a remark that are written as questions.
 _ASKED = re.compile(r"[^.!?。！？]+[?？]")
-#: Where words have no spaces: letters that are no hiragana, which mostly are endings; and one
-#: letter that is a word, or a part of one.
+#: For a language without spaces: letters other than hiragana, which mostly write endings; and a
+#: single ideogram, which is a word or part of one.
 _WRITTEN, _IDEOGRAM = re.compile(r"[^\s\u3040-\u309f]+"), re.compile(r"[\u4e00-\u9fff]")
 #: The ending of a word, which a question may change.
 _ENDING = re.compile(r"(?<=\w{4})(ing|ed|es|e|s)$|(?<=\w{2})s$")

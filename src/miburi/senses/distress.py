@@ -62,7 +62,7 @@ _LATIN = re.compile(r"[A-Za-z][A-Za-z'’]*")
 #: Number of features for each pattern that fits: a single feature would hardly count beside a
 #: hundred groups of letters (ours).
 _MARKS = 3
-#: Kinds of which people may wrongly say that all is well.
+#: Kinds of distress where somebody who says "he's fine" may be wrong.
 _MISJUDGED = frozenset({"child", "breathing", "heart", "stroke", "poison"})
 #: The words that fit each kind's patterns, and the names of the excuses that fit.
 _Fitting = tuple[dict[Distress, str], set[str]]
