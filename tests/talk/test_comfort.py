@@ -5,6 +5,7 @@ from datetime import timedelta
 import pytest
 from tests.fixtures.talk import Talk
 
+from miburi.languages import Language
 from miburi.talk.care import Care
 
 QUIET = "Can you smell something odd?"
@@ -182,3 +183,39 @@ def test_a_request_after_words_that_were_hardly_of_distress_is_met(talk: Talk) -
     said = "I've a hair appointment Thursday, can you keep that in your head for me"
     assert talk.say(said).meant == "remember_last"
     assert talk.say("The kettle's on.").answer not in {Care().stay("en", n) for n in range(4)}
+
+
+@pytest.mark.parametrize(
+    ("language", "said", "back", "then"),
+    [
+        ("en", "I fell and cannot get up", "No, no, it was only a joke.", "It is raining."),
+        ("en", "There is smoke coming from the kitchen", "I meant in the film.", "It is raining."),
+        ("en", "I fell and cannot get up", "You misheard me, nobody fell.", "It is raining."),
+        ("ja", "転んで起き上がれません", "映画の話だよ", "雨です。"),
+        ("fr", "je suis tombé et je ne peux pas me relever", "C'est dans un film.", "Il pleut."),
+    ],
+)
+def test_who_says_that_nothing_has_happened_is_believed(
+    talk: Talk, language: Language, said: str, back: str, then: str
+) -> None:
+    distress = talk.say(said).distress
+    assert distress is not None
+    assert talk.say(back).answer in {Care().give_way(language, turn) for turn in range(2)}
+    assert talk.say(then).answer not in {Care().stay(language, turn) for turn in range(4)}
+    assert talk.say(said).distress == distress, "it hears the next one"
+
+
+@pytest.mark.parametrize(
+    ("said", "back"),
+    [
+        ("I want to die", "I was only joking."),
+        ("My husband hits me", "I was only joking."),
+        ("I fell and cannot get up", "It's no joke."),
+        ("I fell and cannot get up", "I was watching the telly when I slipped."),
+        ("I fell and cannot get up", "I'm fine, I don't want to bother anybody."),
+    ],
+)
+def test_what_may_be_true_all_the_same_is_not_taken_back(talk: Talk, said: str, back: str) -> None:
+    assert talk.say(said).distress is not None
+    assert talk.say(back).answer not in {Care().give_way("en", turn) for turn in range(2)}
+    assert talk.say("It is raining.").answer in {Care().stay("en", turn) for turn in range(4)}

@@ -37,6 +37,7 @@ __all__ = [
     "find_region",
     "may_be_said",
     "regions",
+    "takes_back",
     "words_of_care",
 ]
 
@@ -66,6 +67,8 @@ class WordsOfCare(Table):
     wonder, no
         Questions after a slight sign of distress, and regular expressions for a no. A language
         without a model of distress has none of these four.
+    untrue, misheard
+        Regular expressions for saying that nothing has happened, and answers to that.
     help
         Advice, by kind of distress.
     never
@@ -79,6 +82,8 @@ class WordsOfCare(Table):
     yes: list[str] = Field(default_factory=list)
     wonder: list[_Line] = Field(default_factory=list)
     no: list[str] = Field(default_factory=list)
+    untrue: list[str]
+    misheard: list[_Line]
     help: dict[Distress, list[_Line]]
     never: list[str]
 
@@ -106,6 +111,10 @@ class Care:
     def wonder(self, language: Language, turn: int) -> str:
         """Return the question whether somebody is all right."""
         return self._fill(words_of_care(language).wonder, language, turn)
+
+    def give_way(self, language: Language, turn: int) -> str:
+        """Return the answer to somebody who says that nothing has happened."""
+        return self._fill(words_of_care(language).misheard, language, turn)
 
     def stay(self, language: Language, turn: int) -> str:
         """Return a line for the ten minutes after a distress."""
@@ -146,6 +155,11 @@ def denies(text: str, language: Language) -> bool:
     return find_phrase(_no(language), plain(text, language), language) is not None
 
 
+def takes_back(text: str, language: Language) -> bool:
+    """Whether somebody says that nothing has happened: it was a joke, or it was misheard."""
+    return find_phrase(_untrue(language), plain(text, language), language) is not None
+
+
 def may_be_said(text: str) -> bool:
     """Whether a language model's words may be spoken: no distress, no harm, nothing that hurts."""
     languages = {language_of(text), FALLBACK}
@@ -175,6 +189,11 @@ def _yes(language: Language) -> re.Pattern[str]:
 @cache
 def _no(language: Language) -> re.Pattern[str]:
     return compile_phrases(words_of_care(language).no or ["(?!)"], language)
+
+
+@cache
+def _untrue(language: Language) -> re.Pattern[str]:
+    return compile_phrases(words_of_care(language).untrue, language)
 
 
 @cache

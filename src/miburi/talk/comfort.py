@@ -14,7 +14,7 @@ from miburi.languages import Language
 from miburi.senses import Impression
 from miburi.senses.kinds import Distress
 from miburi.talk.answers import is_needless
-from miburi.talk.care import Care, agrees, denies
+from miburi.talk.care import Care, agrees, denies, takes_back
 from miburi.talk.cue import Match
 from miburi.talk.script import script
 
@@ -29,6 +29,9 @@ _ANSWERED = timedelta(minutes=2)
 _STAYS, _EVERY = 3, 5
 #: A slight sign of distress is asked about if another was at most this many remarks before (ours).
 _SOON = 5
+
+#: What somebody may take back although it is true.
+_HIDDEN = frozenset({"suicide", "abuse"})
 
 _Question = tuple[Distress, datetime]  # what it was about, and when it was asked
 
@@ -48,6 +51,7 @@ class Comfort:
         self._care, self._clock = care, clock
         self._turns: Counter[str] = Counter()  # of help and questions, by kind
         self._since = 0  # remarks since words of distress, except orders and unrelated questions
+        self._kind: Distress | None = None  # the latest
         self._plain = False  # whether the latest words of distress were plain
         self._over = False  # whether somebody has wanted something else, after words that were not
         self._asked: _Question | None = None  # whether somebody needs help
@@ -94,9 +98,12 @@ class Comfort:
             self._asked = heard.worry, self._clock()
             return self._care.ask(heard.worry, language, self._turn(f"ask {heard.worry}"))
         if heard.distress is not None:
-            self._since, self._over = 0, False
+            self._since, self._over, self._kind = 0, False, heard.distress
             self._plain = bool(heard.why) or self._is_open(self._before)
             return self._care.help(heard.distress, language, self._turn(heard.distress))
+        if after and self._kind not in _HIDDEN and takes_back(said, language) and not self._over:
+            self._over = True
+            return self._care.give_way(language, self._turn("misheard"))
         if after and self._stays(said, language, wanted):
             return self._care.stay(language, self._turn(""))
         return None
