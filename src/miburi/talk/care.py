@@ -41,6 +41,7 @@ __all__ = [
     "words_of_care",
 ]
 
+_SENTENCE = re.compile(r"[^.!?。！？]+")
 _Line = Annotated[str, Field(min_length=1, max_length=240)]
 
 
@@ -157,7 +158,8 @@ def denies(text: str, language: Language) -> bool:
 
 def takes_back(text: str, language: Language) -> bool:
     """Whether somebody says that nothing has happened: it was a joke, or it was misheard."""
-    return find_phrase(_untrue(language), plain(text, language), language) is not None
+    said = (plain(each, language) for each in [text, *_SENTENCE.findall(text)])
+    return any(find_phrase(_untrue(language), each, language) is not None for each in said)
 
 
 def may_be_said(text: str) -> bool:
