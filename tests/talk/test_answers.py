@@ -69,7 +69,7 @@ def lines(language: Language) -> list[str]:
         ("Remember that my tablets are in the blue box.", "remember"),
         ("I didn't catch that.", "repeat"),
         ("Should I wear the red scarf or the green one?", "choice"),
-        ("What shall we have, soup or eggs?", "choice"),
+        ("What shall we have, soup or eggs?", "either"),
         ("What is it, are you cold or not?", "comfortable"),
         ("What do you call a cow with no legs?", "riddle"),
         ("I know a good one, listen.", "their_joke"),
