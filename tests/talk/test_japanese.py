@@ -71,6 +71,12 @@ def test_a_name_is_learnt_however_it_is_told(talk: Talk, said: str) -> None:
     assert "花田きみ子さん" in (talk.say(said).answer or "")
 
 
+@pytest.mark.parametrize("said", ["私は悲しいです", "わたしは主婦です", "私はとても寂しいです"])
+def test_what_somebody_is_or_feels_is_no_name(talk: Talk, said: str) -> None:
+    talk.say(said)
+    assert talk.say("私の名前、覚えてる？").meant == "no_name"
+
+
 def test_wanting_to_call_it_something_is_no_name_of_the_person(talk: Talk) -> None:
     talk.say("ミーちゃんって呼んでいい？")
     assert "ミー" not in (talk.say("私の名前、覚えてる？").answer or "")

@@ -2,6 +2,7 @@
 
 import pytest
 from tests.fixtures.answers import answer, meant
+from tests.fixtures.talk import Talk
 
 from miburi.talk.answers import Answerer
 
@@ -115,3 +116,10 @@ def test_what_is_praised_is_named_as_the_partner_says_it() -> None:
 )
 def test_which_knee_it_is_orders_nothing(said: str) -> None:
     assert meant(said) != "lift_left"
+
+
+@pytest.mark.parametrize("said", ["I am sad", "I'm happy", "I'm surprised"])
+def test_a_feeling_that_somebody_has_is_no_order_to_show_it(talk: Talk, said: str) -> None:
+    """A stranger wrote "I am sad", and got "Sad, like this." for it."""
+    heard = talk.say(said)
+    assert (heard.meant, heard.felt != []) == (None, True)
