@@ -8,6 +8,7 @@ import numpy as np
 from miburi import ik
 from miburi.bma.settings import Settings
 from miburi.bodies.simulated import Simulated
+from miburi.errors import BodyError
 from miburi.gestures import KeyPose
 from miburi.robot import Array, Robot, forward
 from miburi.safety.move import plan_move, plan_on
@@ -79,7 +80,12 @@ def rehearse(
             move = plan_on(robot, body.course(), solution.angles, pose.duration)
         else:
             move = plan_move(robot, present, solution.angles, pose.duration)
-        body.move(move)
+        try:
+            body.move(move)
+        except BodyError:
+            if body.state.phase is not Phase.STOPPED:
+                raise
+            break  # the rule looked at the latest reading before it took the move
         present = solution.angles
         passes = flows and pose.passes
         least = move.slows_at if passes else pose.duration
@@ -90,10 +96,11 @@ def rehearse(
             pass_time()
             if body.state.phase is Phase.STOPPED:
                 break
-        if body.state.phase is Phase.STOPPED:
-            break
         for _ in range(0 if passes else round(pose.hold / PERIOD)):
-            pass_time()
+            if body.state.phase is not Phase.STOPPED:
+                pass_time()
+        if body.state.phase is Phase.STOPPED:  # also while it holds a pose
+            break
     angles = np.array(poses)
     return Rehearsal(
         angles=angles,

@@ -46,6 +46,39 @@ def test_a_gesture_that_crosses_its_arms_is_told_so(robot):
     assert any("meet" in problem for problem in check(robot, bad, step=0.5))
 
 
+WRONG_WAY_OUT = """
+name = "pride"
+feeling = "happiness"
+duration = 3.2
+
+[effort]
+space = 1.0
+weight = 0.3
+time = 0.3
+flow = 0.6
+
+[[pose]]
+phase = 0.4
+until = 0.5
+right = [0.2, 0.7, -0.6]
+left = [0.2, 0.7, -0.6]
+head = [0.55, 0.0, 0.83]
+
+[[pose]]
+phase = 0.75
+right = [0.25, -0.8, -0.5]
+left = [0.25, 0.8, -0.5]
+head = [0.5, -0.25, 0.83]
+"""
+
+
+def test_a_gesture_that_the_rule_stops_as_the_next_pose_begins_is_told_so(robot, tmp_path):
+    """A minus sign in "out": the check itself ended with an error of the body's."""
+    file = tmp_path / "pride.toml"
+    file.write_text(WRONG_WAY_OUT, encoding="utf-8")
+    assert any("out of reach" in problem for problem in check(robot, load(file), step=0.2))
+
+
 def test_a_gesture_that_does_not_grow_is_told_so(robot):
     function = load("surprise")
     effort = function.effort.model_copy(update={"space": 0.0})
