@@ -110,9 +110,24 @@ def test_refusals_are_the_librarys_errors(partner: RemotePartner) -> None:
         partner.download("miburi-0042.mcap", "nowhere")
 
 
+def test_a_mistake_in_a_call_is_said_in_words(partner: RemotePartner) -> None:
+    with pytest.raises(InputError, match=r"0\.1 to 50"):
+        next(iter(partner.watch(rate=60)))
+    with pytest.raises(InputError, match="Stimulus"):
+        partner.stimulate("happiness")  # type: ignore[arg-type]
+
+
+def test_a_mistake_in_one_wish_loses_no_later_one(partner: RemotePartner) -> None:
+    """The thread that sends wishes ended with a traceback, and nobody heard of the later ones."""
+    partner.soon(partner.stimulate)
+    partner.soon(partner.stimulate, Stimulus("surprise", 1.0))
+    assert until(lambda: partner.state.felt is not None)
+
+
 def test_a_wrong_address_is_said(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="http://"):
-        miburi.connect("127.0.0.1:8080")
+    for url in ("127.0.0.1:8080", "http://127.0.0.1:8o80", "http://127.0.0.1:8080/api/v1"):
+        with pytest.raises(InputError, match="http://"):
+            miburi.connect(url)
     with (
         miburi.connect("http://127.0.0.1:9") as nobody,
         pytest.raises(ConnectionLostError, match="miburi run"),

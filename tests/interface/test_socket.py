@@ -14,7 +14,7 @@ from tests.fixtures.live import Server, interface, serving
 from tests.fixtures.waiting import PATIENCE
 from websockets.asyncio.client import ClientConnection as ClientConnectionAsync
 from websockets.asyncio.client import connect as connect_async
-from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
 from miburi.interface.socket import LARGEST, MISTAKES
@@ -51,10 +51,11 @@ def test_a_slow_rate_skips_states(server: Server) -> None:
     assert min(b - a for a, b in itertools.pairwise(serials)) >= 3
 
 
-def test_a_rate_out_of_range_is_refused(server: Server) -> None:
-    for rate in ("0", "51", "nan", "inf", "x"):
-        refused = pytest.raises((InvalidStatus, ConnectionClosed))
-        with refused, connect(address(server, f"?rate={rate}")) as socket:
+@pytest.mark.parametrize("rate", ["0", "51", "nan", "inf", "x"])
+def test_a_rate_out_of_range_is_refused_in_words(server: Server, rate: str) -> None:
+    with connect(address(server, f"?rate={rate}")) as socket:
+        assert "0.1 to 50" in json.loads(socket.recv(timeout=PATIENCE))["refused"]
+        with pytest.raises(ConnectionClosed):
             socket.recv(timeout=PATIENCE)
 
 
@@ -76,6 +77,13 @@ def test_commands_are_obeyed(server: Server) -> None:
         while until(socket, "felt")["felt"] is None:
             pass
         socket.send(json.dumps({"do": "rate", "rate": 10}))
+
+
+def test_who_presses_stop_with_a_typing_mistake_is_told_so(server: Server) -> None:
+    with connect(address(server)) as socket:
+        socket.send(json.dumps({"do": "stop", "by": "progam"}))
+        assert "program" in str(until(socket, "refused")["refused"])
+        assert until(socket, "phase")["phase"] == "stopped"
 
 
 def test_a_refusal_is_said_and_the_connection_stays(server: Server) -> None:
@@ -109,6 +117,17 @@ def still(runner: Runner, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Ser
     with serving(interface(runner)) as url:
         yield Server(url, runner), pressed
     runner.close(patience=0.0)
+
+
+def test_what_stop_overtakes_is_said_to_be_left_out(still: tuple[Server, Event]) -> None:
+    server, pressed = still
+    with connect(address(server)) as socket:
+        for _ in range(4):
+            socket.send(json.dumps({"do": "stimulus", "feeling": "fear", "strength": 0.0}))
+        socket.send(json.dumps({"do": "stop"}))
+        assert pressed.wait(PATIENCE)
+        server.runner.start()
+        assert "Stop came before" in str(until(socket, "refused")["refused"])
 
 
 def test_a_flood_holds_up_its_sender_alone(still: tuple[Server, Event]) -> None:

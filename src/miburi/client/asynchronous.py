@@ -37,6 +37,7 @@ from miburi.wire.messages import (
     SayIn,
     SpeakIn,
     StimulusIn,
+    fields_of,
 )
 
 __all__ = ["AsyncPartner", "connect_async"]
@@ -127,9 +128,7 @@ class AsyncPartner:
 
     async def stimulate(self, stimulus: Stimulus) -> str:
         """Let the partner feel something."""
-        fields = {"feeling": stimulus.feeling, "strength": stimulus.strength}
-        wish = StimulusIn.model_validate({**fields, "source": stimulus.source})
-        return await self._asker.wish("/stimulus", wish)
+        return await self._asker.wish("/stimulus", StimulusIn.model_validate(fields_of(stimulus)))
 
     async def say(self, text: str, tone: Tone = "plain") -> SayOut:
         """Say something to the partner; return the feeling it heard, the reason, and its answer."""

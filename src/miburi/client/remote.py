@@ -21,7 +21,7 @@ from typing import Any, Self
 from pydantic import TypeAdapter
 
 from miburi.client.connection import Connection
-from miburi.errors import MiburiError, OutputError
+from miburi.errors import InputError, MiburiError, OutputError
 from miburi.feelings import Expression, Stimulus
 from miburi.feelings.temperament import RestLevel
 from miburi.gestures.effort import Effort
@@ -29,7 +29,17 @@ from miburi.live.events.model import EndOfWish, LiveEvent
 from miburi.live.state import MotorsOut, State
 from miburi.senses.tone import Tone
 from miburi.talk.said import SayOut
-from miburi.wire.messages import AnyAct, BodyOut, GestureOut, PerformanceIn, PosesIn, RecordingOut
+from miburi.wire.messages import (
+    FASTEST,
+    SLOWEST,
+    AnyAct,
+    BodyOut,
+    GestureOut,
+    PerformanceIn,
+    PosesIn,
+    RecordingOut,
+    fields_of,
+)
 from miburi.wire.robot import RobotOut
 
 __all__ = ["WAITING", "RemotePartner", "connect"]
@@ -115,6 +125,8 @@ class RemotePartner:
         At 50 a second, no state of the robot's loop is left out. A connection that is lost, as when
         the partner restarts, is retried for up to ``patience`` s.
         """
+        if not isinstance(rate, int | float) or not SLOWEST <= rate <= FASTEST:
+            raise InputError(f"rate must be {SLOWEST} to {FASTEST} states a second, got {rate!r}.")
         return self._line.states(rate, patience)
 
     def events(
@@ -169,17 +181,12 @@ class RemotePartner:
                 wish()
             except MiburiError as error:
                 _LOG.warning("a wish was not carried out: %s", error)
+            except Exception:  # a mistake of the program's, which must not end this thread
+                _LOG.exception("a wish was not carried out")
 
     def stimulate(self, stimulus: Stimulus) -> str:
         """Let the partner feel something; return the event's id."""
-        return self._line.wish(
-            "/stimulus",
-            {
-                "feeling": stimulus.feeling,
-                "strength": stimulus.strength,
-                "source": stimulus.source,
-            },
-        )
+        return self._line.wish("/stimulus", fields_of(stimulus))
 
     def say(self, text: str, tone: Tone = "plain") -> SayOut:
         """Say something to the partner; return the feeling it heard, the reason, and its answer."""

@@ -3,7 +3,7 @@
 import ssl
 from pathlib import Path
 from typing import Literal
-from urllib.parse import urlsplit
+from urllib.parse import SplitResult, urlsplit
 
 from websockets.exceptions import ConnectionClosed, InvalidMessage
 
@@ -22,9 +22,14 @@ def trust(url: str, authority: Path | str | None) -> ssl.SSLContext | Literal[Fa
     InputError
         See :func:`miburi.client.remote.connect`.
     """
-    scheme = urlsplit(url).scheme
+    parts = urlsplit(url)
+    scheme = parts.scheme
     if scheme not in ("http", "https"):
         raise InputError(f"a partner's address starts with http:// or https://, got {url!r}.")
+    if not _has_port(parts) or parts.path.rstrip("/").endswith("/api/v1"):
+        raise InputError(
+            f"a partner's address ends with its port, such as http://127.0.0.1:8080, got {url!r}."
+        )
     if scheme == "http":
         return False
     try:
@@ -33,6 +38,14 @@ def trust(url: str, authority: Path | str | None) -> ssl.SSLContext | Literal[Fa
         raise InputError(
             f"{authority}: this is not an authority's certificate (PEM): {error}."
         ) from error
+
+
+def _has_port(parts: SplitResult) -> bool:
+    """Whether the port can be read; there may be none, as behind a proxy."""
+    try:
+        return parts.port is None or parts.port > 0
+    except ValueError:
+        return False
 
 
 def distrust(url: str, error: BaseException) -> str | None:

@@ -9,7 +9,7 @@ wait for commands that the same viewer sent before it, and cancels those still w
 import asyncio
 import time
 from contextlib import suppress
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from fastapi import APIRouter, Query, WebSocket, WebSocketDisconnect
 from pydantic import Field, TypeAdapter, ValidationError
@@ -24,8 +24,8 @@ from miburi.live.runner import STEP
 from miburi.live.settle import granted
 from miburi.live.view import LivePartner
 from miburi.live.wishes import Feel, Release
-from miburi.serving.press import press
-from miburi.wire.messages import HandIn, Message, StimulusIn
+from miburi.serving.press import By, press
+from miburi.wire.messages import FASTEST, SLOWEST, HandIn, Message, Rate, StimulusIn
 
 __all__ = [
     "LARGEST",
@@ -40,6 +40,7 @@ __all__ = [
     "live_router",
 ]
 
+_RATE = TypeAdapter[float](Rate)
 #: A viewer that has not taken a state for this many seconds is gone.
 PATIENCE = 5.0
 #: A viewer that sends more invalid messages than this is disconnected.
@@ -84,7 +85,7 @@ class RateMessage(Message):
     """Send ``rate`` states a second from now on."""
 
     do: Literal["rate"]
-    rate: Annotated[float, Field(ge=0.1, le=50)]
+    rate: Rate
 
 
 AnyMessage = Annotated[
@@ -101,11 +102,18 @@ def live_router(runner: LivePartner) -> APIRouter:
     @router.websocket("/api/v1/live")
     async def live(
         socket: WebSocket,
-        rate: Annotated[float, Query(ge=0.1, le=50)] = 30.0,
+        rate: Annotated[str, Query(max_length=30)] = "30",
         events: Annotated[str | None, Query(max_length=30)] = None,
     ) -> None:
         await socket.accept()
-        await _Viewer(runner, socket, rate, events).serve()
+        try:
+            chosen = _RATE.validate_strings(rate)
+        except ValidationError:
+            refused = f"rate must be {SLOWEST} to {FASTEST} states a second, got {rate!r}."
+            await socket.send_json({"refused": refused})
+            await socket.close(_POLICY)
+            return
+        await _Viewer(runner, socket, chosen, events).serve()
 
     return router
 
@@ -123,6 +131,7 @@ class _Viewer:
         self._mistakes = 0
         self._commands: asyncio.Queue[tuple[str | None, float]] = asyncio.Queue(_WAITING)
         self._left_out = False
+        self._overtaken = 0  # commands that a Stop has cancelled, and nobody was told of yet
 
     async def serve(self) -> None:
         """Send and receive until either side has had enough."""
@@ -180,6 +189,7 @@ class _Viewer:
                 # A release among the waiting commands would undo this Stop.
                 while not self._commands.empty():
                     self._commands.get_nowait()
+                    self._overtaken += 1
             try:
                 self._commands.put_nowait((text, self._runner.read_until))
             except asyncio.QueueFull:
@@ -192,6 +202,9 @@ class _Viewer:
                 if self._left_out:
                     self._left_out = False
                     raise BusyError("too many commands at once; some were left out.")
+                if self._overtaken:
+                    count, self._overtaken = self._overtaken, 0
+                    raise BusyError(f"Stop came before {count} commands; they were left out.")
                 await self._obey(text, came)
             except (ValidationError, MiburiError, ValueError) as error:
                 self._mistakes += not isinstance(error, MiburiError)
@@ -208,6 +221,11 @@ class _Viewer:
             case StimulusMessage() as wish:
                 stimulus = Stimulus(wish.feeling, wish.strength, wish.source)
                 await granted(self._runner, Feel(stimulus))
+            case StopMessage() as stop if stop.by not in get_args(By):
+                raise InputError(
+                    f"by may be {', '.join(get_args(By))}, got {stop.by!r}. The body has stopped, "
+                    "as for a person."
+                )
             case StopMessage():
                 pass  # it was obeyed when it came
             case ReleaseMessage():

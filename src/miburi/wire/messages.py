@@ -7,6 +7,8 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
+from miburi.errors import InputError
+from miburi.feelings import Stimulus
 from miburi.feelings.catalogue import FeelingName, TheirFeeling
 from miburi.feelings.temperament import RestLevel, Source
 from miburi.gestures import Direction
@@ -17,6 +19,8 @@ from miburi.senses.happenings import Kind
 from miburi.senses.tone import Tone
 
 __all__ = [
+    "FASTEST",
+    "SLOWEST",
     "AnyAct",
     "AttendIn",
     "BodyIn",
@@ -36,6 +40,7 @@ __all__ = [
     "Point",
     "PosesAct",
     "PosesIn",
+    "Rate",
     "RecordingIn",
     "RecordingOut",
     "Refusal",
@@ -47,8 +52,12 @@ __all__ = [
     "TemperamentIn",
     "WishOut",
     "WordsIn",
+    "fields_of",
 ]
 
+#: How many states a second a viewer may ask for.
+SLOWEST, FASTEST = 0.1, 50.0
+Rate = Annotated[float, Field(ge=SLOWEST, le=FASTEST)]
 Point = Annotated[list[Annotated[float, Field(ge=-2, le=2)]], Field(min_length=3, max_length=3)]
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_-]{0,39}$")]
 
@@ -71,6 +80,23 @@ class StimulusIn(Message):
     source: Source = Field(
         default="application", description="Its source, which the temperament weighs."
     )
+
+
+def fields_of(stimulus: object) -> dict[str, str | float]:
+    """Return a stimulus as a request has it.
+
+    Raises
+    ------
+    InputError
+        It is something else.
+    """
+    if not isinstance(stimulus, Stimulus):
+        raise InputError(
+            f'a stimulus is, for example, Stimulus("happiness", 0.8); got {stimulus!r}.'
+        )
+    return {
+        "feeling": stimulus.feeling, "strength": stimulus.strength, "source": stimulus.source,
+    }  # fmt: skip
 
 
 class SayIn(Message):
