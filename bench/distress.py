@@ -33,7 +33,7 @@ def lines(language: str) -> list[tuple[str, str]]:
     return [(kind, said) for kind, _, said in (row.partition("\t") for row in rows[1:])]
 
 
-WRITERS = ("second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
+WRITERS = ("second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth")
 #: What each writer's files hold. Writers without household lines wrote look-alikes as stories.
 FILES = {
     "grave": "distress heard",

@@ -377,7 +377,7 @@ def test_a_turn_of_phrase_is_not_asked_about(said: str) -> None:
 def test_of_two_languages_the_clearer_sign_counts() -> None:
     """A slight sign in the one hid what is worth a question in the other."""
     slight = "The rent's paid to the end of the month, and that's as far as I go too."
-    asks = "ねえ、マイナンバーって電話で言ってもいいものなの、相手の方が今待ってるんだけど"
+    asks = "布団の人がまた来てな、これで六枚目や。断ったら悪い気ぃして判子押してもうた。"
     heard = [judge_distress(said) for said in (slight, asks, f"{slight} {asks}")]
     assert [one and one.doubt for one in heard] == [
         Doubt.SLIGHT_SIGN, Doubt.WORTH_A_QUESTION, Doubt.WORTH_A_QUESTION,

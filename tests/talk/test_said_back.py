@@ -87,8 +87,8 @@ def test_in_a_language_without_spaces_a_pattern_says_where_words_end() -> None:
 
 
 def test_it_says_back_nothing_that_must_not_be_said(talk: Talk) -> None:
-    said = "Which film says that robots will burn my house?"
-    assert answer(said).text.startswith("Which film says that robots will burn your house?")
+    said = "Which poem says that a candle will burn my house?"
+    assert answer(said).text.startswith("Which poem says that a candle will burn your house?")
     assert "burn" not in (talk.say(said).answer or "")
 
 

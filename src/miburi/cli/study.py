@@ -69,9 +69,8 @@ def run(
     # These load slowly, so the checks above come first.
     from miburi.client.remote import connect
     from miburi.studies.study.films import draw_missing, find_films
-    from miburi.studies.study.report import ANSWERS, REHEARSED
     from miburi.studies.study.server import serve_study
-    from miburi.studies.study.store import open_store
+    from miburi.studies.study.store import ANSWERS, REHEARSED, open_store
 
     answers = folder / (REHEARSED if rehearsal else ANSWERS)
     store = open_store(answers, study)
@@ -95,7 +94,7 @@ def run(
             living = stack.enter_context(connect(partner, *known))
             print(f"{partner} makes the gestures, with its {living.state.body} body.", flush=True)
         serve_study(study, store, films, host, port, say, living)
-    onward = "" if rehearsal else f" Next: miburi study report {folder}"
+    onward = f" Next: miburi study report {folder}" + (" --rehearsal" if rehearsal else "")
     print(f"The answers are in {answers}.{onward}")
 
 
@@ -103,12 +102,16 @@ def run(
 def report(
     folder: Folder,
     out: Annotated[Path | None, typer.Option(help="Default: report in the study's folder.")] = None,
+    rehearsal: Annotated[
+        bool, typer.Option("--rehearsal", help="Sum up the answers of a rehearsal.")
+    ] = False,
 ) -> None:
     """Sum up the answers: a page with figures, JSON, CSV and Parquet."""
     from miburi.studies.study.plan import load_study
     from miburi.studies.study.report import write_report
 
-    print(write_report(load_study(folder), folder, out or folder / "report"))
+    out = out or folder / ("rehearsal-report" if rehearsal else "report")
+    print(write_report(load_study(folder), folder, out, rehearsal=rehearsal))
 
 
 @study_app.command()
@@ -168,8 +171,7 @@ def _answers(folder: Path, study: "Study") -> "Store":
     InputError
         Nobody has answered yet.
     """
-    from miburi.studies.study.report import ANSWERS
-    from miburi.studies.study.store import open_store
+    from miburi.studies.study.store import ANSWERS, open_store
 
     if not (folder / ANSWERS).is_file():
         raise InputError(f"{folder} has no {ANSWERS}: nobody has answered yet.")

@@ -41,9 +41,9 @@ __all__ = ["Doubt", "Heard", "features", "hear_distress", "judge_distress"]
 
 
 #: Likelihoods of distress above which there is a slight sign of it, above which it is asked about,
-#: and above which it is reported. They are ours, chosen with a model that was trained without the
-#: lines on which it was tested.
-_HINTS, _WONDERS, _FINDS = 0.45, 0.5, 0.68
+#: and above which it is reported. They are ours, chosen on lines that the models were not taught.
+_HINTS, _WONDERS = 0.45, 0.5
+_FINDS: dict[Language, float] = {"en": 0.66, "ja": 0.62}
 #: Likelihood above which a kind of distress that is asked about is named (ours).
 _NAMES = 0.35
 #: Likelihoods above which a death wish without any plain word is asked about, and reported: hidden
@@ -160,8 +160,9 @@ def _model(language: Language) -> Callable[[str], Heard | None] | None:
     def weigh(said: str) -> NDArray[np.float64]:
         fitting = _fitting(said, language)
         linear = likelihoods(_features(said, language, fitting))
-        # Only the linear model knows what makes words harmless: "years ago I wanted to die".
-        excused = fitting[1] - {"idioms"}
+        # Only the linear model knows what makes words harmless: "years ago I wanted to die", or a
+        # turn of phrase beside which nothing grave is said.
+        excused = fitting[1] - ({"idioms"} if fitting[0] else set())
         return linear if network is None or excused else agreed(linear, network(said))
 
     def judge(said: str) -> Heard | None:
@@ -173,13 +174,13 @@ def _model(language: Language) -> Callable[[str], Heard | None] | None:
         if misjudged and network is not None and distress <= _WONDERS:
             # "She swallowed a battery, but she's fine."
             alone = network(said)
-            if 1 - alone[-1] > _FINDS:
+            if 1 - alone[-1] > _FINDS[language]:
                 return Heard(KINDS[int(alone[:-1].argmax())], "", Doubt.WORTH_A_QUESTION)
         if distress <= _HINTS:
             return None
         words = found.get(KINDS[best], "")
         hidden = KINDS[best] == "suicide" and not words
-        asks, reports = (_WORRIES, _SURE) if hidden else (_WONDERS, _FINDS)
+        asks, reports = (_WORRIES, _SURE) if hidden else (_WONDERS, _FINDS[language])
         least = _HINTS
         if is_spaced(language) and len(parts) >= _MANY and not found:
             least, reports = _CHATTERS, max(reports, _SURE_OF_CHATTER)

@@ -366,6 +366,7 @@ class _Pages:
             paragraphs=_paragraphs(pick(study.information, language)),
             debriefing=_paragraphs(pick(study.debriefing, language)) if study.debriefing else [],
             words=page_words()[language],
+            rehearsal=self._store.rehearsal,
             text=lambda words: pick(words, language),
             **values,
         )

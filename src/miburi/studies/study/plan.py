@@ -313,10 +313,12 @@ class Study(Table):
             if question.only_if is not None and question.only_if not in choices:
                 raise ValueError(f"only_if is {question.only_if!r}; choices are {choices}")
             self._check_order(question)
-            if question.right is not None and question.right not in self.options(question):
-                raise ValueError(f"'right' is {question.right!r}, which is no option")
-            if (question.at or 0) > (self.trials or len(self.films)):
-                raise ValueError(f"at is {question.at}, and there are fewer films")
+            self._check_right(question)
+            seen = self.trials or len(self.films)
+            if (question.at or 0) > seen:
+                raise ValueError(
+                    f"{question.name}: at is {question.at}, and a participant sees {seen} films"
+                )
         texts = [self.title, self.information, *(t for q in self.question for t in q.texts)]
         texts += [self.debriefing] if self.debriefing else []
         for text in texts:
@@ -324,6 +326,24 @@ class Study(Table):
                 beginning = next(iter(text.values()))[:40]
                 raise ValueError(f"{beginning!r} is missing in {', '.join(missing)}")
         return self
+
+    def _check_right(self, question: Question) -> None:
+        """Check that the right answer to a check is an option, and the one that its text names."""
+        right = question.right
+        if right is None:
+            return
+        if right not in self.options(question):
+            raise ValueError(f"{question.name}: 'right' is {right!r}, which is no option")
+        for language, text in question.ask.items():
+            said = text.casefold()
+            named = [
+                one for one in FEELINGS if self.words(question, one, language).casefold() in said
+            ]
+            if named and right not in named:
+                raise ValueError(
+                    f"{question.name}: 'right' is {right!r}, but its text ({language}) names "
+                    f"{', '.join(named)}"
+                )
 
     def _check_order(self, question: Question) -> None:
         """Check that only questions with the same only_if come between a choice and this one."""

@@ -22,14 +22,18 @@ from miburi.studies.study.films import find_films
 from miburi.studies.study.findings import find
 from miburi.studies.study.found import ChoiceFindings, RatingFindings
 from miburi.studies.study.plan import Study
-from miburi.studies.study.store import AnswerPace, Shown, StudyAnswer, open_store
+from miburi.studies.study.store import (
+    ANSWERS,
+    REHEARSED,
+    AnswerPace,
+    Shown,
+    StudyAnswer,
+    open_store,
+)
 from miburi.version import __version__
 
-__all__ = ["ANSWERS", "REHEARSED", "AnswerRow", "write_report"]
+__all__ = ["AnswerRow", "write_report"]
 
-#: The file of answers in a study's folder, and the file for the answers of somebody who only tries
-#: the pages out.
-ANSWERS, REHEARSED = "answers.sqlite", "rehearsal.sqlite"
 _PAGE = Path(__file__).with_suffix(".html")
 
 
@@ -61,8 +65,8 @@ class AnswerRow:
     left_out: bool
 
 
-def write_report(study: Study, folder: Path, out: Path) -> Path:
-    """Write the report of the answers in a study's folder.
+def write_report(study: Study, folder: Path, out: Path, *, rehearsal: bool = False) -> Path:
+    """Write the report of the answers in a study's folder, or of those in its rehearsal.
 
     Returns
     -------
@@ -80,9 +84,12 @@ def write_report(study: Study, folder: Path, out: Path) -> Path:
     """
     for library in ("pyarrow", "scipy"):
         need(library, "studies")
-    if not (folder / ANSWERS).is_file():
-        raise InputError(f"{folder} has no {ANSWERS}: nobody has answered yet.")
-    store = open_store(folder / ANSWERS, study)
+    kept = folder / (REHEARSED if rehearsal else ANSWERS)
+    if not kept.is_file():
+        tried = not rehearsal and (folder / REHEARSED).is_file()
+        hint = " For the answers of its rehearsal, add --rehearsal." if tried else ""
+        raise InputError(f"{folder} has no {kept.name}: nobody has answered yet.{hint}")
+    store = open_store(kept, study)
     answers, showings, paces = store.answers(), store.showings(), store.paces()
     counts = store.counts(len(study.steps))
     findings = find(study, answers, counts, showings, paces, store.wordings())
@@ -109,6 +116,7 @@ def write_report(study: Study, folder: Path, out: Path) -> Path:
             _PAGE,
             study=study,
             language=study.languages[0],
+            rehearsal=rehearsal,
             findings=findings,
             made_with=made_with,
         )

@@ -17,7 +17,21 @@ from miburi.errors import OutputError
 from miburi.studies.study.live import Ending
 from miburi.studies.study.plan import Study
 
-__all__ = ["AnswerPace", "Counts", "Participant", "Shown", "Store", "StudyAnswer", "open_store"]
+__all__ = [
+    "ANSWERS",
+    "REHEARSED",
+    "AnswerPace",
+    "Counts",
+    "Participant",
+    "Shown",
+    "Store",
+    "StudyAnswer",
+    "open_store",
+]
+
+#: The file of answers in a study's folder, and the file for the answers of somebody who only tries
+#: the pages out.
+ANSWERS, REHEARSED = "answers.sqlite", "rehearsal.sqlite"
 
 _SCHEMA = """
 CREATE TABLE study (digest TEXT NOT NULL, closed INTEGER NOT NULL);
@@ -121,6 +135,11 @@ class Store:
     """The answers of a study; open one with :func:`open_store`. Any thread may use it."""
 
     path: Path
+
+    @property
+    def rehearsal(self) -> bool:
+        """Whether these are the answers of somebody who only tries the pages out."""
+        return self.path.name == REHEARSED
 
     def enter(self, code: str, language: str, gone: Collection[int] = ()) -> Participant:
         """Add a participant, at the first place that nobody has.
@@ -330,8 +349,8 @@ def open_store(path: Path, study: Study) -> Store:
     if digest != study.digest:
         raise OutputError(
             f"{path} holds the answers to another study file. Its words may change, but not its "
-            "films, questions and options. Put that file back, or move the answers away to start "
-            "again."
+            "films, questions, options, seed and [exclude]. Put that file back, or move the "
+            "answers away to start again."
         )
     return store
 

@@ -52,7 +52,9 @@ def _cell(summary: Summary, name: str) -> str:
         return f"{value} ({100 * low:.2f} to {100 * high:.2f} %)"
     if name == "peak_force_p99" and summary.peak_force_p99_interval is not None:
         low, high = summary.peak_force_p99_interval
-        return f"{value:.3g} ({low:.3g} to {high:.3g})"
+        return f"{value:.3g} " + (
+            f"(at least {low:.3g})" if high is None else f"({low:.3g} to {high:.3g})"
+        )
     return f"{value:.3g}" if isinstance(value, float) else f"{value}"
 
 

@@ -42,11 +42,11 @@ def wilson(hits: int, trials: int) -> tuple[float, float]:
 
 def quantile_interval(
     values: "np.ndarray[tuple[int, ...], np.dtype[np.float64]]", share: float
-) -> tuple[float, float] | None:
+) -> tuple[float, float | None] | None:
     """Return a 95 % interval of a quantile, for any distribution.
 
-    Its ends are two of the sorted values (David and Nagaraja, Order Statistics, 7.1); the upper one
-    may be the largest.
+    Its ends are two of the sorted values (David and Nagaraja, Order Statistics, 7.1). There is no
+    upper end if the quantile may well be above the largest value, as with few values.
     """
     count = len(values)
     if count == 0:
@@ -55,7 +55,7 @@ def quantile_interval(
 
     ordered = np.sort(values)
     low, high = binom.ppf((0.025, 0.975), count, share).astype(int)
-    return float(ordered[max(low - 1, 0)]), float(ordered[min(high, count - 1)])
+    return float(ordered[max(low - 1, 0)]), float(ordered[high]) if high < count else None
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ class Summary:
     peak_force_median: float | None
     peak_force_p95: float | None
     peak_force_p99: float | None
-    peak_force_p99_interval: tuple[float, float] | None
+    peak_force_p99_interval: tuple[float, float | None] | None
     peak_force_max: float | None
     sustained_force_p95: float | None
     push_after_stop_max: float | None
