@@ -28,6 +28,8 @@ LINES = {
     "gesture preview happiness --out notes.txt": "notes.txt is a file, and a folder is needed",
     "experiment --seconds 1e12": "from 2 to 86400 s, got 1e+12",
     "trials --free 1000000000000": "1000000000000",
+    "run --senses missing.toml": "missing.toml: cannot be read",
+    "trials --out trials.csv": "--out is a Parquet file, such as trials.parquet; got trials.csv",
     "trials --out /proc/trials.parquet": "/proc/trials.parquet cannot be written",
     "calibrate --out .": "--out: . is a folder, and a file is needed",
     "tune --out tuned.toml --bound 5": "got '5'",

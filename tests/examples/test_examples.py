@@ -10,9 +10,11 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from tests.fixtures.live import Server
+from tests.fixtures.live import Server, interface, serving
 
 from miburi import Expression, connect
+from miburi.live.runner import Runner
+from miburi.senses.happenings import happenings
 
 FOLDER = Path(__file__).parents[2] / "examples"
 SCRIPTS = sorted(FOLDER.glob("*.py"))
@@ -34,7 +36,7 @@ def test_a_script_is_short(script: Path) -> None:
 
 
 #: Those that need a live partner.
-LIVE = ("listen_to_contacts", "tea_timer", "guessing_game", "log_to_sqlite")
+LIVE = ("listen_to_contacts", "tea_timer", "guessing_game", "log_to_sqlite", "own_sense")
 
 
 @pytest.mark.parametrize("name", [s.stem for s in SCRIPTS if s.stem not in LIVE])
@@ -116,3 +118,30 @@ def test_a_logger_that_was_killed_begins_where_it_was(server: Server, tmp_path: 
         kept = [row[0] for row in file.execute("SELECT id FROM events ORDER BY rowid")]
     numbers = [int(one.partition(":")[2]) for one in kept]
     assert numbers == [*range(1, len(numbers) + 1)], "none is missing, and none twice"
+
+
+def test_a_sense_of_ones_own_is_one_file_and_a_program_that_reports(
+    live: Runner, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("MIBURI_SENSES", str(FOLDER / "own_sense.toml"))
+    happenings.cache_clear()
+    notes = tmp_path / "notes.txt"
+    notes.write_text("first", encoding="utf-8")
+    try:
+        with serving(interface(live)) as url:
+            command = [sys.executable, FOLDER / "own_sense.py", url, notes]
+            with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as program:
+                assert program.stdout is not None
+                assert program.stdout.readline() == "it has 5 bytes\n"
+                with notes.open("a", encoding="utf-8") as file:
+                    file.write("x" * 2_000)
+                assert program.stdout.readline() == "it grew by 2000 bytes\n"
+                notes.unlink()
+                assert program.stdout.readline() == "it is gone\n"
+            with connect(url) as partner:
+                felt = [each for each in partner.log() if each.kind == "stimulus"]
+    finally:
+        happenings.cache_clear()
+    assert [(each.feeling, each.detail) for each in felt] == [
+        ("surprise", "'file grew': surprise 0.60"), ("sadness", "'file gone': sadness 0.90"),
+    ]  # fmt: skip

@@ -104,7 +104,7 @@ def experiment(
 
     lines = write_experiment(simulation, setup, out, film=film, face=face)
     if as_json:
-        print((out / "experiment.json").read_text(encoding="utf-8").rstrip())
+        print(json.dumps(json.loads((out / "experiment.json").read_text(encoding="utf-8"))))
     else:
         print(*lines, sep="\n")
 

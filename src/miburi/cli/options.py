@@ -24,6 +24,7 @@ __all__ = [
     "GesturesFolder",
     "IkWay",
     "RobotFile",
+    "SensesFile",
     "ServoName",
     "TemperamentName",
     "calibrated",
@@ -47,6 +48,28 @@ GesturesFolder = Annotated[
     typer.Option(
         "--gestures",
         help="A folder of gesture files; they replace shipped ones for the same feelings.",
+        show_default=False,
+    ),
+]
+
+
+def _choose_senses(path: Path | None) -> Path | None:
+    if path is not None:
+        os.environ["MIBURI_SENSES"] = str(path.resolve())  # also for the processes that it starts
+        from miburi.senses.happenings import happenings
+
+        happenings.cache_clear()
+        happenings()  # refuses a wrong file now, before anything else
+    return path
+
+
+SensesFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--senses",
+        help="A file of happenings that your own programs report, and what they bring.",
+        envvar="MIBURI_SENSES",
+        callback=_choose_senses,
         show_default=False,
     ),
 ]

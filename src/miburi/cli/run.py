@@ -15,6 +15,7 @@ from miburi.cli.options import (
     GesturesFolder,
     IkWay,
     RobotFile,
+    SensesFile,
     ServoName,
     TemperamentName,
     calibrated,
@@ -106,6 +107,7 @@ def run(
     robot: RobotFile = None,
     servo: ServoName = None,
     gestures: GesturesFolder = None,
+    senses: SensesFile = None,  # noqa: ARG001  (its callback hands it on)
     calibration: CalibrationFile = None,
     solver: IkWay = "default",
     folder: Annotated[

@@ -103,6 +103,8 @@ def trials(
     need("scipy", "studies")
     if out is not None:
         need("pyarrow", "studies")
+        if out.suffix != ".parquet":
+            raise InputError(f"--out is a Parquet file, such as trials.parquet; got {out}.")
     if ray is not None:
         need("ray", "cluster")
     from miburi.studies.trials.plan import Plan
@@ -118,7 +120,10 @@ def trials(
         raise InputError(f"--play {play:g} needs --servos: it is the play of their gears.")
     built = _workshop(body, seed, servos, play)
     watched = _subjects(body, calibration, rule, without, state, built, seed, workers)
-    plan = Plan(tuple(watched), seed, free, blocked, repertoire)
+    chosen = {"rule": rule, "servo": body.servo.model.name, "servos": servos, "without": without}
+    chosen |= {"state": state, "play": play}
+    told = {name: str(value) for name, value in chosen.items() if value is not None}
+    plan = Plan(tuple(watched), seed, free, blocked, repertoire, told)
     counts: list[int] = []
     began = perf_counter()
     with show_progress() as show:

@@ -35,6 +35,7 @@ from miburi.wire.messages import (
     PerformanceIn,
     PosesIn,
     SayIn,
+    SenseIn,
     SpeakIn,
     StimulusIn,
     fields_of,
@@ -129,6 +130,10 @@ class AsyncPartner:
     async def stimulate(self, stimulus: Stimulus) -> str:
         """Let the partner feel something."""
         return await self._asker.wish("/stimulus", StimulusIn.model_validate(fields_of(stimulus)))
+
+    async def sense(self, kind: str, clearness: float = 1.0) -> None:
+        """Report that something has happened; see :meth:`RemotePartner.sense`."""
+        await self._asker.tell("/sense", SenseIn.model_construct(kind=kind, clearness=clearness))
 
     async def say(self, text: str, tone: Tone = "plain") -> SayOut:
         """Say something to the partner; return the feeling it heard, the reason, and its answer."""

@@ -188,6 +188,13 @@ class RemotePartner:
         """Let the partner feel something; return the event's id."""
         return self._line.wish("/stimulus", fields_of(stimulus))
 
+    def sense(self, kind: str, clearness: float = 1.0) -> None:
+        """Report that something has happened to the partner, such as a stroke.
+
+        ``kind`` is one that it knows, or one of the file that ``miburi run --senses`` names.
+        """
+        self._line.post("/sense", {"kind": kind, "clearness": clearness})
+
     def say(self, text: str, tone: Tone = "plain") -> SayOut:
         """Say something to the partner; return the feeling it heard, the reason, and its answer."""
         said = {"text": text, "tone": tone}

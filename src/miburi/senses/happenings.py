@@ -1,28 +1,27 @@
 """Things that happen to the partner besides speech: touches, motion, sounds, faces.
 
 An impression is made from the kind of an event and from its clarity. ``happenings.toml``, beside
-this module, has the feelings for each kind.
+this module, has the feelings for each kind. A file of your own may add others, or replace some:
+name it in the environment variable ``MIBURI_SENSES``, or call ``miburi run --senses FILE``, which
+sets the variable.
 """
 
-import tomllib
+import os
 from functools import cache
 from importlib import resources
-from typing import Literal
+from typing import Annotated
 
-from pydantic import TypeAdapter
+from pydantic import AfterValidator, Field, WithJsonSchema
+from pydantic_core import PydanticKnownError
 
 from miburi.feelings.catalogue import FeelingName
 from miburi.feelings.temperament import Share, Source
-from miburi.ground.tables import Table
+from miburi.ground.tables import Table, load_table
 from miburi.senses.impression import Brought, Impression
 
 __all__ = ["MAKES_UP", "Happening", "Kind", "happenings", "notice"]
 
-Kind = Literal[
-    "pat", "stroke", "hold", "lead", "poke", "lift", "knock", "shake", "shake_on", "drop",
-    "startle", "smile", "surprised_face", "sad_face", "angry_face", "scared_face", "disgusted_face",
-    "greet",
-]  # fmt: skip
+_Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,39}$")]
 #: A caress within this time after a contact stop makes up for it, s (ours).
 MAKES_UP = 60.0
 
@@ -36,14 +35,41 @@ class Happening(Table):
     after_contact: Share | None = None
 
 
+class _Happenings(Table):
+    happening: dict[_Name, Happening]
+
+
 @cache
-def happenings() -> dict[Kind, Happening]:
-    """Return the effect of each kind; the file is read once."""
-    text = (resources.files(__package__) / "happenings.toml").read_text(encoding="utf-8")
-    return TypeAdapter(dict[Kind, Happening]).validate_python(tomllib.loads(text))
+def happenings() -> dict[str, Happening]:
+    """Return the effect of each kind; the files are read once.
+
+    Raises
+    ------
+    DescriptionError
+        Your own file cannot be read, or is wrong.
+    """
+    with resources.as_file(resources.files(__package__) / "happenings.toml") as shipped:
+        known = load_table(_Happenings, shipped).happening
+    own = os.environ.get("MIBURI_SENSES")
+    return known | load_table(_Happenings, own).happening if own else known
 
 
-def notice(kind: Kind, clearness: float = 1.0, *, since_contact: float | None = None) -> Impression:
+def _check_kind(kind: str) -> str:
+    if kind not in happenings():
+        *most, last = (f"'{each}'" for each in happenings())
+        raise PydanticKnownError("literal_error", {"expected": f"{', '.join(most)} or {last}"})
+    return kind
+
+
+#: The type of a kind in a message; pydantic checks it.
+Kind = Annotated[
+    str,
+    AfterValidator(_check_kind),
+    WithJsonSchema({"enum": list(happenings()), "type": "string"}),
+]
+
+
+def notice(kind: str, clearness: float = 1.0, *, since_contact: float | None = None) -> Impression:
     """Return the impression that a happening makes.
 
     Parameters

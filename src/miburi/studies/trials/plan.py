@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import NamedTuple
 
@@ -46,6 +47,8 @@ class Plan:
         The seed, and the number of trials of each kind; 0 or more.
     repertoire
         The gestures; by default those that ship with Miburi.
+    chosen
+        What was chosen on the command line, by option; a file of trials has it beside the rows.
 
     Raises
     ------
@@ -58,6 +61,7 @@ class Plan:
     free: int
     blocked: int
     repertoire: Repertoire = field(default_factory=shipped_repertoire)
+    chosen: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not self.servos:

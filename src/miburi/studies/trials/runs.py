@@ -286,7 +286,7 @@ def write_parquet(plan: Plan, outcomes: list[Outcome], out: Path) -> None:
     """
     pa, pq = _arrow()
     columns = {f.name: [getattr(o, f.name) for o in outcomes] for f in fields(Outcome)}
-    metadata = {"miburi": __version__, "seed": str(plan.seed), "run": plan.key}
+    metadata = {**plan.chosen, "miburi": __version__, "seed": str(plan.seed), "run": plan.key}
     table = pa.table(columns).replace_schema_metadata(metadata)
     with whole_files(out.parent) as draft:
         pq.write_table(table, draft / out.name, compression="zstd")
