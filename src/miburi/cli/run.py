@@ -142,6 +142,12 @@ def run(
             show_default=False,
         ),
     ] = None,
+    door: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Open a door that another package ships, by its name.", show_default=False
+        ),
+    ] = None,
     log_level: Annotated[
         str,
         typer.Option(
@@ -173,6 +179,7 @@ def run(
         care=Care(None if region is None else find_region(region)),
         origins=frozenset(map(check_origin, allow_origin or ())),
         seed=seed,
+        others=tuple(door or ()),
     )
     if doors.broker is not None:
         doors.need()

@@ -1,15 +1,18 @@
 """The doors besides HTTP that a user can open.
 
-A door's libraries are loaded when it is opened; they come with an extra of pip.
+A door's libraries are loaded when it is opened; they come with an extra of pip. Another package may
+ship a door, too: a function that takes the application and the partner, as an entry point of the
+group ``miburi.doors``.
 """
 
 from dataclasses import dataclass, field
+from importlib.metadata import entry_points
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from miburi.doors.broker import Broker
 from miburi.doors.ros_network import RosNetwork
-from miburi.errors import need
+from miburi.errors import InputError, need
 from miburi.live.view import LivePartner
 from miburi.talk.care import Care
 from miburi.talk.endpoint import Endpoint
@@ -19,6 +22,8 @@ if TYPE_CHECKING:  # the process of the partner's loop needs no web library
     from fastapi import FastAPI
 
 __all__ = ["Doors"]
+
+_OTHERS = "miburi.doors"
 
 
 @dataclass(frozen=True)
@@ -45,6 +50,8 @@ class Doors:
         The other origins whose pages may use the interface.
     seed
         Chooses among its own answers.
+    others
+        The names of doors that other packages ship.
     """
 
     agents: bool = False
@@ -56,9 +63,25 @@ class Doors:
     care: Care = field(default_factory=Care)
     origins: frozenset[str] = frozenset()
     seed: int = 0
+    others: tuple[str, ...] = ()
 
     def need(self) -> None:
-        """Refuse to go on without the libraries of the open doors."""
+        """Refuse to go on without the libraries of the open doors.
+
+        Raises
+        ------
+        InputError
+            No installed package ships a door of this name.
+        MiburiError
+            A library is not installed.
+        """
+        shipped = entry_points(group=_OTHERS).names
+        for name in self.others:
+            if name not in shipped:
+                known = ", ".join(sorted(shipped)) or "none"
+                raise InputError(
+                    f"--door: no installed package ships a door {name!r}; installed: {known}."
+                )
         if self.agents:
             need("mcp", "mcp")
         if self.broker is not None:
@@ -91,3 +114,5 @@ class Doors:
             from miburi.doors.ros import add_ros
 
             add_ros(app, partner, self.ros)
+        for name in self.others:
+            entry_points(group=_OTHERS)[name].load()(app, partner)
