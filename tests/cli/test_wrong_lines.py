@@ -28,6 +28,7 @@ LINES = {
     "gesture preview happiness --out notes.txt": "notes.txt is a file, and a folder is needed",
     "experiment --seconds 1e12": "from 2 to 86400 s, got 1e+12",
     "trials --free 1000000000000": "1000000000000",
+    "run --door bell": "no installed package ships a door 'bell'",
     "run --senses missing.toml": "missing.toml: cannot be read",
     "trials --out trials.csv": "--out is a Parquet file, such as trials.parquet; got trials.csv",
     "trials --out /proc/trials.parquet": "/proc/trials.parquet cannot be written",

@@ -280,8 +280,8 @@ class FeelingModel(ABC):
         names = state.get("feelings", list(PAPER))  # older states do not name their feelings
         if names != list(FEELINGS):
             raise InputError(
-                f"The state must be of the feelings {', '.join(FEELINGS)}, got {names!r:.200}; "
-                "load it with the file of feelings that it was saved with (MIBURI_FEELINGS)."
+                f"The state must be of the feelings {', '.join(FEELINGS)}, got {names!r:.200}. "
+                "Load it with the file of feelings that it was saved with (MIBURI_FEELINGS)."
             )
         model = cls(temperament)
         model._time = _seconds(state.get("time"), "the state's time")

@@ -29,7 +29,8 @@ def remembered(path: Path, temperament: Temperament) -> EmotionalModel | None:
     Raises
     ------
     InputError
-        The file cannot be read, or holds no feelings; then it has been renamed to end in ``.bad``.
+        The file cannot be read, or its feelings cannot be used; then it has been renamed to end in
+        ``.bad``.
     """
     try:
         content = path.read_bytes()
@@ -50,12 +51,12 @@ def remembered(path: Path, temperament: Temperament) -> EmotionalModel | None:
         RecursionError,
         InputError,
     ) as error:
-        aside = path.with_name(f"{path.name}.bad")
+        aside, known = path.with_name(f"{path.name}.bad"), isinstance(error, InputError)
         with suppress(OSError):
             path.replace(aside)
         raise InputError(
-            f"{path}: this file holds no feelings, so the partner starts afresh; the file is kept "
-            f"as {aside.name}: {type(error).__name__}: {str(error)[:200]}"
+            f"{path}: its feelings cannot be used, so the partner starts afresh; the file is kept "
+            f"as {aside.name}. {'' if known else f'{type(error).__name__}: '}{str(error)[:450]}"
         ) from error
 
 
