@@ -40,9 +40,17 @@ def test_a_study_must_say_who_runs_it_but_can_be_tried_out(tmp_path: Path) -> No
         run("run", tmp_path)
     lab = Lab(tmp_path / "two")
     with served(lab.folder, "--rehearsal") as (home, said), httpx.Client(verify=False) as browser:
+        assert "This is a rehearsal" in browser.get(home).text
         browser.post(home, data={"agree": "yes"})
     assert "rehearsal.sqlite" in said[-1]
     assert lab.store.counts(4).began == 0
+    run("report", lab.folder, "--rehearsal")
+    page = (lab.folder / "rehearsal-report" / "index.html").read_text(encoding="utf-8")
+    assert "A rehearsal: these answers are none of the study" in page
+    assert "1 people began" in page
+    (lab.folder / "answers.sqlite").unlink()
+    with pytest.raises(InputError, match="add --rehearsal"):
+        run("report", lab.folder)
 
 
 def test_a_closed_study_is_over(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ import socket
 from dataclasses import replace
 from pathlib import Path
 
+import pyarrow.parquet as parquet
 import pytest
 from tests.fixtures.command import miburi
 from tests.fixtures.program import Program
@@ -147,6 +148,13 @@ def test_a_killed_command_resumes_to_the_same_file(tmp_path: Path) -> None:
         assert json.loads(done.stdout)["free"] == 51
     assert out.read_bytes() == again.read_bytes()
     assert not journal.exists()
+
+
+def test_a_file_of_trials_says_what_was_chosen(plan: Plan, tmp_path: Path) -> None:
+    """Files of two rules could not be told apart."""
+    out = tmp_path / "trials.parquet"
+    carry_out_plan(replace(plan, chosen={"rule": "printed"}), out)
+    assert parquet.read_schema(out).metadata[b"rule"] == b"printed"
 
 
 def test_a_cluster_that_does_not_answer_is_said_at_once(plan: Plan) -> None:

@@ -53,8 +53,17 @@ def test_the_interval_of_a_quantile_holds_it_in_95_of_100_samples() -> None:
     rng = np.random.default_rng(1)
     true = -np.log(0.01)
     intervals = [quantile_interval(rng.exponential(size=600), 0.99) for _ in range(400)]
-    assert np.mean([low <= true <= high for low, high in filter(None, intervals)]) > 0.93
+    ends = [(low, high or np.inf) for low, high in filter(None, intervals)]
+    assert np.mean([low <= true <= high for low, high in ends]) > 0.93
     assert quantile_interval(np.array([]), 0.99) is None
+
+
+@pytest.mark.parametrize("count", [1, 2, 200, 367])
+def test_few_values_do_not_bound_a_high_quantile(count: int) -> None:
+    """The largest value was given as its upper bound, which holds with p = 1 - 0.99 ** count."""
+    interval = quantile_interval(np.arange(float(count)), 0.99)
+    assert interval is not None
+    assert interval[1] is None
 
 
 def test_each_trial_is_counted_as_what_it_was() -> None:
