@@ -13,7 +13,7 @@ from schemathesis.specs.openapi.checks import (
     status_code_conformance,
 )
 from tests.fixtures.live import Server
-from tests.fixtures.waiting import PATIENCE, until
+from tests.fixtures.waiting import PATIENCE, post, until
 
 from miburi.errors import BodyError
 from miburi.feelings import FEELINGS
@@ -279,3 +279,19 @@ def test_each_example_is_taken(client: httpx.Client) -> None:
                 answer = client.post(path.format(name="Anna", number=1), json=example)
                 unknown = (400,) if "{" in path else ()
                 assert answer.status_code in (200, 204, 409, *unknown), (path, answer.text)
+
+
+@pytest.mark.parametrize(
+    ("sent", "kind", "words"),
+    [
+        (b'{"feeling": "fear"}', "text/plain", "Content-Type: application/json"),
+        (b"{feeling: 1}", "application/json", r"not JSON: .* \(character 1\)"),
+    ],
+)
+def test_a_request_that_is_not_json_is_told_so(
+    server: Server, sent: bytes, kind: str, words: str
+) -> None:
+    url = server.url + "/api/v1/stimulus"
+    answer = post(url, content=sent, headers={"Content-Type": kind})
+    assert answer.status_code == 422
+    assert re.search(words, answer.json()["detail"])

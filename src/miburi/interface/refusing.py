@@ -43,12 +43,19 @@ async def _say(_request: Request, error: Exception) -> JSONResponse:
     return JSONResponse({"detail": str(error)}, status)
 
 
-async def _say_what_is_allowed(_request: Request, error: Exception) -> JSONResponse:
+async def _say_what_is_allowed(request: Request, error: Exception) -> JSONResponse:
     """Say which value is wrong, without sending it back."""
     errors = error.errors() if isinstance(error, RequestValidationError) else []
-    words = [
-        f"{'.'.join(map(str, item['loc'][1:])) or 'the request'}: "
-        + item["msg"].removeprefix("Value error, ")
-        for item in errors
-    ]
-    return JSONResponse({"detail": "; ".join(words)[:1000]}, 422)
+    words = "; ".join(map(_words, errors))[:1000]
+    if any(item["loc"] == ("body",) for item in errors) and "json" not in request.headers.get(
+        "content-type", ""
+    ):
+        words += ". Send JSON, with the header Content-Type: application/json."
+    return JSONResponse({"detail": words}, 422)
+
+
+def _words(item: dict[str, Any]) -> str:
+    if item["type"] == "json_invalid":
+        return f"the request is not JSON: {item['ctx']['error']} (character {item['loc'][-1]})"
+    place = ".".join(map(str, item["loc"][1:])) or "the request"
+    return f"{place}: {item['msg'].removeprefix('Value error, ')}"
