@@ -1,6 +1,6 @@
 """Let the partner notice what becomes of a file.
 
-Start one with `miburi run --senses examples/own_sense.toml`, and then, in another terminal:
+Start the partner with `miburi run --senses examples/own_sense.toml`, and then, in another terminal:
 
 python examples/own_sense.py http://127.0.0.1:8080 notes.txt
 """
@@ -13,7 +13,7 @@ from miburi import connect
 
 
 def watch(url: str, file: Path) -> None:
-    """Report each growth of a file, the more clearly the larger, until it is gone."""
+    """Report each time the file grows, more clearly the more it grows, until it is gone."""
     with connect(url) as partner:
         size = file.stat().st_size
         print(f"it has {size} bytes", flush=True)

@@ -46,7 +46,7 @@ def test_a_study_must_say_who_runs_it_but_can_be_tried_out(tmp_path: Path) -> No
     assert lab.store.counts(4).began == 0
     run("report", lab.folder, "--rehearsal")
     page = (lab.folder / "rehearsal-report" / "index.html").read_text(encoding="utf-8")
-    assert "A rehearsal: these answers are none of the study" in page
+    assert "Rehearsal: these answers are not part of the study" in page
     assert "1 people began" in page
     (lab.folder / "answers.sqlite").unlink()
     with pytest.raises(InputError, match="add --rehearsal"):

@@ -30,7 +30,7 @@ LINES = {
     "trials --free 1000000000000": "1000000000000",
     "run --door bell": "no installed package ships a door 'bell'",
     "run --senses missing.toml": "missing.toml: cannot be read",
-    "trials --out trials.csv": "--out is a Parquet file, such as trials.parquet; got trials.csv",
+    "trials --out trials.csv": "--out must end in .parquet, such as trials.parquet; got trials.csv",
     "trials --out /proc/trials.parquet": "/proc/trials.parquet cannot be written",
     "calibrate --out .": "--out: . is a folder, and a file is needed",
     "tune --out tuned.toml --bound 5": "got '5'",

@@ -127,7 +127,7 @@ def test_what_stop_overtakes_is_said_to_be_left_out(still: tuple[Server, Event])
         socket.send(json.dumps({"do": "stop"}))
         assert pressed.wait(PATIENCE)
         server.runner.start()
-        assert "Stop came before" in str(until(socket, "refused")["refused"])
+        assert "Stop cancelled waiting commands" in str(until(socket, "refused")["refused"])
 
 
 def test_a_flood_holds_up_its_sender_alone(still: tuple[Server, Event]) -> None:

@@ -67,7 +67,7 @@ SensesFile = Annotated[
     Path | None,
     typer.Option(
         "--senses",
-        help="A file of happenings that your own programs report, and what they bring.",
+        help="A file of events that your programs report, and the feelings that they cause.",
         envvar="MIBURI_SENSES",
         callback=_choose_senses,
         show_default=False,

@@ -145,7 +145,7 @@ def run(
     door: Annotated[
         list[str] | None,
         typer.Option(
-            help="Open a door that another package ships, by its name.", show_default=False
+            help="Also open this door, from another installed package.", show_default=False
         ),
     ] = None,
     log_level: Annotated[

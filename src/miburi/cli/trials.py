@@ -104,7 +104,7 @@ def trials(
     if out is not None:
         need("pyarrow", "studies")
         if out.suffix != ".parquet":
-            raise InputError(f"--out is a Parquet file, such as trials.parquet; got {out}.")
+            raise InputError(f"--out must end in .parquet, such as trials.parquet; got {out}.")
     if ray is not None:
         need("ray", "cluster")
     from miburi.studies.trials.plan import Plan

@@ -132,7 +132,7 @@ class AsyncPartner:
         return await self._asker.wish("/stimulus", StimulusIn.model_validate(fields_of(stimulus)))
 
     async def sense(self, kind: str, clearness: float = 1.0) -> None:
-        """Report that something has happened; see :meth:`RemotePartner.sense`."""
+        """Report something that has happened; see :meth:`RemotePartner.sense`."""
         await self._asker.tell("/sense", SenseIn.model_construct(kind=kind, clearness=clearness))
 
     async def say(self, text: str, tone: Tone = "plain") -> SayOut:

@@ -189,7 +189,7 @@ class RemotePartner:
         return self._line.wish("/stimulus", fields_of(stimulus))
 
     def sense(self, kind: str, clearness: float = 1.0) -> None:
-        """Report that something has happened to the partner, such as a stroke.
+        """Report something that has happened to the partner, such as a pat.
 
         ``kind`` is one that it knows, or one of the file that ``miburi run --senses`` names.
         """

@@ -28,7 +28,7 @@ def trust(url: str, authority: Path | str | None) -> ssl.SSLContext | Literal[Fa
         raise InputError(f"a partner's address starts with http:// or https://, got {url!r}.")
     if not _has_port(parts) or parts.path.rstrip("/").endswith("/api/v1"):
         raise InputError(
-            f"a partner's address ends with its port, such as http://127.0.0.1:8080, got {url!r}."
+            f"a partner's address is like http://127.0.0.1:8080, without /api/v1; got {url!r}."
         )
     if scheme == "http":
         return False

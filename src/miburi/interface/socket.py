@@ -204,7 +204,7 @@ class _Viewer:
                     raise BusyError("too many commands at once; some were left out.")
                 if self._overtaken:
                     count, self._overtaken = self._overtaken, 0
-                    raise BusyError(f"Stop came before {count} commands; they were left out.")
+                    raise BusyError(f"Stop cancelled waiting commands: {count}.")
                 await self._obey(text, came)
             except (ValidationError, MiburiError, ValueError) as error:
                 self._mistakes += not isinstance(error, MiburiError)
@@ -223,8 +223,8 @@ class _Viewer:
                 await granted(self._runner, Feel(stimulus))
             case StopMessage() as stop if stop.by not in get_args(By):
                 raise InputError(
-                    f"by may be {', '.join(get_args(By))}, got {stop.by!r}. The body has stopped, "
-                    "as for a person."
+                    f"by must be one of {', '.join(get_args(By))}, got {stop.by!r}. The body has "
+                    "stopped anyway, as if a person had pressed Stop."
                 )
             case StopMessage():
                 pass  # it was obeyed when it came

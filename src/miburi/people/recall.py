@@ -38,7 +38,7 @@ _ASKED = re.compile(r"[^.!?。！？]+[?？]")
 _WRITTEN, _IDEOGRAM = re.compile(r"[^\s\u3040-\u309f]+"), re.compile(r"[\u4e00-\u9fff]")
 #: The ending of a word, which a question may change.
 _ENDING = re.compile(r"(?<=\w{4})(ing|ed|es|e|s)$|(?<=\w{2})s$")
-#: What stands between the clauses of a question, and how many words are enough for one (ours).
+#: What separates the clauses of a question, and how many words a clause needs (ours).
 _SIGN = re.compile(r"[,、.!?。！？]+\s*")
 _SOME = 4
 
@@ -96,7 +96,7 @@ def recall(
 
 
 def ways_to_ask(question: str, earlier: Iterable[str], language: Language) -> Iterator[str]:
-    """Yield a question, the same with whom it means, its sentences, and its clauses, last first.
+    """Yield the question, the question with the person it means, its sentences, then its clauses.
 
     ``earlier`` has what was said before it, the newest first.
     """

@@ -160,8 +160,8 @@ def _model(language: Language) -> Callable[[str], Heard | None] | None:
     def weigh(said: str) -> NDArray[np.float64]:
         fitting = _fitting(said, language)
         linear = likelihoods(_features(said, language, fitting))
-        # Only the linear model knows what makes words harmless: "years ago I wanted to die", or a
-        # turn of phrase beside which nothing grave is said.
+        # Only the linear model knows what makes words harmless: "years ago I wanted to die", or an
+        # idiom with nothing grave beside it.
         excused = fitting[1] - ({"idioms"} if fitting[0] else set())
         return linear if network is None or excused else agreed(linear, network(said))
 

@@ -43,7 +43,7 @@ def test_the_study_that_ships_asks_about_eight_feelings_at_three_moods(tmp_path:
         ('kind = "word"', 'kind = "pick"', "a pick needs at least two answers"),
         ('kind = "word"', 'kind = "word"\nright = "fear"', "needs both 'right' and 'at'"),
         ('kind = "word"', 'kind = "check"\nright = "joy"\nat = 1', "joy"),
-        ('kind = "word"', 'kind = "check"\nright = "anger"\nat = 1', "no option"),
+        ('kind = "word"', 'kind = "check"\nright = "anger"\nat = 1', "not one of its options"),
         ('kind = "word"', 'kind = "check"\nright = "fear"\nat = 3', "sees 2 films"),
         (
             'kind = "word"\nask = { en = "In a word?"',

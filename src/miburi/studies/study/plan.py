@@ -317,7 +317,7 @@ class Study(Table):
             seen = self.trials or len(self.films)
             if (question.at or 0) > seen:
                 raise ValueError(
-                    f"{question.name}: at is {question.at}, and a participant sees {seen} films"
+                    f"{question.name}: at is {question.at}, but a participant sees {seen} films"
                 )
         texts = [self.title, self.information, *(t for q in self.question for t in q.texts)]
         texts += [self.debriefing] if self.debriefing else []
@@ -333,7 +333,9 @@ class Study(Table):
         if right is None:
             return
         if right not in self.options(question):
-            raise ValueError(f"{question.name}: 'right' is {right!r}, which is no option")
+            raise ValueError(
+                f"{question.name}: 'right' is {right!r}, which is not one of its options"
+            )
         for language, text in question.ask.items():
             said = text.casefold()
             named = [
