@@ -38,8 +38,8 @@ _ASKED = re.compile(r"[^.!?。！？]+[?？]")
 _WRITTEN, _IDEOGRAM = re.compile(r"[^\s\u3040-\u309f]+"), re.compile(r"[\u4e00-\u9fff]")
 #: The ending of a word, which a question may change.
 _ENDING = re.compile(r"(?<=\w{4})(ing|ed|es|e|s)$|(?<=\w{2})s$")
-#: What separates the clauses of a question, and how many words a clause needs (ours).
-_SIGN = re.compile(r"[,、.!?。！？]+\s*")
+#: The last clause of a question, and how many words are enough for a question (ours).
+_LAST = re.compile(r"(?<=[,、])[^,、.!?。！？]+[?？]?\s*$")
 _SOME = 4
 
 
@@ -96,7 +96,7 @@ def recall(
 
 
 def ways_to_ask(question: str, earlier: Iterable[str], language: Language) -> Iterator[str]:
-    """Yield the question, the question with the person it means, its sentences, then its clauses.
+    """Yield a question, the same with the person it means, its sentences, and its last clause.
 
     ``earlier`` has what was said before it, the newest first.
     """
@@ -104,10 +104,9 @@ def ways_to_ask(question: str, earlier: Iterable[str], language: Language) -> It
     if whom := whom_of(question, earlier, language):
         yield f"{question} {whom}"
     yield from _ASKED.findall(question)
-    clauses = _SIGN.split(question)
-    for clause in reversed(clauses) if len(clauses) > 1 else ():
-        if subjects_of(clause, language) or len(clause.split()) > _SOME:
-            yield clause
+    clause = _LAST.search(question)
+    if clause and (subjects_of(clause.group(), language) or len(clause.group().split()) > _SOME):
+        yield clause.group()
 
 
 def _stems(text: str, language: Language) -> set[str]:

@@ -41,7 +41,7 @@ __all__ = [
     "words_of_care",
 ]
 
-_SENTENCE = re.compile(r"[^.!?。！？]+")
+_CLAUSE = re.compile(r"[^,.!;:、。！]+")
 _Line = Annotated[str, Field(min_length=1, max_length=240)]
 
 
@@ -158,8 +158,10 @@ def denies(text: str, language: Language) -> bool:
 
 def takes_back(text: str, language: Language) -> bool:
     """Whether somebody says that nothing has happened: it was a joke, or it was misheard."""
-    said = (plain(each, language) for each in [text, *_SENTENCE.findall(text)])
-    return any(find_phrase(_untrue(language), each, language) is not None for each in said)
+    if "?" in text or "？" in text:  # "Do you think it is a joke?"
+        return False
+    said = (plain(each, language) for each in [text, *_CLAUSE.findall(text)])
+    return any(_untrue(language).fullmatch(each) is not None for each in said)
 
 
 def may_be_said(text: str) -> bool:

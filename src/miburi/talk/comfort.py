@@ -30,8 +30,8 @@ _STAYS, _EVERY = 3, 5
 #: A slight sign of distress is asked about if another was at most this many remarks before (ours).
 _SOON = 5
 
-#: What somebody may take back although it is true.
-_HIDDEN = frozenset({"suicide", "abuse"})
+#: What somebody may take back although it is true, and for how long it may not be (ours).
+_HIDDEN, _LONG = frozenset({"suicide", "abuse"}), timedelta(minutes=10)
 
 _Question = tuple[Distress, datetime]  # what it was about, and when it was asked
 
@@ -51,7 +51,7 @@ class Comfort:
         self._care, self._clock = care, clock
         self._turns: Counter[str] = Counter()  # of help and questions, by kind
         self._since = 0  # remarks since words of distress, except orders and unrelated questions
-        self._kind: Distress | None = None  # the latest
+        self._hidden: datetime | None = None  # when there was last a sign of suicide or abuse
         self._plain = False  # whether the latest words of distress were plain
         self._over = False  # whether somebody has wanted something else, after words that were not
         self._asked: _Question | None = None  # whether somebody needs help
@@ -75,6 +75,8 @@ class Comfort:
         ``after`` a distress, it is known already that somebody needs help.
         """
         wondered, self._wondered = self._wondered, None
+        if not _HIDDEN.isdisjoint((heard.distress, heard.worry, heard.hint)):
+            self._hidden = self._clock()
         sign = heard.worry or heard.hint
         self._signs += 1
         if sign is not None and ((after and sign == "help") or is_needless(sign, wanted)):
@@ -98,10 +100,10 @@ class Comfort:
             self._asked = heard.worry, self._clock()
             return self._care.ask(heard.worry, language, self._turn(f"ask {heard.worry}"))
         if heard.distress is not None:
-            self._since, self._over, self._kind = 0, False, heard.distress
+            self._since, self._over = 0, False
             self._plain = bool(heard.why) or self._is_open(self._before)
             return self._care.help(heard.distress, language, self._turn(heard.distress))
-        if after and self._kind not in _HIDDEN and takes_back(said, language) and not self._over:
+        if after and not self._over and not self._hides() and takes_back(said, language):
             self._over = True
             return self._care.give_way(language, self._turn("misheard"))
         if after and self._stays(said, language, wanted):
@@ -124,6 +126,10 @@ class Comfort:
     def _is_open(self, asked: _Question | None) -> TypeGuard[_Question]:
         """Return whether a question was asked, and so lately that it may be answered now."""
         return asked is not None and self._clock() - asked[1] < _ANSWERED
+
+    def _hides(self) -> bool:
+        """Return whether somebody may take back what is true all the same."""
+        return self._hidden is not None and self._clock() - self._hidden < _LONG
 
     def _stays(self, said: str, language: Language, wanted: list[Match]) -> bool:
         """Return whether an answer still speaks of a distress that was heard before."""
