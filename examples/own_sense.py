@@ -24,7 +24,7 @@ def watch(url: str, file: Path) -> None:
                     partner.sense("file_grew", min(1.0, grown / 1000))
                     print(f"it grew by {grown} bytes", flush=True)
                 size += grown
-                time.sleep(0.2)
+                time.sleep(0.5)
         except FileNotFoundError:
             partner.sense("file_gone")
             print("it is gone", flush=True)

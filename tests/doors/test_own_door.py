@@ -1,11 +1,11 @@
 """A door that another package ships."""
 
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
-from fastapi import FastAPI
-from tests.fixtures.live import serving
+from tests.fixtures.live import interface, serving
 from tests.fixtures.waiting import get
 
 from miburi.doors.doors import Doors
@@ -22,15 +22,18 @@ def installed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     metadata = tmp_path / "miburi_lamp-1.dist-info"
     metadata.mkdir()
     (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: miburi-lamp\nVersion: 1\n")
-    (metadata / "entry_points.txt").write_text("[miburi.doors]\nlamp = own_door:open_door\n")
+    project = tomllib.loads((EXAMPLE / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    ((name, function),) = project["entry-points"]["miburi.doors"].items()
+    (metadata / "entry_points.txt").write_text(f"[miburi.doors]\n{name} = {function}\n")
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.delitem(sys.modules, "own_door", raising=False)
 
 
 @pytest.mark.usefixtures("installed")
 def test_a_door_of_another_package_is_opened(live: Runner) -> None:
-    doors, app = Doors(others=("lamp",)), FastAPI()
+    doors = Doors(packages=("lamp", "lamp"))
     doors.need()
+    app = interface(live)
     doors.open(app, live)
     with serving(app) as url:
         assert get(f"{url}/lamp").text == "green"
@@ -41,4 +44,4 @@ def test_a_door_of_another_package_is_opened(live: Runner) -> None:
 @pytest.mark.usefixtures("installed")
 def test_a_door_that_nobody_ships_is_refused_by_name() -> None:
     with pytest.raises(InputError, match="'bell'; installed: lamp"):
-        Doors(others=("bell",)).need()
+        Doors(packages=("bell",)).need()

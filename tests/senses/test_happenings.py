@@ -1,12 +1,14 @@
 """Touches, motions and sounds: what each brings, over the interface, and what it never does."""
 
+from pathlib import Path
+
 import httpx
 import pytest
 from tests.fixtures.live import Server, block, interface, run, serving
 from tests.fixtures.waiting import post
 
 import miburi
-from miburi.errors import InputError
+from miburi.errors import DescriptionError, InputError
 from miburi.feelings import FEELINGS, shipped_temperament
 from miburi.interface.api import NOTICED_BURST, NOTICED_RATE
 from miburi.live.runner import Runner
@@ -125,3 +127,17 @@ def test_no_happening_frees_a_stopped_body_or_changes_the_rule(runner: Runner) -
     assert runner.body.motors().rule == rule
     assert runner.snapshot.state.angles == pytest.approx(held, abs=0.1)
     assert runner.snapshot.state.emotion[FEELINGS.index("fright")] > 0
+
+
+def test_a_mistyped_key_in_a_file_of_ones_own_is_named(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    own = tmp_path / "own.toml"
+    own.write_text('[happening.rain]\nsource = "application"\nfeeling = "fear"\nstrenght = 1.0\n')
+    monkeypatch.setenv("MIBURI_SENSES", str(own))
+    happenings.cache_clear()
+    try:
+        with pytest.raises(DescriptionError, match="strenght.*allowed are .*strength"):
+            happenings()
+    finally:
+        happenings.cache_clear()

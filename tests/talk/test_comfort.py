@@ -5,7 +5,7 @@ from datetime import timedelta
 import pytest
 from tests.fixtures.talk import Talk
 
-from miburi.languages import Language
+from miburi.languages import LANGUAGES, Language
 from miburi.talk.care import Care
 
 QUIET = "Can you smell something odd?"
@@ -213,9 +213,23 @@ def test_who_says_that_nothing_has_happened_is_believed(
         ("I fell and cannot get up", "It's no joke."),
         ("I fell and cannot get up", "I was watching the telly when I slipped."),
         ("I fell and cannot get up", "I'm fine, I don't want to bother anybody."),
+        ("I fell and cannot get up", "It's not a false alarm."),
+        ("I fell and cannot get up", "I tripped on a doll."),
+        ("There is smoke coming from the kitchen", "It's coming from the telly."),
+        ("There is smoke coming from the kitchen", "Do you think it's a joke?"),
+        ("転んで起き上がれません", "訓練じゃない"),
+        ("転んで起き上がれません", "冗談言ってる場合じゃない"),
+        ("je suis tombé et je ne peux pas me relever", "ce n'est pas une fausse alerte"),
     ],
 )
 def test_what_may_be_true_all_the_same_is_not_taken_back(talk: Talk, said: str, back: str) -> None:
     assert talk.say(said).distress is not None
-    assert talk.say(back).answer not in {Care().give_way("en", turn) for turn in range(2)}
+    misheard = {Care().give_way(language, turn) for language in LANGUAGES for turn in range(2)}
+    assert talk.say(back).answer not in misheard
+
+
+def test_a_joke_about_one_thing_takes_back_no_graver_one(talk: Talk) -> None:
+    talk.say("I want to die")
+    talk.say("I fell and cannot get up")
+    talk.say("It was only a joke.")
     assert talk.say("It is raining.").answer in {Care().stay("en", turn) for turn in range(4)}

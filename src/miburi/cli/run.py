@@ -179,7 +179,7 @@ def run(
         care=Care(None if region is None else find_region(region)),
         origins=frozenset(map(check_origin, allow_origin or ())),
         seed=seed,
-        others=tuple(door or ()),
+        packages=tuple(door or ()),
     )
     if doors.broker is not None:
         doors.need()

@@ -122,6 +122,8 @@ def trials(
     watched = _subjects(body, calibration, rule, without, state, built, seed, workers)
     chosen = {"rule": rule, "servo": body.servo.model.name, "servos": servos, "without": without}
     chosen |= {"state": state, "play": play}
+    files = {"robot": robot, "gestures": gestures, "calibration": calibration}
+    chosen |= {name: file.name for name, file in files.items() if file}
     told = {name: str(value) for name, value in chosen.items() if value is not None}
     plan = Plan(tuple(watched), seed, free, blocked, repertoire, told)
     counts: list[int] = []

@@ -14,6 +14,7 @@ import queue
 import threading
 from collections.abc import Callable, Generator, Mapping
 from contextlib import closing, suppress
+from math import nan
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -125,9 +126,13 @@ class RemotePartner:
         At 50 a second, no state of the robot's loop is left out. A connection that is lost, as when
         the partner restarts, is retried for up to ``patience`` s.
         """
-        if not isinstance(rate, int | float) or not SLOWEST <= rate <= FASTEST:
+        try:
+            wanted = float(rate)
+        except (TypeError, ValueError):
+            wanted = nan
+        if not SLOWEST <= wanted <= FASTEST:
             raise InputError(f"rate must be {SLOWEST} to {FASTEST} states a second, got {rate!r}.")
-        return self._line.states(rate, patience)
+        return self._line.states(wanted, patience)
 
     def events(
         self, after: str | None = None, patience: float = 60.0

@@ -22,7 +22,10 @@ def trust(url: str, authority: Path | str | None) -> ssl.SSLContext | Literal[Fa
     InputError
         See :func:`miburi.client.remote.connect`.
     """
-    parts = urlsplit(url)
+    try:
+        parts = urlsplit(url)
+    except ValueError as error:
+        raise InputError(f"this is no address: {url!r} ({error}).") from error
     scheme = parts.scheme
     if scheme not in ("http", "https"):
         raise InputError(f"a partner's address starts with http:// or https://, got {url!r}.")

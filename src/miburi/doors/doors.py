@@ -50,7 +50,7 @@ class Doors:
         The other origins whose pages may use the interface.
     seed
         Chooses among its own answers.
-    others
+    packages
         The names of doors that other packages ship.
     """
 
@@ -63,7 +63,7 @@ class Doors:
     care: Care = field(default_factory=Care)
     origins: frozenset[str] = frozenset()
     seed: int = 0
-    others: tuple[str, ...] = ()
+    packages: tuple[str, ...] = ()
 
     def need(self) -> None:
         """Refuse to go on without the libraries of the open doors.
@@ -75,12 +75,17 @@ class Doors:
         MiburiError
             A library is not installed.
         """
-        shipped = entry_points(group=_OTHERS).names
-        for name in self.others:
+        shipped = {each.name: each.module for each in entry_points(group=_OTHERS)}
+        for name in self.packages:
             if name not in shipped:
                 known = ", ".join(sorted(shipped)) or "none"
                 raise InputError(
                     f"--door: no installed package ships a door {name!r}; installed: {known}."
+                )
+            if find_spec(shipped[name].partition(".")[0]) is None:
+                raise InputError(
+                    f"--door {name}: its module {shipped[name]} is missing; install its package "
+                    "again."
                 )
         if self.agents:
             need("mcp", "mcp")
@@ -114,5 +119,5 @@ class Doors:
             from miburi.doors.ros import add_ros
 
             add_ros(app, partner, self.ros)
-        for name in self.others:
+        for name in dict.fromkeys(self.packages):
             entry_points(group=_OTHERS)[name].load()(app, partner)

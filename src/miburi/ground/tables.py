@@ -128,9 +128,12 @@ def _in_words(error: ValidationError, model: type[Table]) -> str:
 
 def _keys(model: type[BaseModel], path: Sequence[object]) -> list[str]:
     """Return the keys that are allowed in the table at ``path``; follows lists of tables too."""
-    for part in path:
+    parts = iter(path)
+    for part in parts:
         if isinstance(part, str):
             inner = model.model_fields[part].annotation
+            if get_origin(inner) is dict:
+                next(parts, None)  # the key, which is a name
             if is_dataclass(table := get_origin(inner)):
                 return [field.name for field in fields(table)]
             models = [inner, *get_args(inner)]

@@ -24,7 +24,7 @@ from miburi.live.runner import STEP
 from miburi.live.settle import granted
 from miburi.live.view import LivePartner
 from miburi.live.wishes import Feel, Release
-from miburi.serving.press import By, press
+from miburi.serving.press import By, press, who
 from miburi.wire.messages import FASTEST, SLOWEST, HandIn, Message, Rate, StimulusIn
 
 __all__ = [
@@ -166,7 +166,7 @@ class _Viewer:
         try:
             cursor = None if after == "new" else Cursor.of(after)
         except InputError as error:
-            await self._send(TypeAdapter(dict).dump_json({"refused": str(error)}).decode())
+            await self._refuse(str(error))
             return
         async for event in follow(self._runner, cursor):
             if event is not None:
@@ -188,8 +188,8 @@ class _Viewer:
                 self._runner.stop(press(stop.by, stop.press))
                 # A release among the waiting commands would undo this Stop.
                 while not self._commands.empty():
-                    self._commands.get_nowait()
-                    self._overtaken += 1
+                    waiting, _ = self._commands.get_nowait()
+                    self._overtaken += _stop_in(waiting) is None
             try:
                 self._commands.put_nowait((text, self._runner.read_until))
             except asyncio.QueueFull:
@@ -199,16 +199,19 @@ class _Viewer:
         while self._mistakes <= MISTAKES:
             text, came = await self._commands.get()
             try:
+                if self._overtaken:
+                    count, self._overtaken = self._overtaken, 0
+                    await self._refuse(f"Stop cancelled waiting commands: {count}.")
                 if self._left_out:
                     self._left_out = False
                     raise BusyError("too many commands at once; some were left out.")
-                if self._overtaken:
-                    count, self._overtaken = self._overtaken, 0
-                    raise BusyError(f"Stop cancelled waiting commands: {count}.")
                 await self._obey(text, came)
             except (ValidationError, MiburiError, ValueError) as error:
                 self._mistakes += not isinstance(error, MiburiError)
-                await self._send(TypeAdapter(dict).dump_json({"refused": _words(error)}).decode())
+                await self._refuse(_words(error))
+
+    async def _refuse(self, words: str) -> None:
+        await self._send(TypeAdapter(dict).dump_json({"refused": words}).decode())
 
     async def _obey(self, text: str | None, came: float) -> None:
         # Each command waits for its step, so that a flood is no faster than the loop and holds
@@ -221,10 +224,11 @@ class _Viewer:
             case StimulusMessage() as wish:
                 stimulus = Stimulus(wish.feeling, wish.strength, wish.source)
                 await granted(self._runner, Feel(stimulus))
-            case StopMessage() as stop if stop.by not in get_args(By):
+            case StopMessage() as stop if who(stop.by) != stop.by:
+                known = ", ".join(each for each in get_args(By) if who(each) == each)
                 raise InputError(
-                    f"by must be one of {', '.join(get_args(By))}, got {stop.by!r}. The body has "
-                    "stopped anyway, as if a person had pressed Stop."
+                    "The body has stopped, as if a person had pressed Stop: by must be one of "
+                    f"{known}, got {stop.by[:30]!r}."
                 )
             case StopMessage():
                 pass  # it was obeyed when it came

@@ -9,10 +9,10 @@ sets the variable.
 import os
 from functools import cache
 from importlib import resources
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import AfterValidator, Field, WithJsonSchema
-from pydantic_core import PydanticKnownError
+from pydantic import AfterValidator, Field, GetJsonSchemaHandler
+from pydantic_core import CoreSchema, PydanticKnownError
 
 from miburi.feelings.catalogue import FeelingName
 from miburi.feelings.temperament import Share, Source
@@ -61,12 +61,18 @@ def _check_kind(kind: str) -> str:
     return kind
 
 
+class _Listed:
+    """Lists the kinds in a schema when it is made: a client needs no file of its own."""
+
+    @classmethod
+    def __get_pydantic_json_schema__(
+        cls, _core: CoreSchema, _handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        return {"enum": list(happenings()), "type": "string"}
+
+
 #: The type of a kind in a message; pydantic checks it.
-Kind = Annotated[
-    str,
-    AfterValidator(_check_kind),
-    WithJsonSchema({"enum": list(happenings()), "type": "string"}),
-]
+Kind = Annotated[str, AfterValidator(_check_kind), _Listed]
 
 
 def notice(kind: str, clearness: float = 1.0, *, since_contact: float | None = None) -> Impression:

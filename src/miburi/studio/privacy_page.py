@@ -58,6 +58,7 @@ def switches(doors: Doors, reach: Reach, *, said: bool, recording: bool) -> list
         Switch("agents", doors.agents),
         Switch("broker", broker is not None, broker.host if broker else ""),
         Switch("ros", doors.ros is not None),
+        Switch("packages", bool(doors.packages), ", ".join(doors.packages)),
         Switch("origins", bool(doors.origins), ", ".join(sorted(doors.origins))),
         Switch("voice", doors.voice is not None),
         Switch("said", said),

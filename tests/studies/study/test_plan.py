@@ -47,7 +47,7 @@ def test_the_study_that_ships_asks_about_eight_feelings_at_three_moods(tmp_path:
         ('kind = "word"', 'kind = "check"\nright = "fear"\nat = 3', "sees 2 films"),
         (
             'kind = "word"\nask = { en = "In a word?"',
-            'kind = "check"\nright = "fear"\nat = 1\nask = { en = "Please choose surprise."',
+            'kind = "check"\nright = "fear"\nat = 1\nask = { en = "Please choose “surprise”."',
             r"'right' is 'fear', but its text \(en\) names surprise",
         ),
         ('kind = "word"', 'kind = "word"\nonly_if = "word"', "choices are"),

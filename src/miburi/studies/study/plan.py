@@ -43,6 +43,8 @@ TEMPLATE = Path(__file__).with_name("eight-feelings.toml")
 #: question that was not asked or was left out.
 NONE, SKIPPED = "none", ""
 #: What the shipped study leaves for its author to fill in.
+#: What a text names in quotation marks.
+_QUOTED = re.compile('[“"「『](.+?)[”"」』]')
 _UNFILLED = re.compile(r"\(WRITE: [^)]*\)|（記入：[^）]*）")
 
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_-]{0,39}$")]
@@ -337,9 +339,9 @@ class Study(Table):
                 f"{question.name}: 'right' is {right!r}, which is not one of its options"
             )
         for language, text in question.ask.items():
-            said = text.casefold()
+            quoted = {said.casefold() for said in _QUOTED.findall(text)}
             named = [
-                one for one in FEELINGS if self.words(question, one, language).casefold() in said
+                one for one in FEELINGS if self.words(question, one, language).casefold() in quoted
             ]
             if named and right not in named:
                 raise ValueError(
