@@ -214,6 +214,8 @@ def test_who_says_that_nothing_has_happened_is_believed(
         ("I fell and cannot get up", "I was watching the telly when I slipped."),
         ("I fell and cannot get up", "I'm fine, I don't want to bother anybody."),
         ("I fell and cannot get up", "It's not a false alarm."),
+        ("I fell and cannot get up", "You misheard me, I said he is not breathing properly."),
+        ("I fell and cannot get up", "Only a joke he said, only a joke, and then the stairs."),
         ("I fell and cannot get up", "I tripped on a doll."),
         ("There is smoke coming from the kitchen", "It's coming from the telly."),
         ("There is smoke coming from the kitchen", "Do you think it's a joke?"),

@@ -68,8 +68,9 @@ class WordsOfCare(Table):
     wonder, no
         Questions after a slight sign of distress, and regular expressions for a no. A language
         without a model of distress has none of these four.
-    untrue, misheard
-        Regular expressions for saying that nothing has happened, and answers to that.
+    untrue, besides, misheard
+        Regular expressions for clauses that say that nothing has happened, and for clauses that may
+        stand beside them; answers to that.
     help
         Advice, by kind of distress.
     never
@@ -84,6 +85,7 @@ class WordsOfCare(Table):
     wonder: list[_Line] = Field(default_factory=list)
     no: list[str] = Field(default_factory=list)
     untrue: list[str]
+    besides: list[str]
     misheard: list[_Line]
     help: dict[Distress, list[_Line]]
     never: list[str]
@@ -157,11 +159,17 @@ def denies(text: str, language: Language) -> bool:
 
 
 def takes_back(text: str, language: Language) -> bool:
-    """Whether somebody says that nothing has happened: it was a joke, or it was misheard."""
+    """Whether somebody says that nothing has happened, and at the end nothing else.
+
+    "You misheard me, I said that he does not breathe" says something else.
+    """
     if "?" in text or "？" in text:  # "Do you think it is a joke?"
         return False
-    said = (plain(each, language) for each in [text, *_CLAUSE.findall(text)])
-    return any(_untrue(language).fullmatch(each) is not None for each in said)
+    untrue, besides = _untrue(language)
+    said = [words for each in _CLAUSE.findall(text) if (words := plain(each, language))]
+    while said and besides.fullmatch(said[-1]):
+        said.pop()
+    return bool(said) and untrue.fullmatch(said[-1]) is not None
 
 
 def may_be_said(text: str) -> bool:
@@ -196,8 +204,9 @@ def _no(language: Language) -> re.Pattern[str]:
 
 
 @cache
-def _untrue(language: Language) -> re.Pattern[str]:
-    return compile_phrases(words_of_care(language).untrue, language)
+def _untrue(language: Language) -> tuple[re.Pattern[str], re.Pattern[str]]:
+    words = words_of_care(language)
+    return compile_phrases(words.untrue, language), compile_phrases(words.besides, language)
 
 
 @cache
