@@ -1,4 +1,4 @@
-"""A door of one's own: `GET /lamp` answers with a colour, for a lamp that asks every second.
+"""Add a door: `GET /lamp` returns a colour, for a lamp that asks every second.
 
 pip install ./examples/own_door
 miburi run --door lamp

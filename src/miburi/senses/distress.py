@@ -40,10 +40,9 @@ from miburi.senses.network import agreed, load_network
 __all__ = ["Doubt", "Heard", "features", "hear_distress", "judge_distress"]
 
 
-#: Likelihoods of distress above which there is a slight sign of it, above which it is asked about,
-#: and above which it is reported. They are ours, chosen on lines that the models were not taught.
+#: Likelihoods of distress above which there is a slight sign of it, and above which it is asked
+#: about. They are ours, chosen on lines that the models were not taught.
 _HINTS, _WONDERS = 0.45, 0.5
-_FINDS: dict[Language, float] = {"en": 0.66, "ja": 0.62}
 #: Likelihood above which a kind of distress that is asked about is named (ours).
 _NAMES = 0.35
 #: Likelihoods above which a death wish without any plain word is asked about, and reported: hidden
@@ -69,8 +68,9 @@ _Fitting = tuple[dict[Distress, str], set[str]]
 
 
 class _Patterns(Table):
-    """What one language's file holds."""
+    """One language's ``distress.toml``; ``finds`` is the likelihood above which it is reported."""
 
+    finds: float = 0.66
     words: dict[str, str]
     kinds: dict[Distress, list[str]]
     excuses: dict[str, list[str]]
@@ -156,6 +156,7 @@ def _model(language: Language) -> Callable[[str], Heard | None] | None:
         return None
 
     network = load_network("distress", language)
+    finds = _Patterns.model_validate(read(language, "distress")).finds
 
     def weigh(said: str) -> NDArray[np.float64]:
         fitting = _fitting(said, language)
@@ -174,13 +175,13 @@ def _model(language: Language) -> Callable[[str], Heard | None] | None:
         if misjudged and network is not None and distress <= _WONDERS:
             # "She swallowed a battery, but she's fine."
             alone = network(said)
-            if 1 - alone[-1] > _FINDS[language]:
+            if 1 - alone[-1] > finds:
                 return Heard(KINDS[int(alone[:-1].argmax())], "", Doubt.WORTH_A_QUESTION)
         if distress <= _HINTS:
             return None
         words = found.get(KINDS[best], "")
         hidden = KINDS[best] == "suicide" and not words
-        asks, reports = (_WORRIES, _SURE) if hidden else (_WONDERS, _FINDS[language])
+        asks, reports = (_WORRIES, _SURE) if hidden else (_WONDERS, finds)
         least = _HINTS
         if is_spaced(language) and len(parts) >= _MANY and not found:
             least, reports = _CHATTERS, max(reports, _SURE_OF_CHATTER)

@@ -71,6 +71,8 @@ class WordsOfCare(Table):
     untrue, besides, misheard
         Regular expressions for clauses that say that nothing has happened, and for clauses that may
         stand beside them; answers to that.
+    words
+        Parts of the expressions of ``untrue``.
     help
         Advice, by kind of distress.
     never
@@ -86,6 +88,7 @@ class WordsOfCare(Table):
     no: list[str] = Field(default_factory=list)
     untrue: list[str]
     besides: list[str]
+    words: dict[str, str] = Field(default_factory=dict)
     misheard: list[_Line]
     help: dict[Distress, list[_Line]]
     never: list[str]
@@ -206,7 +209,8 @@ def _no(language: Language) -> re.Pattern[str]:
 @cache
 def _untrue(language: Language) -> tuple[re.Pattern[str], re.Pattern[str]]:
     words = words_of_care(language)
-    return compile_phrases(words.untrue, language), compile_phrases(words.besides, language)
+    untrue = compile_phrases(words.untrue, language, words.words)
+    return untrue, compile_phrases(words.besides, language)
 
 
 @cache

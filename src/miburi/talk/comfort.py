@@ -30,7 +30,7 @@ _STAYS, _EVERY = 3, 5
 #: A slight sign of distress is asked about if another was at most this many remarks before (ours).
 _SOON = 5
 
-#: What somebody may take back although it is true, and for how long it may not be (ours).
+#: Kinds that people deny although they are true, and how long a denial of them is ignored (ours).
 _HIDDEN, _LONG = frozenset({"suicide", "abuse"}), timedelta(minutes=10)
 
 _Question = tuple[Distress, datetime]  # what it was about, and when it was asked
@@ -128,7 +128,7 @@ class Comfort:
         return asked is not None and self._clock() - asked[1] < _ANSWERED
 
     def _hides(self) -> bool:
-        """Return whether somebody may take back what is true all the same."""
+        """Return whether somebody may be denying what is true."""
         return self._hidden is not None and self._clock() - self._hidden < _LONG
 
     def _stays(self, said: str, language: Language, wanted: list[Match]) -> bool:

@@ -43,7 +43,7 @@ TEMPLATE = Path(__file__).with_name("eight-feelings.toml")
 #: question that was not asked or was left out.
 NONE, SKIPPED = "none", ""
 #: What the shipped study leaves for its author to fill in.
-#: What a text names in quotation marks.
+#: Words in quotation marks.
 _QUOTED = re.compile('[“"「『](.+?)[”"」』]')
 _UNFILLED = re.compile(r"\(WRITE: [^)]*\)|（記入：[^）]*）")
 

@@ -48,7 +48,7 @@ class Plan:
     repertoire
         The gestures; by default those that ship with Miburi.
     chosen
-        What was chosen on the command line, by option; a file of trials has it beside the rows.
+        The command line's options and their values, to keep in the metadata of a file of trials.
 
     Raises
     ------
