@@ -29,7 +29,7 @@ import paho.mqtt.client as paho
 
 from miburi.doors.broker import Broker
 from miburi.doors.fleet import Fleet, listening_to, stop_and_look
-from miburi.doors.report import ALL, HomeReport, StopNews, Topics
+from miburi.doors.topics import ALL, HomeReport, StopNews, Topics
 from miburi.safety.stop import StopReason
 
 PORT = 18_833

@@ -14,7 +14,7 @@ import sys
 import paho.mqtt.client as paho
 from programs import broker, print_load
 
-from miburi.doors.report import HomeReport, Topics
+from miburi.doors.topics import HomeReport, Topics
 from miburi.safety.stop import StopReason
 
 #: Partners, and how many of them are deaf.

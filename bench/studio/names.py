@@ -17,7 +17,7 @@ import httpx
 import paho.mqtt.client as paho
 from programs import broker, command, partner, print_load
 
-from miburi.doors.report import Topics
+from miburi.doors.topics import Topics
 
 HERE = Topics("hall")
 

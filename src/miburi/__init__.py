@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from miburi.gestures import key_poses
     from miburi.gestures import load as load_gesture
     from miburi.ik import solve
-    from miburi.live.events.model import LiveEvent
+    from miburi.live.events.event import LiveEvent
     from miburi.partner import Partner
     from miburi.robot import Robot, forward, iphonoid, load_robot
 
@@ -67,7 +67,7 @@ _ORIGINS = {
     "EmotionalModel": "miburi.feelings:EmotionalModel",
     "Expression": "miburi.feelings:Expression",
     "InputError": "miburi.errors:InputError",
-    "LiveEvent": "miburi.live.events.model:LiveEvent",
+    "LiveEvent": "miburi.live.events.event:LiveEvent",
     "MiburiError": "miburi.errors:MiburiError",
     "OutputError": "miburi.errors:OutputError",
     "Partner": "miburi.partner:Partner",

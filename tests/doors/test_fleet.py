@@ -11,7 +11,7 @@ from tests.fixtures.broker import Listener, Mosquitto, at_home
 from miburi.client.remote import connect
 from miburi.doors.broker import find_broker
 from miburi.doors.fleet import Fleet, FleetOut, listening_to, stop_and_look
-from miburi.doors.report import HomeReport, Topics
+from miburi.doors.topics import HomeReport, Topics
 from miburi.errors import InputError
 from miburi.live.runner import Runner
 from miburi.live.view import UnreachableError

@@ -18,7 +18,7 @@ from miburi.client.remote import RemotePartner, connect
 from miburi.doors.broker import find_broker
 from miburi.doors.home import BIRTH, BURST, check_free
 from miburi.doors.home_discovery import About, discovery, discovery_topic
-from miburi.doors.report import ALL, DistressNews, HomeReport, StopNews, Topics
+from miburi.doors.topics import ALL, DistressNews, HomeReport, StopNews, Topics
 from miburi.errors import InputError
 from miburi.feelings import FEELINGS
 from miburi.live.runner import Runner

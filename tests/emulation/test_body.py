@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from miburi.emulation import card as emulated
+from miburi.emulation import firmware as emulated
 from miburi.emulation.bus import Bus
-from miburi.emulation.card import EmulatedCard
+from miburi.emulation.firmware import EmulatedCard
 
 
 class Asleep:

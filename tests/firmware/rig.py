@@ -20,7 +20,7 @@ from miburi.card.order import Order
 from miburi.card.settings import FULL_PWM, CardSettings, FreeMotor
 from miburi.card.units import real_acceleration
 from miburi.emulation.bus import Bus
-from miburi.emulation.card import EmulatedCard
+from miburi.emulation.firmware import EmulatedCard
 from miburi.emulation.servos import Servo
 from miburi.robot import JOINTS, Robot, iphonoid
 from miburi.safety.contact import Sign

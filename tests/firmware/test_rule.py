@@ -10,7 +10,7 @@ import pytest
 from tests.firmware.toolchain import HERE, NATIVE, run
 from tests.firmware.traces import DECISION, LOOKS, Records, decide, random_traces
 
-from miburi.emulation.card import Mega
+from miburi.emulation.firmware import Mega
 
 #: Traces for each of four seeds; `make firmware-proof` asks for 100,000 in all.
 TRACES = int(os.environ.get("MIBURI_TRACES", "3000")) // 4

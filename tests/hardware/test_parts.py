@@ -12,7 +12,7 @@ import pytest
 import trimesh
 
 from miburi.errors import InputError
-from miburi.hardware import files, meetings, servo
+from miburi.hardware import exports, meetings, servo
 from miburi.hardware.bill import bill, slice_part, slicer, to_csv
 from miburi.hardware.build import PrintedPart, bodies, link_frames, printed_mass, printed_parts
 from miburi.hardware.gauge import FITS, PITCH, TURNED, gauge
@@ -63,9 +63,9 @@ def test_each_part_is_closed_for_others_too(ending: str) -> None:
     for part in [*PARTS.values(), *gauge()]:
         solid = part.on_the_bed
         if ending == "stl":
-            mesh = trimesh.load_mesh(io.BytesIO(files.stl(solid)), file_type="stl")
+            mesh = trimesh.load_mesh(io.BytesIO(exports.stl(solid)), file_type="stl")
         else:
-            corners, faces = files.triangles(solid)
+            corners, faces = exports.triangles(solid)
             mesh = trimesh.Trimesh(corners, faces, process=False)
         assert mesh.is_watertight, part.name
         assert mesh.body_count == 1, part.name
@@ -77,7 +77,7 @@ def test_the_slicer_reads_each_part_without_repair(tmp_path: Path) -> None:
     command = program()
     for part in [*PARTS.values(), *gauge()]:
         path = tmp_path / f"{part.name}.3mf"
-        path.write_bytes(files.encode(part.on_the_bed, part.name, "3mf"))
+        path.write_bytes(exports.encode(part.on_the_bed, part.name, "3mf"))
         said = subprocess.run(
             [command, "--info", str(path)], capture_output=True, text=True, check=True
         )
@@ -98,16 +98,16 @@ def test_a_mass_is_the_slicers(name: str) -> None:
 def test_the_same_robot_gives_the_same_bytes() -> None:
     again = {part.name: part for part in printed_parts(buildable())}
     for name in ("left_yoke", "torso"):
-        for ending in files.FORMATS:
+        for ending in exports.FORMATS:
             one, two = (
-                files.encode(p.on_the_bed, name, ending) for p in (PARTS[name], again[name])
+                exports.encode(p.on_the_bed, name, ending) for p in (PARTS[name], again[name])
             )
             assert one == two
 
 
 def test_a_step_file_is_one_closed_shell() -> None:
     """Each edge is used twice, once each way: only so is a shell closed."""
-    lines = files.step(PARTS["idler"].on_the_bed, "idler").decode("ascii").splitlines()
+    lines = exports.step(PARTS["idler"].on_the_bed, "idler").decode("ascii").splitlines()
     used = [line.split("*,*,")[1] for line in lines if "ORIENTED_EDGE" in line]
     edges = Counter(word.split(",")[0] for word in used)
     assert set(edges.values()) == {2}

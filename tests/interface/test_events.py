@@ -19,7 +19,7 @@ from miburi.client.remote import WAITING
 from miburi.errors import InputError
 from miburi.feelings import EmotionalModel, Expression, Stimulus
 from miburi.gestures.movement import Posture
-from miburi.live.events.model import EndOfWish, LiveEvent
+from miburi.live.events.event import EndOfWish, LiveEvent
 from miburi.live.events.store import kept_events
 from miburi.live.recording.archive import Archive
 from miburi.live.runner import Runner

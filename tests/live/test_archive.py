@@ -12,7 +12,7 @@ from tests.fixtures.waiting import until as wait_until
 
 from miburi.errors import InputError, OutputError
 from miburi.feelings import Stimulus
-from miburi.live.events.model import LiveEvent
+from miburi.live.events.event import LiveEvent
 from miburi.live.observer import Observer
 from miburi.live.recording.archive import WAITING, Archive
 from miburi.live.recording.recorder import read

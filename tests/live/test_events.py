@@ -13,8 +13,8 @@ from tests.fixtures.live import block, run, until
 
 from miburi.errors import InputError
 from miburi.feelings import EmotionalModel, Expression, Stimulus
+from miburi.live.events.event import Cursor, LiveEvent
 from miburi.live.events.log import LOGGED, Log
-from miburi.live.events.model import Cursor, LiveEvent
 from miburi.live.events.store import SURE, EventStore, kept_events
 from miburi.live.recording.archive import Archive
 from miburi.live.runner import STEP, Runner

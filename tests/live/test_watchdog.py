@@ -10,7 +10,7 @@ from tests.fixtures.waiting import until
 
 from miburi.bodies import BodyState
 from miburi.feelings import EmotionalModel, Expression, Stimulus, shipped_temperament
-from miburi.live.events.model import LiveEvent
+from miburi.live.events.event import LiveEvent
 from miburi.live.recording.archive import Archive
 from miburi.live.runner import STEP, Runner
 from miburi.live.watchdog import Lateness, Watchdog

@@ -5,7 +5,7 @@ import re
 import pytest
 
 from miburi.feelings import Stimulus
-from miburi.live.events.model import LiveEvent
+from miburi.live.events.event import LiveEvent
 from miburi.live.runner import Runner
 from miburi.live.state import StopOut
 from miburi.live.wishes import Feel, Sense

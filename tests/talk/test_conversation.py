@@ -18,7 +18,7 @@ from tests.fixtures.program import address, running
 from tests.fixtures.waiting import post, until
 
 import miburi
-from miburi.doors.report import Topics
+from miburi.doors.topics import Topics
 from miburi.feelings import FEELINGS, Stimulus, shipped_temperament
 from miburi.live.runner import Runner
 from miburi.live.wishes import Feel, Speak

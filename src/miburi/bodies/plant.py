@@ -4,8 +4,8 @@ A servo follows its setpoint with limited torque and reports its angle in encode
 simulation can know the rest, such as forces; that is reported separately, in
 :class:`~miburi.bodies.Touch`.
 
-MuJoCo models the position control, its limit and the back EMF (see :mod:`miburi.servos.model`). Dry
-friction is updated from the torques at every physics step, and the supply's voltage from the
+MuJoCo models the position control, its limit and the back EMF (see :mod:`miburi.servos.voltage`).
+Dry friction is updated from the torques at every physics step, and the supply's voltage from the
 currents at every reading. Where gears have play, the encoder sits behind them, at the horn; back
 EMF and most of the friction act at the motor. That friction depends on the horn's load, even while
 the teeth are apart. Left out here are the control's own rate, its rounding to whole encoder steps,

@@ -1,7 +1,7 @@
 """A card's answer to a request: the bytes that were asked for, or an error in words."""
 
 from miburi.card.link import VERSION, Frame, FrameKind, Result
-from miburi.card.report import PHASES, unready
+from miburi.card.reading import PHASES, unready
 from miburi.card.settings import CardSettings
 from miburi.errors import BodyError
 from miburi.robot import JOINTS

@@ -33,7 +33,7 @@ from miburi.card.history import ReportHistory
 from miburi.card.line import Line, SerialLine
 from miburi.card.link import FrameKind, Reason, Report
 from miburi.card.order import Order, Underway
-from miburi.card.report import motors_of, window_of
+from miburi.card.reading import motors_of, window_of
 from miburi.card.settings import CardSettings
 from miburi.card.transfer import greet, replace_settings, save_settings, stop_and_settle
 from miburi.card.units import check_encoder

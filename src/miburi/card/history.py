@@ -10,7 +10,7 @@ import numpy as np
 
 from miburi.bodies.base import BodyState
 from miburi.card.link import Report
-from miburi.card.report import PHASES, stop_of
+from miburi.card.reading import PHASES, stop_of
 from miburi.robot import JOINTS
 from miburi.safety.profile import SECOND
 

@@ -129,7 +129,7 @@ def upload(
     ] = None,
 ) -> None:
     """Write the firmware to an Arduino Mega 2560, with avrdude."""
-    from miburi.emulation.card import firmware_file
+    from miburi.emulation.firmware import firmware_file
 
     image = firmware or firmware_file("miburi.hex")
     if not image.is_file():

@@ -72,7 +72,7 @@ def experiment(
     if servo is not None and body != "simulated":
         raise InputError("--servo is for the simulated body; the card's servos cannot be chosen.")
     if body == "emulated-card":
-        from miburi.emulation.card import firmware_file
+        from miburi.emulation.firmware import firmware_file
 
         firmware_file("miburi.elf")  # refused now, not after the gestures are checked
     from miburi.studies.experiment import Setup
@@ -100,7 +100,7 @@ def experiment(
         from miburi.bodies.simulated import Simulated
 
         simulation = Simulated(description, rule)
-    from miburi.studies.experiment.files import write_experiment
+    from miburi.studies.experiment.results import write_experiment
 
     lines = write_experiment(simulation, setup, out, film=film, face=face)
     if as_json:

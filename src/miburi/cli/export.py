@@ -42,7 +42,7 @@ def _write_meshes(robot: "Robot", folder: Path) -> dict[tuple[str, str], str]:
     """Write the real shapes of each link, and return the files by link and colour."""
     need("manifold3d", "hardware")
     from miburi.ground.files import whole_files
-    from miburi.hardware.files import stl
+    from miburi.hardware.exports import stl
     from miburi.hardware.shapes import shapes
 
     files = {}

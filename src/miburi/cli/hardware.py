@@ -57,7 +57,7 @@ def _robot(file: Path | None) -> "Robot":
 
 def _write(folder: Path, made: Iterable["PrintedPart"], formats: Iterable[str]) -> None:
     from miburi.ground.files import whole_files
-    from miburi.hardware.files import encode
+    from miburi.hardware.exports import encode
 
     made = list(made)
     with whole_files(folder) as draft:

@@ -144,7 +144,7 @@ def trials(
         name = {"servo": body.servo.model.name}
         print(json.dumps({**name, **drawn, **summary.as_json(), **speed}))
         return
-    from miburi.studies.trials.report import in_words
+    from miburi.studies.trials.tables import in_words
 
     print(in_words(summary))
     print(f"{rate:.1f} trials/s" + (f"; written to {out}" if out else ""))
@@ -246,7 +246,7 @@ def safety_page(
 
     from miburi.ground.files import whole_files
     from miburi.safety.free import FreeRule
-    from miburi.studies.trials.figures import rule_map
+    from miburi.studies.trials.charts import rule_map
     from miburi.studies.trials.replay import record
     from miburi.studies.trials.runs import read_parquet
     from miburi.studies.trials.safety_page import write_page

@@ -17,7 +17,7 @@ from pydantic import BaseModel, TypeAdapter
 
 from miburi.client.connection import PATIENCE, ConnectionLostError, accepted
 from miburi.client.trusting import distrust, trust
-from miburi.live.events.model import LiveEvent
+from miburi.live.events.event import LiveEvent
 from miburi.live.state import MotorsOut, State
 from miburi.serving.press import BY, By
 from miburi.talk.said import SayOut

@@ -22,7 +22,7 @@ from miburi.client.connection import ConnectionLostError
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures import Direction
 from miburi.live.attention import Turn
-from miburi.live.events.model import EndOfWish, LiveEvent
+from miburi.live.events.event import EndOfWish, LiveEvent
 from miburi.live.state import State
 from miburi.senses.tone import Tone
 from miburi.talk.said import SayOut

@@ -16,7 +16,7 @@ from websockets.sync.client import connect as open_socket
 
 from miburi.client.trusting import distrust, has_collided, trust
 from miburi.errors import BodyError, InputError, MiburiError, OutputError
-from miburi.live.events.model import LiveEvent
+from miburi.live.events.event import LiveEvent
 from miburi.live.state import State
 from miburi.serving.press import BY
 from miburi.wire.messages import WishOut

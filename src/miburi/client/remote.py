@@ -26,7 +26,7 @@ from miburi.errors import InputError, MiburiError, OutputError
 from miburi.feelings import Expression, Stimulus
 from miburi.feelings.temperament import RestLevel
 from miburi.gestures.effort import Effort
-from miburi.live.events.model import EndOfWish, LiveEvent
+from miburi.live.events.event import EndOfWish, LiveEvent
 from miburi.live.state import MotorsOut, State
 from miburi.senses.tone import Tone
 from miburi.talk.said import SayOut

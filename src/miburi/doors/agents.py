@@ -35,7 +35,7 @@ from miburi.doors.agents_words import (
 from miburi.errors import BodyError, InputError, MiburiError, needs_extra
 from miburi.feelings.catalogue import FeelingName
 from miburi.gestures import Direction
-from miburi.live.events.model import LiveEvent
+from miburi.live.events.event import LiveEvent
 from miburi.live.state import Share, StopOut
 from miburi.partner import LAPSES
 from miburi.safety.stop import StopReason

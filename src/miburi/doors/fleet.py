@@ -14,7 +14,7 @@ from secrets import token_hex
 from pydantic import BaseModel, Field, ValidationError
 
 from miburi.doors.broker import Broker, check_name, stay_at
-from miburi.doors.report import ALL, HomeReport, Topics
+from miburi.doors.topics import ALL, HomeReport, Topics
 from miburi.errors import InputError, needs_extra
 from miburi.live.view import UnreachableError
 

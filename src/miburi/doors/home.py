@@ -23,7 +23,7 @@ from pydantic import BaseModel, ValidationError
 from miburi.client.asker import Asker
 from miburi.doors.broker import Broker, stay_at
 from miburi.doors.home_discovery import About, cut, discovery, discovery_topic
-from miburi.doors.report import (
+from miburi.doors.topics import (
     ALL,
     DistressNews,
     GapNews,
@@ -33,8 +33,8 @@ from miburi.doors.report import (
     make_stop_news,
 )
 from miburi.errors import InputError, MiburiError, needs_extra
+from miburi.live.events.event import Cursor, LiveEvent
 from miburi.live.events.log import History
-from miburi.live.events.model import Cursor, LiveEvent
 from miburi.live.view import LivePartner
 from miburi.serving.allowance import Allowance
 from miburi.serving.beside import live_beside

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from miburi.doors.report import (
+from miburi.doors.topics import (
     NEUTRAL,
     Topics,
 )

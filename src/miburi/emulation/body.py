@@ -5,7 +5,7 @@ The chain is::
     host ◀─ link ─▶ the card's binary ◀─ servo bus ─▶ emulated servos ◀─▶ physics
 
 :class:`EmulatedBody` is used like :class:`~miburi.bodies.simulated.Simulated`, and a hand can be
-put in its way, too. Its card is a :class:`miburi.emulation.card.EmulatedCard`.
+put in its way, too. Its card is a :class:`miburi.emulation.firmware.EmulatedCard`.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ from miburi.bodies.plant import Plant
 from miburi.card.card import Card, wake
 from miburi.card.settings import CardSettings, JointSettings
 from miburi.emulation.bus import Bus
-from miburi.emulation.card import EmulatedCard
+from miburi.emulation.firmware import EmulatedCard
 from miburi.emulation.servos import Servo, Shaft
 from miburi.robot import Array, Robot
 from miburi.robot.specimens import Specimen

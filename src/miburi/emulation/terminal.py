@@ -12,7 +12,7 @@ from time import monotonic, sleep
 
 from miburi.card.settings import CardSettings
 from miburi.emulation.body import EmulatedRobot
-from miburi.emulation.card import EmulatedCard
+from miburi.emulation.firmware import EmulatedCard
 from miburi.robot import Robot
 
 __all__ = ["pump", "serve"]

@@ -11,7 +11,7 @@ import numpy as np
 
 from miburi.hardware.build import PrintedPart, link_frames, printed_mass
 from miburi.hardware.dimensions import dimensions
-from miburi.hardware.files import triangles
+from miburi.hardware.exports import triangles
 from miburi.hardware.head import phone
 from miburi.hardware.places import mounts
 from miburi.hardware.solids import Manifold

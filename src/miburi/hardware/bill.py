@@ -21,7 +21,7 @@ from miburi.ground.tables import Table, load_table
 from miburi.hardware.balance import ballast
 from miburi.hardware.build import PrintedPart, printed_mass
 from miburi.hardware.dimensions import dimensions
-from miburi.hardware.files import stl
+from miburi.hardware.exports import stl
 from miburi.hardware.screws import screw_counts
 from miburi.robot import Robot
 

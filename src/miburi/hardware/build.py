@@ -13,7 +13,7 @@ import numpy as np
 from miburi.errors import InputError
 from miburi.hardware import arms, engraving, head, servo, trunk
 from miburi.hardware.dimensions import dimensions
-from miburi.hardware.files import triangles
+from miburi.hardware.exports import triangles
 from miburi.hardware.places import misfits, mount_of, mounts
 from miburi.hardware.solids import Manifold, cut, mirror_y, moved
 from miburi.robot import Robot

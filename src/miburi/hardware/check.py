@@ -22,7 +22,7 @@ from miburi.hardware.build import (
     printed_parts,
 )
 from miburi.hardware.dimensions import dimensions
-from miburi.hardware.files import triangles
+from miburi.hardware.exports import triangles
 from miburi.hardware.head import clamp
 from miburi.hardware.places import mounts
 from miburi.hardware.solids import Manifold, moved, rod

@@ -18,7 +18,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from miburi.hardware import servo
 from miburi.hardware.build import Solid, bodies, link_frames, printed_parts
-from miburi.hardware.files import stl
+from miburi.hardware.exports import stl
 from miburi.hardware.places import mounts
 from miburi.hardware.screws import drawn_screw, screws
 from miburi.hardware.solids import Manifold, moved

@@ -12,7 +12,7 @@ from fastapi import APIRouter, Header, Query, Request
 from fastapi.responses import StreamingResponse
 
 from miburi.errors import InputError
-from miburi.live.events.model import Cursor, EventKind, LiveEvent, without_words
+from miburi.live.events.event import Cursor, EventKind, LiveEvent, without_words
 from miburi.live.view import LivePartner
 from miburi.serving.access import EVENTS
 from miburi.wire.messages import Refusal

@@ -19,7 +19,7 @@ from miburi.feelings import Stimulus
 from miburi.interface.api import move_hand
 from miburi.interface.events import follow
 from miburi.live.commands import BusyError
-from miburi.live.events.model import Cursor
+from miburi.live.events.event import Cursor
 from miburi.live.runner import STEP
 from miburi.live.settle import granted
 from miburi.live.view import LivePartner

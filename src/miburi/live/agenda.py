@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from miburi.feelings import Expression
 from miburi.gestures import KeyPose
 from miburi.languages.rhythm import Rhythm
-from miburi.live.events.model import LiveEvent
+from miburi.live.events.event import LiveEvent
 from miburi.live.speaker import Speaker
 from miburi.live.stage import Act, Play, Stage
 from miburi.live.state import Spoken, StopOut, Tune

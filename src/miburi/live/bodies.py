@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from serial.tools.list_ports import comports
 
 from miburi.bodies.base import Body
-from miburi.emulation.card import is_built
+from miburi.emulation.firmware import is_built
 from miburi.errors import InputError
 from miburi.robot import Robot
 from miburi.safety.contact import Rule

@@ -17,8 +17,8 @@ from miburi.live.agenda import Agenda
 from miburi.live.attention import Attending
 from miburi.live.bodies import check_port, make_body
 from miburi.live.commands import STOP_SINCE, Command
+from miburi.live.events.event import LiveEvent
 from miburi.live.events.log import Log
-from miburi.live.events.model import LiveEvent
 from miburi.live.gaze import Gaze
 from miburi.live.hand import GuidedHand
 from miburi.live.recording.archive import Archive

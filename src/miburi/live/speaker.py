@@ -9,7 +9,7 @@ from miburi.feelings import Expression
 from miburi.feelings.catalogue import CATALOGUE
 from miburi.languages import language_of
 from miburi.languages.rhythm import Rhythm, rhythm_of
-from miburi.live.events.model import LiveEvent
+from miburi.live.events.event import LiveEvent
 from miburi.live.state import DistressOut, Spoken, Tune
 
 __all__ = ["CALM", "Speaker"]

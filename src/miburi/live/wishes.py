@@ -13,7 +13,7 @@ from miburi.feelings.temperament import RestLevel
 from miburi.gestures import KeyPose
 from miburi.languages.rhythm import Rhythm
 from miburi.live.attention import Turn
-from miburi.live.events.model import LiveEvent
+from miburi.live.events.event import LiveEvent
 from miburi.live.stage import Act
 from miburi.live.state import Tune
 from miburi.robot import Array

@@ -5,8 +5,8 @@ own by its path. This package knows no robot: angles, speeds and torques are tho
 """
 
 from miburi.servos.axis import Axis
-from miburi.servos.model import dry_friction, no_load_speed, required_torque, stall_torque
 from miburi.servos.servo import SERVOS, Servo, load_servo
+from miburi.servos.voltage import dry_friction, no_load_speed, required_torque, stall_torque
 
 __all__ = [
     "SERVOS",

@@ -8,8 +8,8 @@ and it moves emulated servos.
 from dataclasses import dataclass
 from math import copysign, inf
 
-from miburi.servos.model import dry_friction
 from miburi.servos.servo import Servo
+from miburi.servos.voltage import dry_friction
 
 __all__ = ["Axis"]
 

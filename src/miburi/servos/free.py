@@ -1,7 +1,7 @@
 """How free servos would move: a model in whole numbers, as the card computes it.
 
 Motors are springs between their commanded profiles and their joints, with back EMF, friction and
-the weight of what they carry (:mod:`miburi.servos.model`). The model computes, for each step of 5
+the weight of what they carry (:mod:`miburi.servos.voltage`). The model computes, for each step of 5
 ms,
 
     motor  = a1 · (profile − x, at most ± most) − a2 · v
@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from miburi.ground.compiled import compiled
-from miburi.servos.model import Array
 from miburi.servos.servo import Servo
+from miburi.servos.voltage import Array
 
 __all__ = ["STEP", "FreeServo", "advance", "travel"]
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from miburi.ground.compiled import compiled
-from miburi.servos.model import Array, dry_friction
+from miburi.servos.voltage import Array, dry_friction
 
 __all__ = ["set_friction"]
 

@@ -2,7 +2,7 @@
 
 Every table of the file states its source, and whether its numbers are the maker's, others' or ours.
 What follows from the constants alone, such as the stiffness of the position control, is a property
-here; what depends on the state of a motor is in :mod:`miburi.servos.model`.
+here; what depends on the state of a motor is in :mod:`miburi.servos.voltage`.
 """
 
 from importlib import resources
@@ -57,7 +57,7 @@ class MotorTable(Origin):
 
 
 class Friction(Origin):
-    """What holds the joint: see :func:`miburi.servos.model.dry_friction`; N·m and rad/s."""
+    """What holds the joint: see :func:`miburi.servos.voltage.dry_friction`; N·m and rad/s."""
 
     dry: Positive
     stiction: NotNegative

@@ -135,7 +135,7 @@ def _real_shapes(robot: Robot) -> tuple[dict[tuple[str, str], str] | None, dict[
     solids = shapes_if_it_can_be_built(robot)
     if not solids:
         return None, {}
-    from miburi.hardware.files import stl  # imported here because it needs the extra ``hardware``
+    from miburi.hardware.exports import stl  # imported here because it needs the extra ``hardware``
 
     names = {key: f"{'-'.join(key)}.stl" for key in solids}
     return names, {names[key]: stl(solid) for key, solid in solids.items()}

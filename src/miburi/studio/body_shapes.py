@@ -29,7 +29,7 @@ def _shapes(robot: Robot) -> list[dict[str, object]]:
     if not solids:
         return []
     # Imported here because it needs the extra ``hardware``.
-    from miburi.hardware.files import triangles
+    from miburi.hardware.exports import triangles
 
     table: list[dict[str, object]] = []
     for (link, colour), solid in solids.items():

@@ -6,7 +6,7 @@ from math import degrees
 
 from nicegui import ui
 
-from miburi.live.events.model import LiveEvent
+from miburi.live.events.event import LiveEvent
 from miburi.live.state import EndReason, State, StopOut
 from miburi.live.view import LivePartner
 from miburi.safety.stop import StopReason

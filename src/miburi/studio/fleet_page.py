@@ -10,7 +10,7 @@ from fastapi.responses import HTMLResponse
 from pydantic import Field
 
 from miburi.doors.fleet import Fleet, FleetOut, listening_to
-from miburi.doors.report import ALL
+from miburi.doors.topics import ALL
 from miburi.ground.templates import render
 from miburi.interface.refusing import refuse_in_words
 from miburi.serving.access import STOP

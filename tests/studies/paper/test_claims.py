@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from miburi.emulation.card import EmulatedCard
+from miburi.emulation.firmware import EmulatedCard
 from miburi.feelings import FEELINGS, EmotionalModel, Expression
 from miburi.robot import JOINTS, Robot, iphonoid
 from miburi.safety.controller import Controller

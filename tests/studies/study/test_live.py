@@ -17,7 +17,7 @@ from tests.fixtures.study import TWO_GESTURES, Lab, Robot
 from miburi.client.connection import ConnectionLostError
 from miburi.client.remote import connect
 from miburi.feelings import Expression, Stimulus
-from miburi.live.events.model import Cursor, LiveEvent
+from miburi.live.events.event import Cursor, LiveEvent
 from miburi.live.runner import STEP, Runner
 from miburi.live.state import State
 from miburi.live.wishes import ChangeBody, Feel, MoveHand, Pause, Perform, Release

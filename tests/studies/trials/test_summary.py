@@ -12,11 +12,11 @@ from miburi.errors import InputError
 from miburi.robot import Robot
 from miburi.safety.contact import PAPER_PERIOD, PAPER_RATIO
 from miburi.safety.free import FreeRule
-from miburi.studies.trials.figures import Point, rule_map
+from miburi.studies.trials.charts import Point, rule_map
 from miburi.studies.trials.replay import record
-from miburi.studies.trials.report import in_words, rows
 from miburi.studies.trials.safety_page import write_page
 from miburi.studies.trials.summary import quantile_interval, summarise, wilson
+from miburi.studies.trials.tables import in_words, rows
 from miburi.studies.trials.trial import Outcome, Run
 from miburi.studies.trials.tuning import BOX, Verdict, assess, tune
 
@@ -141,8 +141,8 @@ def test_the_page_shows_all_columns_and_names_the_norms_standing(tmp_path: Path)
 def test_the_map_has_the_papers_point(
     robot: Robot, recorded: list[Run], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("miburi.studies.trials.figures.PERIODS", (PAPER_PERIOD,))
-    monkeypatch.setattr("miburi.studies.trials.figures.RATIOS", (PAPER_RATIO,))
+    monkeypatch.setattr("miburi.studies.trials.charts.PERIODS", (PAPER_PERIOD,))
+    monkeypatch.setattr("miburi.studies.trials.charts.RATIOS", (PAPER_RATIO,))
     ours, printed = rule_map(recorded, FreeRule.of(robot))
     assert printed.verdict.false_stops > 0.9
     assert ours.verdict.false_stops == 0

@@ -19,7 +19,7 @@ from tests.studio.browser.test_speech import RECOGNISER
 
 from miburi.doors.broker import find_broker
 from miburi.doors.fleet import Fleet
-from miburi.doors.report import HomeReport, Topics
+from miburi.doors.topics import HomeReport, Topics
 from miburi.safety.stop import StopReason
 from miburi.serving.access import Gate
 from miburi.studio.fleet_page import make_fleet_app

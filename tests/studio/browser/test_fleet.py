@@ -9,7 +9,7 @@ from tests.fixtures.live import serving
 
 from miburi.doors.broker import find_broker
 from miburi.doors.fleet import Fleet
-from miburi.doors.report import Topics
+from miburi.doors.topics import Topics
 from miburi.serving.access import Gate
 from miburi.studio.fleet_page import make_fleet_app
 

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 
 from miburi.feelings import Temperament
 from miburi.gestures import Repertoire
-from miburi.live.events.model import LiveEvent
+from miburi.live.events.event import LiveEvent
 from miburi.live.state import MotorsOut, Sample
 from miburi.live.wishes import Wish
 from miburi.robot import Robot

@@ -18,7 +18,7 @@ from uuid import uuid4
 
 from miburi.ground.log import log_once
 from miburi.ground.newer import newer
-from miburi.live.events.model import Cursor, LiveEvent, without_words
+from miburi.live.events.event import Cursor, LiveEvent, without_words
 from miburi.live.events.store import EventStore
 
 __all__ = ["LOGGED", "History", "Log"]

@@ -17,7 +17,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from miburi.errors import OutputError
-from miburi.live.events.model import LiveEvent
+from miburi.live.events.event import LiveEvent
 
 __all__ = ["KEPT", "MONTH", "SURE", "YEAR", "EventStore", "kept_events"]
 

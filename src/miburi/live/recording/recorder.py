@@ -35,7 +35,7 @@ from zstandard import ZstdError
 from miburi.bodies import BodyState, Touch
 from miburi.errors import InputError
 from miburi.feelings import FEELINGS, FeelingModel, Stimulus
-from miburi.live.events.model import LiveEvent, without_words
+from miburi.live.events.event import LiveEvent, without_words
 from miburi.live.recording.foxglove import SCHEMAS, Transforms, scene
 from miburi.partner import Event, MoveSent, Stopped
 from miburi.robot import JOINTS, Robot

@@ -9,8 +9,8 @@ from miburi.ground.files import whole_files
 from miburi.ground.templates import render
 from miburi.robot import Robot
 from miburi.studies.day import plot_day
-from miburi.studies.experiment.figures import experiment_figure
-from miburi.studies.paper import figures
+from miburi.studies.experiment.chart import experiment_figure
+from miburi.studies.paper import redrawn
 from miburi.studies.paper.claim import Claim, ClaimVerdict
 from miburi.studies.paper.claims import ABSENT, CLAIMS
 from miburi.studies.paper.denavit import TABLES
@@ -43,16 +43,16 @@ def write_paper(
         runs = Runs(robot, progress, targets, seeds, trials)
         found = {name: carry_out(runs) for name, carry_out in CLAIMS.items()}
         progress("figures")
-        figures.safety_figure(images / "paper-safety.png")
-        figures.dh_figure(robot, images / "paper-frames.png")
+        redrawn.safety_figure(images / "paper-safety.png")
+        redrawn.dh_figure(robot, images / "paper-frames.png")
         plot_day(images)
         full = {feeling: row[-1].measures for feeling, row in runs.gestures.items()}
-        figures.effort_figure(full, images / "paper-effort.png")
-        figures.flow_figure(Simulated(robot), images / "paper-flow.png")
-        figures.function_figure(robot, images / "paper-functions.png")
+        redrawn.effort_figure(full, images / "paper-effort.png")
+        redrawn.flow_figure(Simulated(robot), images / "paper-flow.png")
+        redrawn.function_figure(robot, images / "paper-functions.png")
         experiment_figure(runs.experiments[0], images / "paper-experiment.png")
         free = fastest(robot, runs.moves)
-        figures.rule_figure(free, images / "paper-rule.png")
+        redrawn.rule_figure(free, images / "paper-rule.png")
         page = render(
             _PAGE,
             claims=found,

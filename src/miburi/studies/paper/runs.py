@@ -10,7 +10,7 @@ from miburi import ik
 from miburi.bma.settings import Settings
 from miburi.bodies.simulated import READING, Simulated
 from miburi.emulation.body import EmulatedBody
-from miburi.emulation.card import is_built
+from miburi.emulation.firmware import is_built
 from miburi.emulation.packets import FAST_SYNC_READ, SYNC_READ, packets
 from miburi.errors import MiburiError
 from miburi.feelings import FEELINGS

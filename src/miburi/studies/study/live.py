@@ -15,7 +15,7 @@ from typing import Protocol
 
 from miburi.errors import BodyError, MiburiError
 from miburi.feelings import Expression
-from miburi.live.events.model import LiveEvent
+from miburi.live.events.event import LiveEvent
 from miburi.live.state import State, StopOut
 from miburi.safety.stop import StopReason
 

@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 
 from miburi.ground.templates import render
+from miburi.studies.trials.charts import Point, distributions, rule_map_figure
 from miburi.studies.trials.conditions import HandKind
-from miburi.studies.trials.figures import Point, distributions, rule_map_figure
-from miburi.studies.trials.report import iso_sentence, rows
 from miburi.studies.trials.runs import as_array
 from miburi.studies.trials.summary import ISO_LIMITS, LATE, MATTERS, summarise
+from miburi.studies.trials.tables import iso_sentence, rows
 from miburi.studies.trials.trial import Outcome
 
 __all__ = ["CAPS", "write_page"]

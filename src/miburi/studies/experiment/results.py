@@ -16,7 +16,7 @@ from miburi.live.recording.recorder import Recorder, RecordingAbout
 from miburi.robot import EXTREMITIES, Robot
 from miburi.studies import experiment
 from miburi.studies import face as faces
-from miburi.studies.experiment.figures import experiment_figure
+from miburi.studies.experiment.chart import experiment_figure
 from miburi.studies.film import DrawingError, Scene, add_caption, camera, contact_sheet, write_film
 
 __all__ = ["write_experiment"]

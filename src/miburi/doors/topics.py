@@ -2,7 +2,7 @@
 
 from pydantic import BaseModel, Field
 
-from miburi.live.events.model import LiveEvent, Wall
+from miburi.live.events.event import LiveEvent, Wall
 from miburi.live.state import MotorsOut, State, StopOut
 from miburi.safety.stop import StopReason
 from miburi.senses.kinds import Distress
