@@ -1,11 +1,12 @@
-"""The Bacterial Memetic Algorithm (Section 3): minimise any function in a box.
+"""Minimise any function within bounds by the Bacterial Memetic Algorithm (the paper's Section 3).
 
 >>> from miburi import bma
 >>> result = bma.minimize(lambda x: (x[0] - 1) ** 2 + x[1] ** 2, [(-2, 2), (-2, 2)], seed=1)
 >>> bool(abs(result.x[0] - 1) < 1e-6)
 True
 
-For a function that is expensive, or lives elsewhere, ask for points and tell their values:
+Where evaluating the function is slow or happens elsewhere, ask the search for points and report
+their values:
 
 >>> search = bma.Optimizer([(-2, 2), (-2, 2)], seed=1)
 >>> while not search.finished:

@@ -48,7 +48,8 @@ def search_locally(
 ) -> LocalSearch:
     """Improve a bacterium in place; ``best`` is the best value known.
 
-    ``told`` is the function's result at ``x``: a value, (1,), or residuals, (m,); None asks for it.
+    ``told`` is the function's result at ``x``: a value, (1,), or residuals, (m,). If it is None,
+    the search first asks for it.
     """
     if told is None:
         told = (yield x[None])[0].copy()
@@ -62,7 +63,7 @@ def search_locally(
 
 
 def _search_as_printed(problem: Problem, x: Array, told: Array, iterations: int) -> LocalSearch:
-    """Eq. 12, with γ and τ as absolute numbers."""
+    """Search as the paper's Eq. 12 does, without scaling its damping γ and tolerance τ."""
     damping, gradient = problem.settings.damping, np.empty(0)
     for _ in range(iterations):
         if not gradient.size:
@@ -81,7 +82,7 @@ def _search_as_printed(problem: Problem, x: Array, told: Array, iterations: int)
 def _search_from_ends(
     problem: Problem, x: Array, told: Array, best: float, iterations: int
 ) -> LocalSearch:
-    """Search by residuals; then, while it helps, from clones with one variable at a bound."""
+    """Search by least squares, then from clones with one variable at a bound while that helps."""
     ends = problem.settings.ends
     value, linear = yield from _descend(problem, x, told, best, iterations)
     for _ in range(_SWEEPS if ends else 0):
@@ -174,7 +175,7 @@ def _slopes(problem: Problem, x: Array, told: Array) -> Generator[Array, Array, 
 
 
 def inside(problem: Problem, x: Array, step: Array) -> Array:
-    """Return x + s clipped to the box (the paper does not say how); ``x`` where that is NaN."""
+    """Return x + s clipped to the box (the clipping is ours), or ``x`` where that is NaN."""
     new = x + step
     new[np.isnan(new)] = x[np.isnan(new)]
     return np.minimum(np.maximum(new, problem.lower), problem.upper)

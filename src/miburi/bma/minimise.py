@@ -43,16 +43,16 @@ def minimize(
     Parameters
     ----------
     function
-        Takes a point, (n,), and returns a number, or residuals, (m,), whose sum of squares is
-        minimised; an array of one number is that number, unless the settings ask for residuals.
-        Infinity marks a point that is not allowed.
+        Takes a point, (n,), and returns either a number or residuals, (m,), whose sum of squares is
+        minimised. An array of one element counts as a number, unless the settings ask for
+        residuals. Infinity marks a point that is not allowed.
     bounds, start, settings, seed, jacobian
         As in :class:`Optimizer`. The function is never called outside of the bounds.
     deadline
         Time limit in s, above 0; after it, the best point so far is returned.
     callback
-        Called after each generation with the best so far; a true return, or StopIteration, ends
-        the search.
+        Called after each generation with the best so far. It ends the search by returning a true
+        value or raising StopIteration.
 
     Raises
     ------

@@ -107,7 +107,7 @@ def stencil(x: Array, lower: Array, upper: Array) -> Array:
 def differences(x: Array, centre: Array, points: Array, values: Array) -> Array:
     """Second-order central differences (Section 3) of the (2n, m) values at a :func:`stencil`.
 
-    Where a neighbour lies outside the box, or has an infinite value, the difference is one-sided
+    If a neighbour would lie outside the box or has an infinite value, the difference is one-sided
     and uses the values ``centre``, (m,), at ``x``. Returns (m, n).
     """
     above, below = np.diagonal(points[::2]), np.diagonal(points[1::2])
@@ -133,7 +133,7 @@ def free(x: Array, gradient: Array, lower: Array, upper: Array) -> NDArray[np.bo
 def printed_step(gradient: Array, damping: float) -> tuple[Array, float]:
     """Eq. 12: return the step s = -(g gᵀ + γ I)⁻¹ g, and the change gᵀs that it predicts.
 
-    The ratio that sets the next γ divides by gᵀs.
+    The decrease that it predicts, gᵀs, is the denominator of the ratio that updates γ.
 
     Apart from γ I the matrix has rank one, so s = -g / (γ + gᵀg) (Sherman and Morrison).
     """
@@ -142,7 +142,9 @@ def printed_step(gradient: Array, damping: float) -> tuple[Array, float]:
 
 
 def newton_step(normal: Array, gradient: Array, moves: NDArray[np.bool_], damping: float) -> Array:
-    """Solve (N + γ I) s = -g / 2 over the variables that move; the others stay, (n,).
+    """Solve (N + γ I) s = -g / 2 over the free variables; fixed variables get a step of 0.
+
+    Returns (n,).
 
     The model is f + gᵀs + sᵀNs. For residuals, N = JᵀJ and g = 2 Jᵀe (Levenberg and Marquardt).
     """
@@ -166,7 +168,8 @@ def curve(normal: Array, step: Array, change: Array) -> Array:
 
 
 def damped(damping: float, change: float, predicted: float) -> float:
-    """Return the next γ: fourfold where the ratio is below 0.25, half where above 0.75."""
+    """Return the next γ, from the ratio of the actual to the predicted decrease: below 0.25, 4 γ.
+    """
     ratio = change / predicted if predicted < 0.0 else 0.0
     if ratio > 0.75:
         return max(damping / 2.0, _SMALLEST_DAMPING)
@@ -179,9 +182,9 @@ def ends(x: Array, lower: Array, upper: Array) -> Array:
     """Return 2n clones of ``x``: each variable once at its least and once at its greatest value.
 
     This is ours, not the paper's. Where a local search is trapped, the way out often begins at a
-    bound. A search that is stuck at one limit of a joint starts again from its other limit: after
-    half a turn, an arm that is bent the other way is nearly in the same place. For a nearly
-    straight arm, that is the limit at which it is bent backwards.
+    bound. A search that is stuck at one limit of a joint restarts from the joint's other limit.
+    After half a turn, an arm bent the other way is nearly in the same place. A nearly straight arm
+    restarts from the limit at which the elbow bends backwards.
     """
     clones, j = np.repeat(x[None], 2 * x.size, axis=0), np.arange(x.size)
     clones[2 * j, j], clones[2 * j + 1, j] = lower, upper
@@ -191,8 +194,8 @@ def ends(x: Array, lower: Array, upper: Array) -> Array:
 def promising(x: Array, lower: Array, upper: Array, values: Array) -> Ints:
     """Return the indices of the clones of :func:`ends`, the most promising first.
 
-    Clones of variables that are at a bound come first, then the others, both sorted by value. ``x``
-    itself and points that are not allowed are left out.
+    Clones whose changed variable was at a bound come first, then the others, both sorted by value.
+    ``x`` itself and points that are not allowed are left out.
     """
     at_least, at_most = x <= lower, x >= upper
     here = np.column_stack([at_least, at_most]).ravel()

@@ -35,7 +35,7 @@ class Optimizer:
     Parameters
     ----------
     bounds
-        (n, 2): the least and greatest value of each variable, which is fixed where they are equal.
+        (n, 2): the lower and upper bound of each variable. Equal bounds fix the variable.
     start
         (n,) inside the bounds; by default the first local search begins in the middle of the box.
     settings
@@ -139,7 +139,7 @@ class Optimizer:
             self._end(ended.value)
 
     def _target(self, totals: Array, *, of_residuals: bool) -> float:
-        """Return the value that ends the search; ``totals`` are the first values."""
+        """Return the value that ends the search; ``totals`` are the costs of the first points."""
         if self.settings.target is not None:
             return self.settings.target
         if not of_residuals:
@@ -163,7 +163,7 @@ class Optimizer:
                 'got one number. Return residuals, or choose local_search="gradient".'
             )
         if self._evaluations and told.shape[1:] != self._told_shape:
-            shapes = f"{told.shape[1:]}, before it was {self._told_shape}"
+            shapes = f"{told.shape[1:]}, but earlier {self._told_shape}"
             raise InputError(f"The function returned the shape {shapes}.")
         wrong = np.isnan(told.reshape(len(told), -1)).any(axis=1)
         if wrong.any():
@@ -277,7 +277,7 @@ def _checked_bounds(bounds: ArrayLike) -> tuple[Array, Array]:
     with np.errstate(over="ignore", invalid="ignore"):
         wide = np.isfinite(box[:, 1] - box[:, 0])
     if not np.all(wide) or not np.all(box[:, 0] <= box[:, 1]):
-        wanted = "finite and a finite distance apart, no least value above its greatest"
+        wanted = "finite, with no lower bound above its upper bound"
         raise InputError(f"bounds must be {wanted}, got {bounds!r}.")
     return box[:, 0].copy(), box[:, 1].copy()
 

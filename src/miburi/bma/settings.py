@@ -44,16 +44,16 @@ class Settings:
     Parameters
     ----------
     generations, individuals, clones
-        N_gen, from 0; N_ind and N_clones, from 2: at most a million clones in all. One of the
-        clones stays the same as the original.
+        N_gen, at least 0; N_ind and N_clones, at least 2. Their product is at most a million. One
+        of the clones stays the same as the original.
     segment, transfers, transferred
         l_bm, variables in a segment of bacterial mutation, from 1; N_inf, gene transfers in a
         generation, from 0; l_gt, variables in a gene transfer, from 1.
     local_probability, local_iterations
         LM_prob, 0 to 1; LM_iter, from 0.
     damping, gradient_tolerance
-        γ_init, above 0: a share of the greatest curvature if ``relative``. τ, from 0: a local
-        search ends where the gradient is at most this long.
+        γ_init, above 0: a share of the greatest curvature if ``relative``. τ, at least 0: a local
+        search ends when the norm of the gradient is at most τ.
     local_search
         "printed" is Eq. 12; "gradient" learns the curvature from the gradients it meets (BFGS);
         "residual" is Levenberg-Marquardt on the residuals, (JᵀJ + γI)s = -Jᵀe, as in the paper's
@@ -73,8 +73,8 @@ class Settings:
         The search has converged at a value not above this; ``-inf`` never stops it. None means
         ``-inf``, or for residuals 1e-20 of the sum of squares at the start.
     patience
-        The search has settled once this many local searches of the population in a row have
-        found nothing better; 0, as in the paper, never stops it.
+        The search counts as settled after this many consecutive local searches without improvement;
+        0, as in the paper, never stops it.
 
     Raises
     ------

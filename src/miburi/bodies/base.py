@@ -1,4 +1,4 @@
-"""The interface of every body, whether physics or a card's motors move it.
+"""The interface of every body, whether physics simulates it or an Arduino card drives its motors.
 
 A body takes moves, stops and releases, and returns states. :class:`Touchable` is what a simulated
 body also offers.
@@ -91,7 +91,7 @@ class Touch:
     force
         Largest force between human hand and robot, N.
     began
-        When the contact began in this step, s; None without a contact.
+        When the contact of this step began, on the body's clock, s; None without a contact.
     part
         The part of the robot that was touched last; None without a contact.
     itself
@@ -183,13 +183,13 @@ class Body(Protocol):
         """
 
     def course(self) -> Course:
-        """Return where the motors' profiles are now; a move that begins at once starts there."""
+        """Return where the motors' profiles are now, which is where a new move would start."""
 
     def stop(self) -> None:
         """Stop all motors and hold softly until released."""
 
     def halt(self) -> None:
-        """Stop motors that would keep moving although nobody steps the body.
+        """Stop motors that would keep moving even when no more steps are taken.
 
         Any thread may call this method while another uses the body; it does not wait for an answer.
         """
@@ -204,7 +204,7 @@ class Body(Protocol):
         """
 
     def step(self, dt: float) -> BodyState:
-        """Let ``dt`` seconds pass, and return the state at their end."""
+        """Advance by ``dt`` seconds and return the resulting state."""
 
     def close(self) -> None:
         """Stop, and free the body's resources; it cannot be moved any more."""

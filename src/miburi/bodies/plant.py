@@ -7,9 +7,9 @@ simulation can know the rest, such as forces; that is reported separately, in
 MuJoCo models the position control, its limit and the back EMF (see :mod:`miburi.servos.voltage`).
 Dry friction is updated from the torques at every physics step, and the supply's voltage from the
 currents at every reading. Where gears have play, the encoder sits behind them, at the horn; back
-EMF and most of the friction act at the motor. That friction depends on the horn's load, even while
-the teeth are apart. Left out here are the control's own rate, its rounding to whole encoder steps,
-and the PWM's slope; they are in :class:`miburi.servos.Axis`.
+EMF and most of the friction act at the motor. The friction at the motor follows the load at the
+horn, even while backlash keeps the teeth apart. This module leaves out the servo's control rate,
+its rounding to encoder steps, and the ramp of its PWM; :class:`miburi.servos.Axis` models them.
 """
 
 import numpy as np
@@ -34,7 +34,7 @@ _CLEAR = 0.0002
 
 
 class Plant:
-    """The physical robot, at rest in neutral; :meth:`rest` starts over.
+    """The simulated robot, at rest in neutral; :meth:`rest` puts it back there.
 
     Parameters
     ----------
@@ -101,8 +101,8 @@ class Plant:
         )
         raise DescriptionError(
             f"{self.robot.name}: at neutral the {one} and the {other} are "
-            f"{-1000 * deepest.dist:.0f} mm inside each other. Change the joints' neutral "
-            "angles or the lengths; L01 lifts the shoulders above the table."
+            f"{-1000 * deepest.dist:.0f} mm into each other. Change the joints' neutral "
+            "angles or the lengths; a longer L01 raises the shoulders."
         )
 
     def rest(self, pose: Array, settle: float = 0.5) -> None:
@@ -188,8 +188,8 @@ class Plant:
     def power(self, torque: Array | float) -> None:
         """Power the servos from the supply's present voltage, each with its duty limited.
 
-        ``torque`` is what a motor at rest would give at that limit and nominal voltage, N·m:
-        (8,), or the same for all.
+        ``torque`` is the stall torque at nominal voltage that the duty limit allows, N·m: (8,), or
+        one for all.
         """
         model = self.model
         strength = self.loaded_voltage / self._servo.supply.voltage

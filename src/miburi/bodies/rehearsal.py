@@ -58,7 +58,7 @@ def rehearse(
     """Perform key poses from neutral on a new simulated body.
 
     ``settings`` are those of the inverse kinematics; see :func:`miburi.ik.solve`. With ``flows``,
-    the body does not halt at key poses where it need not, as with a partner that has ``life``.
+    the body passes key poses without halting where it can, as a partner with ``life`` does.
     """
     body = Simulated(robot)
     present = np.array(robot.neutral)

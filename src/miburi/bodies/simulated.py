@@ -118,7 +118,7 @@ class Simulated:
         return self
 
     def motors(self) -> Motors:
-        """Return the rule, and motors that have no temperature, voltage or id here."""
+        """Return the rule and the motors; a simulated motor has no temperature, voltage or id."""
         return Motors(tuple(Motor() for _ in JOINTS), self._controller.rule)
 
     @property
@@ -156,7 +156,10 @@ class Simulated:
         self._plant.remove_hand()
 
     def step(self, dt: float) -> BodyState:
-        """Let ``dt`` s pass; encoders are read every 10 ms, and what is left over counts later."""
+        """Advance by ``dt`` s.
+
+        Encoders are read every 10 ms; a remainder carries over to the next call.
+        """
         self._wanted += dt
         self.touch = Touch()
         while (self._readings + 1) * READING <= self._wanted + 1e-9:

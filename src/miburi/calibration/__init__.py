@@ -1,1 +1,1 @@
-"""Derive the guards of the contact rule from free motion, and keep them in a file."""
+"""Derive the contact rule's guards, its tolerances, from free moves, and keep them in a file."""

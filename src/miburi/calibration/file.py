@@ -1,7 +1,8 @@
 """Read and write calibration files: the contact rule's period, ratio and guards for one robot.
 
 The calibration of a card also says how its servos are mounted. That of a simulated robot does not.
-Where the servos were identified, the file says how they differ from those of the description.
+If the servos were identified, the file holds how far their constants deviate from the
+description's.
 """
 
 from dataclasses import dataclass, replace
@@ -72,7 +73,7 @@ _Shares = Annotated[list[Annotated[float, Field(gt=0, le=20)]], _Eight]
 
 
 class IdentifiedTable(Table):
-    """Identified servos: kind, P gain and divisor, and constants as shares of that kind's.
+    """Identified servos: kind, P gain and divisor, and constants as multiples of nominal ones.
 
     Attributes
     ----------
@@ -152,7 +153,7 @@ def write_calibration(
         lines.append(f"wear = {float(identified.wear)!r} # times the servo's friction")
         for name in ("stiffness", "damping", "friction", "gravity"):
             # Written with all digits, so that the card's integers come out the same.
-            lines.append(f"{name} = {vars(identified)[name].tolist()} # of the servo's own")
+            lines.append(f"{name} = {vars(identified)[name].tolist()} # times the servo's nominal")
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 

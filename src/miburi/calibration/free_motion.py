@@ -1,4 +1,4 @@
-"""Derive guards from free motion: how much the contact rule must allow these servos (ours).
+"""Derive guards from free moves: what the contact rule must tolerate of these servos (ours).
 
 It takes :class:`Trace` objects, each the encoder readings of one free move with its commanded
 profile, and gives the :class:`~miburi.robot.guards.Guards` that would have let all of them pass,
@@ -30,7 +30,8 @@ __all__ = [
 
 #: Guards are this many times what free motion needed (ours).
 MARGIN = 1.2
-#: The guard ``least``, rad: windows with less expected travel are judged later (ours).
+#: The guard ``least``, rad: a window with less expected travel is too short to judge, so it grows
+#: (ours).
 LEAST = 0.0125
 _LONGEST_LAG = 120_000  # µs
 _WORTH_MEASURING = 50  # steps
@@ -71,7 +72,7 @@ class Trace:
 
     @property
     def granted(self) -> Steps:
-        """The share of its guards that the rule grants each motor in this move, (8,) in 1/256."""
+        """The fraction of its guards that each motor gets in this move, (8,) in 1/256."""
         return np.full(len(JOINTS), FINE)
 
     def expected(self, lag: Steps) -> Steps:
@@ -81,14 +82,14 @@ class Trace:
 
 @dataclass(frozen=True)
 class Need:
-    """The deviations that free motion needs the rule to allow, (8,) in 1/256 steps.
+    """The tolerances without which free moves would cause stops, (8,) in 1/256 steps.
 
     Each is the largest over all traces.
 
     Attributes
     ----------
     slack
-        Travel that a window lacked, beyond what the ratio allows.
+        The travel that a window fell short of, beyond what the ratio allows.
     behind, ahead
         Distance from the delayed profile, less the ``lag_doubt`` that the rule adds itself.
     arrival
@@ -106,7 +107,7 @@ def measure_need(
 ) -> Need:
     """Apply the rule of :class:`miburi.safety.contact.Watch` to free motion with guards of zero.
 
-    Where a motor is granted half of its guards, it needs guards twice as large as what was missing.
+    A motor that gets half of its guards needs guards twice as large as the observed shortfall.
     """
     zero = np.zeros(len(JOINTS), dtype=np.int64)
     slack, behind, ahead, arrival = zero, zero, zero, zero

@@ -4,8 +4,8 @@ It takes the rule with a model of the servos (:mod:`miburi.calibration.identify`
 :class:`~miburi.calibration.free_motion.Trace` objects of free moves, and gives that rule with
 guards. A calibration measures at one supply voltage and one temperature of the gears. The model of
 the identified servos predicts how another supply or temperature would shift each move; the guards
-must let the shifted move pass, too. In gears that absorb half of a motor's torque, a quarter more
-friction makes the servo a quarter softer; in new gears, only a tenth softer.
+must let the shifted move pass, too. In gears that absorb half of a motor's torque, 25 % more
+friction lowers the servo's stiffness by 25 %; in new gears, by 10 %.
 
 Import it where it is first needed: it loads Numba.
 """
@@ -34,14 +34,15 @@ __all__ = [
     "shaken",
 ]
 
-#: Guards are ``MARGIN`` times the model's error in the free moves, and no less than the floors; for
-#: moves in another state, which the model predicts in part, ``STATE_MARGIN`` times (both ours).
+#: Guards are ``MARGIN`` times the model's error in the free moves, and at least the description's
+#: least guards; for moves in another state, which the model predicts in part, ``STATE_MARGIN``
+#: times (both ours).
 MARGIN, STATE_MARGIN = 1.5, 1.25
 #: Friction and supply voltage in other states, as multiples of the calibration's (ours): gears are
 #: stiff when cold, and a supply may give 4.75 to 5.25 V.
 STATES = ((1.25, 0.95), (0.75, 1.05))
-#: The guards that play widens, and how many joints must show play first: more than half of the
-#: five joints that carry little load (ours).
+#: The guards that backlash widens, and how many joints must show backlash before they are widened:
+#: more than half of the five joints that carry little load (ours).
 _WIDENED, _MANY = ("slack", "behind", "ahead", "arrival"), 3
 
 
@@ -49,10 +50,10 @@ def free_rule(robot: Robot, found: Identified, traces: Sequence[Trace]) -> FreeR
     """Return the rule for these servos, with the guards that their traces require.
 
     The guards are no less than the description's; see :func:`granted`. Where at least three joints
-    show play, each motor's guards exceed the described ones by at least the median excess that the
-    motors need. The guards for lagging and for leading also grow by the play itself. All gears are
-    equally old, but a calibration sees no play where a load presses the teeth together, as at the
-    shoulders.
+    show backlash, each guard exceeds the description's by at least the median of what the motors
+    need in addition. The guards for lagging and for leading also grow by the play itself. All gears
+    are equally old, but a calibration sees no play where a load presses the teeth together, as at
+    the shoulders.
     """
     least = in_whole_units(robot.guards, robot.servo.step)
     guards = replace(least, lag=np.full(len(JOINTS), found.delay))
@@ -97,9 +98,9 @@ def _loosened(least: Guards[Steps], guards: Guards[Steps], steps: float) -> Guar
 def shaken(rule: FreeRule, traces: Sequence[Trace]) -> FreeRule:
     """Return a rule that tolerates how motors shake one another in these free moves.
 
-    These moves shake harder than gestures do. The guards for lagging and for leading grow to the
-    need times the usual margins. The slack grows only to the need itself: with more, contacts at
-    the waist are noticed too late.
+    These moves shake harder than gestures do. The guards for lag and lead are set to what is
+    needed, times the usual margins. The slack is set to exactly what is needed: with more, contacts
+    at the waist are noticed too late.
     """
     free = [FreeTrace(**vars(trace), rule=rule) for trace in traces]
     slack = _widened(rule, rule.guards, free, 1.0).slack
@@ -140,8 +141,8 @@ def _shifted(traces: Sequence["FreeTrace"], other: FreeRule) -> Iterator["FreeTr
     """Yield free moves as they would have been with the servos that another rule expects.
 
     A calibration's own moves are made without allowing for worn gears, and leave motors little to
-    spare. Later moves have ceilings of duty that motors do not reach even when warm or worn, so the
-    predicted shift assumes unlimited motors.
+    spare. Later moves are planned with limits of duty that warm or worn motors do not reach, so the
+    predicted shift assumes motors without limits.
     """
     for trace in traces:
         free = replace(trace, loading=replace(trace.loading, most=UNLOADED.most))
@@ -152,7 +153,7 @@ def _shifted(traces: Sequence["FreeTrace"], other: FreeRule) -> Iterator["FreeTr
 
 @dataclass(frozen=True)
 class FreeTrace(Trace):
-    """A trace that is compared with the rule's free servo, not with the delayed profile.
+    """A trace to compare with the rule's model of an unhindered servo, not the delayed profile.
 
     Attributes
     ----------

@@ -41,10 +41,11 @@ __all__ = [
     "worn",
 ]
 
-#: The allowed and the recommended range of a servo's stiffness at the horn, N·m/rad (ours: with
-#: less it cannot carry the body to a pose, with more it hunts where gears play). It is measured a
-#: tenth too low on average, a fifth at most: while all joints move, wires take some of the supply's
-#: voltage, and gears take more of a torque than the model assumes. The true value should be 4 to 6.
+#: The allowed and the recommended range of a servo's stiffness at the horn, N·m/rad. A softer servo
+#: cannot carry the body to a pose; a stiffer one oscillates where gears have backlash (ours). It is
+#: measured 10 % too low on average, and 20 % at most: while all joints move, the wiring drops some
+#: of the supply's voltage, and the gears lose more torque than the model assumes. The true value
+#: should be 4 to 6.
 STIFFNESS, _WELL = (2.0, 8.0), (4.0, 5.5)
 #: The search's steps, as factors, coarse to fine; and those of the delay, µs.
 _FACTORS = (1.6, 1.25, 1.12, 1.06, 1.03)
@@ -53,14 +54,14 @@ _DELAYS = (2000, 1000, 500, 250, 250)
 _PASSES = 4
 #: The search goes on to finer steps when a pass has reduced the errors by less than this share.
 _LITTLE = 0.001
-#: Shares of the description's constant within which the search stays.
+#: The search range of each constant, as multiples of the description's.
 _BOX = (0.2, 5.0)
-#: A servo that differs from its mirror image, or from all others, by more than these factors, and
-#: from its description too, is worth a message (ours).
+#: A servo is reported if it differs by more than these factors from its counterpart on the other
+#: side, or from all others, and from its description too (ours).
 _MIRRORED, _SINGLE, _EXPECTED = 1.5, 2.0, 1.25
-#: The same for a servo that is softer than its mirror image. One whose motor gives a third of its
-#: torque is found at 0.67 of the mirror image's stiffness, and is named as softer; one with twice
-#: the friction is found at 0.7, and is not (ours).
+#: The same for a servo that is softer than its mirror image. A servo with a third of its torque
+#: measures 0.67 of its counterpart's stiffness and is reported; one with twice the friction
+#: measures 0.7 and is not (ours).
 _SOFTER = 1.45
 #: The servos' common wear is measured at joints without play if there are at least this many
 #: (ours).
@@ -90,14 +91,14 @@ _TOGETHER = (*((name,) for name in _NAMES), ("stiffness", "damping", "gravity"),
 
 @dataclass(frozen=True)
 class Identified(Shares):
-    """Eight servos as free moves show them.
+    """The constants of the eight servos, estimated from free moves.
 
     Attributes
     ----------
     delay
         How far all are behind the profile, µs, the model's own delay included.
     missed
-        Root mean square, in steps, of what the model misses with these constants.
+        The residual of the model with these constants, root mean square, steps.
     """
 
     delay: int = field(kw_only=True)
@@ -165,7 +166,7 @@ def _missed_by_all(errors: Array) -> float:
 
 @dataclass(frozen=True)
 class _Move:
-    """A trace as the model needs it: at each step, the profile and its share of the distance."""
+    """A trace for the model: at each step, the profile and the fraction of the move completed."""
 
     loading: Loading
     profile: Steps
@@ -244,7 +245,7 @@ def check(robot: Robot, found: Identified) -> None:
         raise BodyError(
             f"{name} springs back with {value:.1f} N·m/rad, the others with "
             f"{middle:.1f}; {allowed}. Check its horn's screw, its plug and its "
-            "P gain (address 84), or change the servo; then calibrate again."
+            "P gain (address 84), or replace the servo; then calibrate again."
         )
     raise BodyError(
         f"{name} springs back with {value:.1f} N·m/rad; {allowed}. Set the P gain to "
@@ -276,7 +277,7 @@ def worn(
 
     Worn gears take more of the motors' torque, so a move needs more of it, and the same stiffness
     at the horn needs a stiffer control at the motor. ``robot`` has the wear that ``found`` names.
-    Where the servos rub no more than ``_EXPECTED`` times as much as described, nothing changes.
+    If the friction is at most ``_EXPECTED`` times the description's, nothing changes.
     """
     known = found.wear
     wear = known * _rubs(robot, found)
@@ -298,15 +299,15 @@ def worn(
 def _rubs(robot: Robot, found: Identified) -> float:
     """Return the servos' friction as a share: the median where gears show no play.
 
-    Within its play a joint moves without its gears, and so they seem to rub less. If fewer than
-    ``_FIRM_ONES`` joints are free of play, the median is taken over all.
+    Within its backlash a joint moves with its gears disengaged, so its friction is measured too
+    low. If fewer than ``_FIRM_ONES`` joints are free of play, the median is taken over all.
     """
     firm = play(robot, found) == 0
     return float(np.median(found.friction[firm if firm.sum() >= _FIRM_ONES else slice(None)]))
 
 
 def _softer(loading: Loading, times: float) -> Loading:
-    """Return the same loads for motors that are this many ``times`` stiffer."""
+    """Return the loads for motors that are ``times`` as stiff."""
     errors = (loading.begin, loading.end, loading.most)
     return Loading(loading.offset, *((error / times).astype(np.int64) for error in errors))
 
@@ -378,7 +379,7 @@ def in_words(robot: Robot, found: Identified) -> list[str]:
                 lines.append(told)
             soft = 1 / times > (_SOFTER if side in _MIRROR else _SINGLE)
             if what == "stiffness" and soft and 1 / shares[motor] > _EXPECTED:
-                lines.append(f"{told}; look at its horn's screw and at its plug")
+                lines.append(f"{told}; check the screw of its horn and its connector")
     return lines
 
 

@@ -19,8 +19,8 @@ class Shares:
     gravity
         Of the load's weight; 1 where the joint carries none.
     wear
-        The friction of all of them as a multiple of the description's, 1 or more; ``friction`` is
-        a share of that, and what a move needs of the motors is computed with this wear.
+        The friction of all of them as a multiple of the description's, 1 or more; ``friction`` is a
+        share of that. The torque that a move needs is computed with this wear.
     """
 
     stiffness: Array

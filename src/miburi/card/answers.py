@@ -17,7 +17,7 @@ __all__ = [
     "read_answer",
 ]
 
-#: Why a card cannot be released.
+#: The error for a card that cannot be released.
 LOST = (
     "The card cannot be reached. Check its cable and power; Miburi looks for it every second. The "
     "body stays stopped until you release it."
@@ -30,17 +30,17 @@ UNREADABLE = (
 
 
 def foreign(version: int, motors: int) -> str:
-    """Say that a card's firmware is not this Miburi's."""
+    """Report a firmware that does not match this version of Miburi."""
     return (
-        f"The card's firmware speaks version {version} of the link and has {motors} motors; "
+        f"The card's firmware speaks version {version} of the protocol and drives {motors} motors; "
         f"{VERSION} and {len(JOINTS)} are needed. Upload the firmware of this Miburi (miburi card "
         "upload)."
     )
 
 
 def not_home(stop: Stop | None) -> str:
-    """Say why a released body did not come to neutral."""
-    why = "" if stop is None else f": {stop.reason.spoken}, {stop.motor or 'no single motor'}"
+    """Say why a released body did not reach neutral."""
+    why = "" if stop is None else f": {stop.reason.spoken}, {stop.motor or 'not one motor alone'}"
     return f"The body did not reach neutral{why}. Clear its way, then try again."
 
 
@@ -71,7 +71,7 @@ def read_answer(kind: FrameKind, answer: Frame, settings: CardSettings) -> bytes
     Raises
     ------
     BodyError
-        The card refused the request; the message says why, and how to mend it.
+        The card refused the request; the message says why, and what to do.
     """
     result, detail = answer.payload[0], answer.payload[1:]
     match result:

@@ -1,4 +1,4 @@
-"""Measure the servos of a real robot; nobody has done so yet.
+"""Measure the servos of a real robot. These measurements have never been made on hardware.
 
 It takes a :class:`Bench`, a card with a person beside it, and makes a report in TOML that can be
 sent in. :data:`STEPS` are the seven measurements. Each can be left out, and each is written down
@@ -73,7 +73,7 @@ class Bench:
     ask
         Asks the person at the robot for something, and returns when it is done.
     gestures
-        How many are performed while stops are counted; half as many warm the servos.
+        How many are performed while stops are counted; half that number warm the servos first.
     """
 
     card: Card
@@ -98,7 +98,7 @@ class BenchStep:
     run: Callable[[Bench], BenchFindings]
 
     def conduct(self, bench: Bench) -> BenchFindings:
-        """Make the measurement; afterwards the card is stopped, with the settings that it had.
+        """Make the measurement, then stop the card and restore its settings.
 
         Raises
         ------
@@ -116,7 +116,8 @@ class BenchStep:
 
 
 def _level_arm(robot: Robot) -> Array:
-    """Return neutral with the right arm where its weight pulls most at the elbow: forearm level."""
+    """Return the neutral pose with the right forearm level, where its weight loads the elbow most.
+    """
     angles = np.repeat(np.array(robot.neutral)[None], GRID**2, axis=0)
     lower, upper = robot.lower + CLEAR, robot.upper - CLEAR
     shoulder, elbow = (np.linspace(lower[i], upper[i], GRID) for i in (ELBOW - 1, ELBOW))
@@ -166,7 +167,7 @@ def _measure_stiffness(bench: Bench) -> BenchFindings:
 
 
 def _measure_hunting(bench: Bench) -> BenchFindings:
-    """Measure for each gain by how many steps the joints oscillate at rest."""
+    """Measure, for each gain, how many steps the joints oscillate at rest."""
     card = bench.card
     worst = []
     for gain in _HUNTING:
@@ -201,7 +202,7 @@ def _measure_ceiling(bench: Bench) -> BenchFindings:
 
 
 def _measure_clock(bench: Bench) -> BenchFindings:
-    """Measure how late servos begin, and, in a slow turn, their clock against the card's."""
+    """Measure the delay before servos move, and the drift of their clock against the card's."""
     card = bench.card
     found = _identify(card)
     robot = card.robot
@@ -301,7 +302,7 @@ def _perform(card: Card, count: int) -> tuple[int, list[str]]:
 
 
 def _stops_of(card: Card, move: Move) -> list[str]:
-    """Make a move; if it is stopped, wake the body again, and return the joint that stopped it."""
+    """Make a move. If it is stopped, release the body and return the joint that stopped it."""
     card.move(move)
     while card.step(0.02).phase is Phase.MOVING:
         pass
@@ -324,17 +325,17 @@ STEPS = (
         f"How stiff are the servos? Needs a weight of {1000 * WEIGHT:.0f} g on a string.",
         _measure_stiffness,
     ),
-    BenchStep("hunting", "Do servos at rest go to and fro at higher gains?", _measure_hunting),
+    BenchStep("hunting", "Do servos at rest oscillate at higher gains?", _measure_hunting),
     BenchStep("ceiling", "Does Goal PWM limit a motion? The waist turns fast.", _measure_ceiling),
     BenchStep(
-        "clock", "How late do the servos begin, and how fast is their clock?", _measure_clock
+        "clock", "How long do servos take to begin, and is their clock accurate?", _measure_clock
     ),
     BenchStep(
         "stall",
         "What PWM and current does a servo report while held? You press the right hand down.",
         _measure_stall,
     ),
-    BenchStep("friction", "How much friction have the servos, cold and warm?", _measure_friction),
+    BenchStep("friction", "How much friction do the servos have, cold and warm?", _measure_friction),
     BenchStep(
         "false_stops",
         "How often is free motion stopped? The robot makes sixty moves, then gestures.",

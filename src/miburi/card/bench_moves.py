@@ -1,4 +1,4 @@
-"""Moves and readings that the bench's measurements are made of."""
+"""The moves and readings from which the bench's measurements are made."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -31,10 +31,10 @@ __all__ = [
     "with_gain",
 ]
 
-#: Speed of the moves to a pose, rad/s; time for the body to come to rest, and to be read, s.
+#: Speed of the moves to a pose, rad/s; time for the body to settle, and time to read it, s.
 GENTLY, REST, LOOK = 0.8, 1.5, 0.5
 
-#: The joint at which weights pull; how far it stays from its limits, rad; poses per joint to try.
+#: The joint that test weights load; its distance from its limits, rad; poses to try per joint.
 ELBOW, CLEAR, GRID = JOINTS.index("right_elbow"), 0.35, 40
 
 #: A weight makes the elbow sag by more than a card's message can hold: a third of that is sent, and
@@ -45,19 +45,19 @@ DEEPER = 3
 def peek(card: Card, motor: int, address: int, count: int) -> int:
     """Return the number in ``count`` (1 to 12) registers of a servo, from ``address`` on.
 
-    Not during a motion.
+    The body must be at rest.
 
     Raises
     ------
     BodyError
-        The body moves, or the servo does not answer, or has no such registers.
+        The body is moving, or the servo does not answer, or it has no such registers.
     """
     held = card.ask(FrameKind.PEEK, bytes((motor, address, count)))
     return int.from_bytes(held, "little", signed=True)
 
 
 def with_gain(card: Card, gain: float, deeper: int = 1) -> Robot:
-    """Set another P gain, with wide guards; return the robot with it, the body awake at neutral.
+    """Set another P gain, with wide guards; return the robot with that gain, released, at neutral.
 
     The card multiplies the load that is sent for the elbow by ``deeper``.
     """
@@ -80,11 +80,11 @@ def go(
     duty: int | None = None,
     hung: int | None = None,
 ) -> list[Report]:
-    """Make one move; return the reports from its start on, however it ends.
+    """Make one move; return all reports since its start, even if it was stopped.
 
-    ``duty`` (at most ``FULL_PWM``) replaces the move's own ceiling of the motors' duty. ``hung`` is
-    the elbow's sag under a weight, in quarters of a step. If it is given, the elbow's load is sent
-    divided by ``DEEPER``, by which the card then multiplies it (:func:`with_gain`).
+    ``duty`` (at most ``FULL_PWM``) replaces the move's own limit on the motors' duty. ``hung`` is
+    the elbow's sag under a weight, in quarters of a step. If it is given, the elbow's load is
+    divided by ``DEEPER`` before it is sent; the card multiplies it by the same (:func:`with_gain`).
     """
     move = Move(angles, np.full(len(JOINTS), speed))
     here, origin = np.array(card.report.positions), card.goals

@@ -1,4 +1,4 @@
-"""The bench's findings about a card, in the file that builders send."""
+"""The bench's findings about a card, in the file that builders send to the project."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,7 +17,7 @@ Value = float | str | list[float] | list[str]
 
 
 class BenchFindings(NamedTuple):
-    """What a step has found: figures for people, and constants for the servo's tables."""
+    """What one measurement found: figures for people, and constants for a servo's TOML tables."""
 
     measured: dict[str, Value]
     constants: dict[str, dict[str, float]]
@@ -41,7 +41,7 @@ class BenchReport(Table):
 
 
 def read_report(robot: Robot, path: Path) -> BenchReport:
-    """Read the report of this robot in a file, or return an empty one where there is none.
+    """Read this robot's report from a file, or return an empty report if there is no file.
 
     Raises
     ------
@@ -63,7 +63,7 @@ def read_report(robot: Robot, path: Path) -> BenchReport:
 
 
 def write_report(report: BenchReport, path: Path) -> None:
-    """Write a report as TOML; the file is whole or unchanged."""
+    """Write a report as TOML, atomically."""
     lines = ["# Measured by `miburi card measure`; constants as in a servo's TOML file, SI units."]
     lines += [f'robot = "{report.robot}"', f'servo = "{report.servo}"']
     tables = {f"measured.{name}": values for name, values in report.measured.items()}

@@ -1,7 +1,7 @@
 """Calibrate a card: identify its servos from free moves, and derive the rule that fits them.
 
-It takes a connected :class:`~miburi.card.card.Card` whose robot nobody touches, and gives settings
-that fit the servos it finds there, with guards for them. :func:`measure` makes the moves;
+It needs a connected :class:`~miburi.card.card.Card` whose robot is not being touched. It returns
+settings and guards that fit the servos of that robot. :func:`measure` makes the moves;
 :mod:`miburi.calibration.identify` identifies the servos, as it does for simulated ones.
 """
 
@@ -43,8 +43,8 @@ __all__ = [
     "measure",
 ]
 
-#: How many times the gain is checked; moves of all joints between these speeds, rad/s, are enough
-#: for that, and no servo is too slow for them (ours).
+#: How often the gain is checked. Moves of all joints between these speeds, rad/s, suffice for that,
+#: and every servo reaches these speeds (ours).
 _ROUNDS, _SLOWEST, _FASTEST = 3, 0.15, 2.0
 _DEGREES = 360 / STEPS_PER_TURN
 
@@ -61,9 +61,10 @@ class Measurement:
     settings
         The settings that the card has now.
     words
-        Sentences about things that a maker may want to check.
+        Warnings for whoever built the robot.
     moves, seconds
-        The number of free moves, and how long everything took in the robot's time.
+        The number of free moves, and the time they took on the robot's clock, which may be
+        simulated.
     """
 
     robot: Robot
@@ -75,7 +76,7 @@ class Measurement:
 
 
 def measure(card: Card, tell: Callable[[str], None] = lambda _: None) -> Measurement:
-    """Identify the servos of a card in free moves, and configure the card with what they need.
+    """Identify a card's servos from moves without contact, and configure the card for them.
 
     The contact rule stays on, with wide guards; at the end, gestures test the new guards. The card
     may be idle or stopped beforehand, and is stopped afterwards. ``tell`` is called with a line
@@ -117,10 +118,11 @@ def _measure(card: Card, tell: Callable[[str], None]) -> Measurement:
         robot = fitted(robot, found)
         settings = settings.with_servos(robot, replace(rule, servo=FreeRule.of(robot).servo))
         tell(f"the P gain is {settings.general.p_gain} now")
-    # A ceiling for new gears would hold worn ones back, and make them seem softer than they are.
+    # A duty limit for new gears would be too low for worn ones, and their stiffness would be
+    # underestimated.
     robot, found, _ = worn(robot, found, traces)
     check(robot, found)
-    # From here on joints go as fast as they can: the rule must know the servos.
+    # Moves at full speed follow, for which the contact rule needs the identified servos.
     known = replace(expecting(robot, found, rule.guards), period=rule.period, ratio=rule.ratio)
     traces = _trace(card, settings.with_servos(robot, known), moves, tell)
     found = identify(robot, traces, found.wear)

@@ -1,7 +1,7 @@
 """The real robot as a body: it talks to an Arduino with the firmware, over a serial line.
 
-It takes the calls of :class:`~miburi.bodies.Body`: move, stop, release, step. It gives its states,
-stops and motor readings, and errors in words. A conversation::
+It implements :class:`~miburi.bodies.Body`: move, stop, release, step. It reports states, stops and
+motor readings, and raises errors in words. A conversation::
 
     the host sends                         the card answers
     HELLO                            ───▶  version, checksum of its settings
@@ -58,12 +58,12 @@ _LIFE = 5.0
 #: Least time between two reports, ms; shorter than the time between readings, so that each reading
 #: is reported.
 _REPORT_PERIOD = 10
-#: Seconds within which several reports arrive.
+#: How long to listen so that several reports arrive, s.
 _LOOK = 0.1
 
 
 class Card:
-    """A body on a card; a :class:`~miburi.bodies.Body`.
+    """A :class:`~miburi.bodies.Body` driven by a card.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ class Card:
     Raises
     ------
     BodyError
-        No card answers, its firmware has another version of the link, or the robot's encoders
+        No card answers, its firmware has another version of the protocol, or the robot's encoders
         are not those of the card's servos.
     """
 
@@ -92,7 +92,7 @@ class Card:
         check_encoder(robot)
         self._requested_settings = settings
         self._own_stop: Stop | None = None
-        #: The latest move or return; None before the first.
+        #: The latest move, or return to neutral; None before the first.
         self.underway: Underway | None = None
         self._connected = False
         self._guessed = False  # whether defaults stand in for what another firmware saved
@@ -144,7 +144,7 @@ class Card:
 
     @property
     def window(self) -> Window | None:
-        """What the rule compared for the motor whose contact keeps the body stopped."""
+        """The expected and actual travel for which the rule stopped the body, and the motor."""
         share = np.full(len(JOINTS), FINE) if self.underway is None else self.underway.share
         return None if self._own_stop else window_of(self.report, self._settings, share)
 
@@ -157,18 +157,19 @@ class Card:
         return state
 
     def move(self, move: Move, driven: Robot | None = None) -> None:
-        """Start a move (:meth:`miburi.bodies.Body.move`), with motors driven as ``driven`` says."""
+        """Start a move (:meth:`miburi.bodies.Body.move`) with the motors of the robot ``driven``.
+        """
         check_move(self._robot, self.state.phase, move)
         here, (origin, velocity) = np.array(self.report.positions), self._motion_now()
         asked = driven or self._robot
         self.start(Order.of(asked, self._settings, here, whole(origin), move, velocity))
 
     def start(self, order: Order) -> None:
-        """Start a move that may have other loads or ceilings; BodyError where it is refused."""
+        """Start a move with its own loads or duty limits; raise BodyError if it is refused."""
         self._begin(order, *self._motion_now(), FrameKind.MOVE, order.pack())
 
     def course(self) -> Course:
-        """Return where the motors' profiles are now, as far as the host can tell."""
+        """Return the motors' commanded positions on their profiles, as the host estimates them."""
         return Course.of(self._robot, *self._motion_now())
 
     def _motion_now(self) -> tuple[Steps, Steps]:
@@ -248,7 +249,7 @@ class Card:
 
     def step(self, dt: float) -> BodyState:
         """Listen for ``dt`` seconds; if the card is lost, look for it."""
-        # Time that requests took counts towards the step; a long sleep before it does not.
+        # Time spent on requests counts as part of the step. A long pause before the call does not.
         now = self._exchange.now()
         self._due = (self._due if now - self._due < _SILENCE else now) + dt
         if self._connected:
@@ -267,7 +268,7 @@ class Card:
         return self.state
 
     def look(self) -> BodyState:
-        """Return the present state, even if nobody has listened for a long time."""
+        """Return the present state, even if no report was read for a long time."""
         self._due = self._exchange.now()
         return self.step(_LOOK)
 

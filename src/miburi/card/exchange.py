@@ -1,7 +1,7 @@
-"""The exchange with a card: each request is sent until the card answers it.
+"""The exchange with a card: a request is sent up to three times until the card answers it.
 
-A request goes in and the card's answer comes out, or an error in words. Reports arrive at any time
-and are passed on as they come. The clock is the line's.
+It takes a request and returns the card's answer, or raises an error in words. Reports arrive at any
+time and are passed on as they come. Times are on the line's clock.
 """
 
 from collections.abc import Callable
@@ -18,7 +18,7 @@ _TRIES = 3
 
 
 class Exchange:
-    """An exchange over one line at a time.
+    """Requests and answers over one line, which can be replaced.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ class Exchange:
         patience
             How long to wait for an answer each time, s.
         settings
-            The settings from which the message of a refusal is made.
+            The settings that a message about a refusal quotes.
 
         Raises
         ------

@@ -17,16 +17,17 @@ from miburi.safety.stop import Phase, StopReason
 
 __all__ = ["free_moves", "gestures", "record", "swings"]
 
-#: How far a joint moves to either side of the middle, as a share of half its range. At top speed it
-#: may have to move further: from side to side it travels at least ``_RUN`` times the distance that
-#: it needs to reach that speed, so that it holds the speed for a while. To either side, it moves no
-#: further than the share ``_FARTHEST`` (ours).
+#: How far a joint moves to either side of the middle, as a share of half its range. At top speed
+#: the swing must be longer: at least ``_RUN`` times the distance in which the joint reaches that
+#: speed, so that it holds the speed for a while. On either side it moves no further than
+#: ``_FARTHEST`` of the range (ours).
 _REACH, _RUN, _FARTHEST = 0.35, 1.1, 0.97
 #: Speeds for moves of one joint, rad/s; the last is faster than any servo can go (ours).
 _SPEEDS = (0.8, 2.5, np.inf)
 #: Durations of moves of all joints, s; the last is shorter than any servo can manage (ours).
 _DURATIONS = (1.5, 0.8, 0.1)
-#: Slow speeds, rad/s, and the distance moved at each, rad: an encoder step matters most (ours).
+#: Slow speeds, rad/s, and the distance moved at each, rad. At these speeds encoder steps matter
+#: most (ours).
 _SLOWLY, _BIT = (0.05, 0.1, 0.2, 0.4), 0.15
 #: Recording time after each move, s; longer than the rule waits for a motor to arrive.
 _AFTER = 0.3
@@ -45,9 +46,9 @@ def free_moves(robot: Robot) -> Iterator[tuple[str, Move]]:
     """Yield the moves of a calibration, each with the name of the joint that moves.
 
     First each joint moves to and fro, then all move at once, slow to fast. The moves begin and end
-    at neutral. A resting joint is in the middle of its range, where the arms touch neither the
-    body nor each other. To reach its servo's top speed, a joint needs to travel v²/a; elbows and
-    fingertips have little more between their limits.
+    at neutral. A resting joint is in the middle of its range, where the arms touch neither the body
+    nor each other. To reach its servo's top speed, a joint needs to travel v²/a. The ranges of
+    elbows and fingertips are barely longer.
     """
     middle, half = (robot.lower + robot.upper) / 2, (robot.upper - robot.lower) / 2
     run = _RUN * robot.servo.max_speed**2 / robot.servo.acceleration
@@ -81,7 +82,7 @@ def free_moves(robot: Robot) -> Iterator[tuple[str, Move]]:
 def swings(robot: Robot) -> Iterator[Move]:
     """Yield moves in which the arms swing in opposite directions, from neutral to neutral.
 
-    They shake the waist. It turns a little itself, in the same direction or the other.
+    The swinging arms shake the waist, which turns a little with them or against them.
     """
     middle, half = (robot.lower + robot.upper) / 2, (robot.upper - robot.lower) / 2
     # The left elbow and fingertip are mirrored already, so only the shoulder changes its sign.
@@ -96,7 +97,7 @@ def swings(robot: Robot) -> Iterator[Move]:
 
 
 def gestures(robot: Robot) -> Iterator[tuple[str, list[Move]]]:
-    """Yield the feelings, and their gestures as large and fast as a mood of 0.9 makes them."""
+    """Yield each feeling with its gesture at mood 0.9."""
     for feeling in FEELINGS:
         performance = key_poses(robot, load(feeling), _MOOD)
         angles = [np.array(robot.neutral)]
@@ -116,7 +117,7 @@ def _move(robot: Robot, angles: Array, speed: float) -> Move:
 def record(card: Card, moves: Iterable[Move], driven: Robot | None = None) -> list[Trace]:
     """Let an idle card make free moves, and return a trace of each.
 
-    ``driven`` is another robot; the motors are driven as that robot's would be.
+    ``driven`` is another robot, whose drive the motors use instead.
 
     Raises
     ------

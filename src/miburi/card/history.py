@@ -1,7 +1,7 @@
 """The latest reports of a card, and their times on the body's clock.
 
-The card's clock starts again when the card does; the body's clock goes on. Reports and the line's
-time go in; the body's state comes out.
+The card's clock starts again when the card does; the body's clock goes on. It takes reports with
+the line's time and returns the body's state.
 """
 
 from collections import deque
@@ -53,7 +53,8 @@ class ReportHistory:
         return self._reports[-1]
 
     def expect_another_clock(self, now: float) -> None:
-        """Allow for a restart of the card and its clock; the latest report's time is ``now``."""
+        """Allow for a restart of the card and its clock; ``now`` becomes the latest report's time.
+        """
         self._fresh, self.heard = True, now
 
     def add(self, report: Report, now: float) -> None:
@@ -66,7 +67,7 @@ class ReportHistory:
         self._reports.append(report)
 
     def start_clock(self, now: float) -> None:
-        """Set the body's clock to 0 at the latest report, because the first one may come late."""
+        """Set the body's clock to 0 at the latest report; the first one may have been delayed."""
         self.began = now
         self._offset = self.heard - now - self.latest.time / SECOND
 

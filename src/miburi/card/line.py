@@ -1,7 +1,7 @@
-"""Serial lines: they carry bytes between host and card, and give the time.
+"""Serial lines: they carry bytes between host and card, and supply the clock for timeouts.
 
-:class:`Line` is the interface, :class:`SerialLine` a real port. An emulated card is itself a
-line.
+:class:`Line` is the interface, :class:`SerialLine` a real port. The emulated card implements a line
+directly.
 """
 
 import errno

@@ -1,7 +1,7 @@
 """The link between host and card: bytes to frames, frames to bytes, and the report's payload.
 
 A frame is COBS(version | kind | sequence | payload | CRC-16) and a zero byte; numbers are
-little-endian. ``firmware/miburi/link.h`` is the other side.
+little-endian. ``firmware/miburi/link.h`` is its counterpart on the card.
 """
 
 import struct
@@ -201,11 +201,12 @@ class Report:
     Attributes
     ----------
     measured, expected, length
-        What the rule compared when a motor met something: travels and their duration.
+        Expected and actual travel at a contact, and the length of the window, as the rule compared
+        them.
     heard
         A bit for each motor that answered the latest reading.
     held, limp
-        Whether the servos confirmed that they hold a stop; whether their torque is off.
+        Whether the servos confirmed that they were stopped; whether their torque is off.
     """
 
     time: int

@@ -1,8 +1,8 @@
 """Find servos that were mounted wrongly, by having a person turn the joints while all are limp.
 
-It takes how the servos of a built robot should sit, and their positions while each joint is turned
-by hand, and gives faults in words: swapped, turned the other way, or with a horn that is a quarter
-turn off. Nothing here switches torque on.
+It takes the mounting that a built robot should have, and the servos' positions while each joint is
+turned by hand. It returns faults in words: servos swapped, turned the other way, or with a horn a
+quarter turn off. Nothing here switches torque on.
 """
 
 from dataclasses import dataclass
@@ -47,7 +47,8 @@ def mounting_faults(built: Mounting, turns: list[Turned]) -> list[str]:
     for turned in turns:
         name = JOINTS[turned.motor].replace("_", " ")
         ways = _wrapped(turned.after - turned.before)
-        # Limp joints sag meanwhile, so the joint that was asked for counts first.
+        # Other limp joints sag meanwhile, so the requested joint is checked before the one that
+        # moved most.
         asked, most = turned.motor, int(np.argmax(np.abs(ways)))
         if abs(ways[most]) < _TURN:
             lines.append(f"{name}: no servo turned by 6° or more; look at its horn's screws.")
@@ -56,7 +57,7 @@ def mounting_faults(built: Mounting, turns: list[Turned]) -> list[str]:
             other = JOINTS[most].replace("_", " ")
             lines.append(
                 f"{name}: servo {built.id[most]} turned, which belongs to the {other}. If the "
-                f"{other} turned this joint's servo, the two are swapped: exchange them (--ids)."
+                f"turning {other} moved this joint's servo: the two are swapped. Exchange them (--ids)."
             )
             continue
         if np.sign(ways[asked]) != built.direction[asked]:

@@ -1,4 +1,4 @@
-"""The loads that a card is sent with a move, and the move underway.
+"""The loads that accompany each move, and the move underway.
 
 It takes the robot's description and the move, and gives, for each motor, the position error that
 the load causes at the start and the end of the move, and how much duty the motor may use. The card
@@ -57,9 +57,10 @@ class Order(NamedTuple):
         move: Move,
         velocity: Steps | None = None,
     ) -> "Order":
-        """Return the order for motors at ``positions`` with profiles at ``origin``, in steps.
+        """Return the order for motors at ``positions`` with profiles from ``origin``, in steps.
 
-        ``velocity`` is the profiles', (8,) 1/256 steps/s; None if the motors are held.
+        ``velocity`` is the velocity on the profiles, (8,) 1/256 steps/s; None if the motors stand
+        still.
         """
         robot = settings.identified(robot)
         lower, upper = to_steps(robot, robot.lower), to_steps(robot, robot.upper)
@@ -123,7 +124,8 @@ class Order(NamedTuple):
         velocity: Steps | None = None,
         before: Steps | int = 1,
     ) -> tuple[Profile, Steps]:
-        """Return the motion that the servos carry out for this, and each motor's direction."""
+        """Return the motion that the servos will perform for an order, and each motor's direction.
+        """
         return _profile(settings, origin, self.goals, self.speeds, velocity, before)
 
     def loading(

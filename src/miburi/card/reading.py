@@ -1,4 +1,4 @@
-"""Translate a card's report into the terms of a body: phase, stop, window and motors."""
+"""Translate a card's report into a body's state: phase, stop, compared travel and motors."""
 
 import struct
 
@@ -20,12 +20,12 @@ PHASES = (Phase.IDLE, Phase.MOVING, Phase.STOPPED, Phase.RETURNING)
 #: Why a card cannot be released, and what to do about it.
 _UNREADY = {
     Reason.SILENT: "servo does not answer; check its plug, its id and the supply",
-    Reason.DEAF: "servo does not take orders; switch the servos off and on",
+    Reason.DEAF: "servo does not accept commands; switch the servos off and on",
     Reason.FAULTY: "servo reported a hardware error and was restarted; let it cool",
     Reason.HOT: "servo is too hot; let it cool",
     Reason.LOW_VOLTAGE: "supply voltage is too low; use a stronger supply or thicker wires",
     Reason.ASTRAY: "servo reports an impossible position; check its cable, switch it off and on",
-    Reason.MISNAMED: "servo answers with another's id; give it its own (calibrate --ids)",
+    Reason.MISNAMED: "servo answers with the id of another; assign it its own (calibrate --ids)",
 }
 _REASONS = {
     Reason.STARTED: StopReason.CARD_STARTED,
@@ -47,7 +47,7 @@ _SIGNS = (Sign.SPEED, Sign.TRACKING, Sign.ARRIVAL)
 
 
 def stop_of(report: Report, time: float) -> Stop | None:
-    """Return the stop that holds the card, if any; ``time`` is when it began, s, body's clock."""
+    """Return the present stop, if any; ``time`` is when it began, s, on the body's clock."""
     if not report.reason:
         return None
     contact = _contact_of(report)
@@ -61,7 +61,7 @@ def stop_of(report: Report, time: float) -> Stop | None:
 
 
 def window_of(report: Report, settings: CardSettings, share: Steps) -> Window | None:
-    """Return what the rule compared at the contact that holds the card, for the motor that met it.
+    """Return what the rule compared for the motor whose contact caused the present stop.
 
     ``share`` is how much of their guards the motors were granted in that move, (8,) in 1/256.
     """

@@ -1,8 +1,8 @@
-"""The settings that a card needs: the rule's figures, and limits and servo of each joint.
+"""The settings of a card: the rule's parameters, and the limits and servo of each joint.
 
-A robot's description, with a calibration if there is one, becomes the bytes that the card
-takes. A card compares its motors with free servos (:mod:`miburi.safety.free`), so each joint has
-constants of its own. ``firmware/miburi/settings.h`` is the other side. It refuses values
+A robot's description, with a calibration if there is one, becomes the bytes that the card takes. A
+card compares each motor with the model of an unhindered servo (:mod:`miburi.safety.free`), so each
+joint has constants of its own. ``firmware/miburi/settings.h`` is the other side. It refuses values
 outside the ranges in ``ALLOWED``.
 """
 
@@ -86,9 +86,10 @@ class General:
     Attributes
     ----------
     period, ratio
-        The contact rule's p, and its least share of the commanded travel.
+        The contact rule's period p, and the least share of the commanded travel that a motor must
+        make.
     acceleration, max_speed, return_speed
-        The moves' ramps and cruising speed, and the speed of the way back to neutral.
+        The moves' ramps and cruising speed, and the speed of the return to neutral.
     hold_pwm
         The duty that a stopped servo holds with.
     p_gain, d_gain
@@ -143,7 +144,7 @@ class JointSettings:
     zero
         The servo's position, 0–4095, at joint angle 0.
     sag
-        In 1/256: the error that weight causes in this servo, as a share of the described servo's.
+        The error that weight causes in this servo, relative to the described servo's, in 1/256.
     """
 
     servo: int
@@ -194,8 +195,8 @@ class CardSettings:
     def of(cls, robot: Robot, rule: Rule | None = None) -> "CardSettings":
         """Return settings for a robot whose card has not been calibrated.
 
-        By default the rule has the guards of servos that nobody has calibrated. Servos have the ids
-        1–8, and the middle of each joint's range is at the middle of its servo.
+        By default the rule has the guards of uncalibrated servos. Servos have the ids 1–8, and the
+        middle of each joint's range is at the middle of its servo.
 
         Raises
         ------
@@ -249,10 +250,10 @@ class CardSettings:
         return CardSettings(general, tuple(joints)).with_rule(rule)
 
     def identified(self, robot: Robot) -> Robot:
-        """Return the description with servos as these settings expect them.
+        """Return the description with the servos that these settings assume.
 
-        They have the gain that the card sets, the stiffness that follows from the error per
-        duty, and the friction that follows from their gears' share of the motors' torque.
+        Their gain is what the card sets; the stiffness follows from the error per duty, and the
+        friction from how much torque the gears absorb.
         """
         servo, own = robot.servo.model, self.general
         if (own.p_gain, own.error_per_pwm) != (round(servo.drive.gain), _error_per_pwm(servo)):
@@ -339,7 +340,7 @@ class CardSettings:
 
 def _error_per_pwm(servo: Servo) -> int:
     """Return the error at which a servo uses one unit of duty, in 1/65536 steps."""
-    # With a D gain, the same error uses less duty, so no limit of the error is known.
+    # With a D gain, the same error needs less duty, so the duty sets no limit to the error.
     most = ALLOWED["error_per_pwm"][1]
     return most if servo.gains.d else round(servo.divisor.p_divisor / servo.drive.gain * 65_536)
 

@@ -1,4 +1,4 @@
-"""Exchange settings with a card: its greeting identifies those it has; then read or send them.
+"""Read or send a card's settings; its greeting tells which it already has.
 
 Each function takes the card's ``ask``, which sends a request and returns the answer's bytes.
 """
@@ -44,7 +44,7 @@ def greet(ask: Ask) -> Greeting:
     Raises
     ------
     BodyError
-        The firmware speaks another version of the link.
+        The firmware has another version of the protocol.
     """
     version, *_, motors, complete, stored, crc = struct.unpack("<7BH", ask(FrameKind.HELLO, b""))
     if version != VERSION or motors != len(JOINTS):
@@ -53,7 +53,7 @@ def greet(ask: Ask) -> Greeting:
 
 
 def read_settings(ask: Ask) -> CardSettings:
-    """Return the settings of a card that has them all."""
+    """Read the settings of a card that has been configured."""
     pieces = [ask(FrameKind.READ, bytes((piece,))) for piece in range(len(JOINTS) + 1)]
     joints = tuple(JointSettings.unpack(piece) for piece in pieces[:-1])
     return CardSettings(General.unpack(pieces[-1]), joints)
@@ -78,7 +78,8 @@ def stop_and_settle(
     Returns
     -------
     settings, guessed
-        What the card has now; and whether defaults stand in for what another firmware saved.
+        The card's settings, and whether they are defaults that replaced settings saved by another
+        firmware.
     """
     ask(FrameKind.STOP, b"")
     settings = of_robot = CardSettings.of(robot)

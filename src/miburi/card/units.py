@@ -21,8 +21,8 @@ def check_encoder(robot: Robot) -> None:
     if steps != STEPS_PER_TURN:
         raise BodyError(
             f"the {robot.name}'s encoders count {steps} steps a turn; a card drives servos that "
-            f"count {STEPS_PER_TURN} (XL330). Name such a servo in the robot's description if it "
-            "has those, or move this robot in simulation."
+            f"count {STEPS_PER_TURN} (XL330). If the robot has XL330 servos, name them in its "
+            "description; otherwise use it in simulation."
         )
 
 
@@ -35,7 +35,7 @@ def real_speed(speed: int) -> int:
 
 
 def next_speed(speed: int) -> int:
-    """Return the least speed that an XL330 can do and that is no less than ``speed``; steps/s."""
+    """Round ``speed`` up to the next one that an XL330 supports; steps/s."""
     return (-(-speed * 1000 // 15_633) * 15_633 + 500) // 1000
 
 

@@ -1,4 +1,4 @@
-"""``miburi mcp``: a live partner's tools for an assistant that starts this command."""
+"""``miburi mcp``: the tools of a running partner, for an assistant that starts this command."""
 
 import os
 from typing import Annotated
@@ -9,13 +9,13 @@ __all__ = ["mcp"]
 
 
 def mcp(
-    url: Annotated[str, typer.Option(help="Where the partner lives.")] = "http://127.0.0.1:8080",
+    url: Annotated[str, typer.Option(help="The partner's address.")] = "http://127.0.0.1:8080",
 ) -> None:
     """Give an assistant the partner's tools (MCP) on standard input and output.
 
-    If the partner runs on another computer, the command needs MIBURI_TOKEN, and over https
-    MIBURI_AUTHORITY, a file with the certificate of the partner's home authority. Every call checks
-    whether a partner is running, so the partner may be started later.
+    If the partner runs on another computer, set MIBURI_TOKEN. For https, also set MIBURI_AUTHORITY
+    to the file with the certificate of the partner's own authority. Every call checks whether a
+    partner is running, so the partner may be started later.
     """
     from miburi.client.asker import Asker
     from miburi.doors.agents import make_agents

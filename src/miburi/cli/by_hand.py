@@ -32,7 +32,7 @@ _BY_HAND = {
     "left_shoulder": _SHOULDER,
     "left_elbow": (_STRAIGHT, "the forearm goes up"),
     "left_fingertip": (_STRAIGHT, "the hand goes up"),
-    "head": ("its link lies level, forwards", "the head goes up"),
+    "head": ("its link is level and points forwards", "the head goes up"),
 }
 #: The same for a printed body, by its parts: what to turn, its zero, and its positive direction.
 _BUILT = {
@@ -42,7 +42,7 @@ _BUILT = {
     ),
     "elbow": ("the SIDE upper arm, at the yoke,", "straight out to the side", "OUT"),
     "fingertip": ("the SIDE forearm", "in line with the upper arm", "OUT"),
-    "head": ("the cradle", "bowed until it meets its stop", "upwards"),
+    "head": ("the cradle", "bent down to its mechanical end", "upwards"),
 }  # fmt: skip
 _OUT = {"right": "downwards", "left": "upwards"}
 
@@ -145,7 +145,7 @@ def _positions(card: "Card") -> "NDArray[np.int64]":
     silent = [name for motor, name in enumerate(JOINTS) if not card.report.heard >> motor & 1]
     if silent:
         named = ", ".join(map(_in_words, silent))
-        raise BodyError(f"no answer from the servo of: {named}. Check cables and supply.")
+        raise BodyError(f"no answer from these joints' servos: {named}. Check cables and supply.")
     counts = [
         joint.zero + joint.direction * place
         for joint, place in zip(card.settings.joints, card.report.positions, strict=True)

@@ -189,8 +189,8 @@ def calibrate(
         raise InputError("--built and --zeros both say where the zeros are; give one of them.")
     if built and misfits(robot_of(robot)):
         raise InputError(
-            "--built is for a printed body, and this robot cannot be printed: name its file with "
-            "--robot (miburi template robot buildable)."
+            "--built is for a printed body, and this robot cannot be printed. Pass a printable "
+            "robot's file with --robot (miburi template robot buildable makes one)."
         )
     with _open_card(port, robot_of(robot)) as card, whole_files(out.parent) as draft:
         if ids:
@@ -226,18 +226,19 @@ def calibrate(
 @app.command("measure")
 def measure_servos(
     port: Port,
-    out: Annotated[Path, typer.Option(help="The report; an existing one is continued.")] = Path(
+    out: Annotated[Path, typer.Option(help="The report; an existing one is added to.")] = Path(
         "measured.toml"
     ),
     gestures: Annotated[
         int,
         typer.Option(
-            help="How many gestures to watch for stops. Half as many before them warm it up.", min=1
+            help="How many gestures to watch for stops; half that number warm the servos first.",
+            min=1,
         ),
     ] = 200,
     robot: RobotFile = None,
 ) -> None:
-    """Measure what nobody has measured on real servos; write a report that you can send in."""
+    """Measure constants that have not been checked on real servos; write a report to send in."""
     from miburi.card.bench import STEPS, Bench
     from miburi.card.bench_report import read_report, write_report
 

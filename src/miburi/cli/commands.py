@@ -46,12 +46,12 @@ _NEGATIVE_NUMBERS = {"ignore_unknown_options": True}
 _LIVE, _MAKE, _MEASURE = "Live with it", "Make it yours", "Measure"
 _BUILD, _DOCUMENTS = "Build and calibrate", "For Miburi's own documents"
 
-#: Time until a lost interruption is sent again, s (ours).
+#: Time after which a signal is raised again whose exception was swallowed, s (ours).
 _LATER = 0.02
 
 
 class _Interrupted(BaseException):
-    """Ctrl-C or SIGTERM; no handler of errors catches it, so only clean-up code runs."""
+    """Ctrl-C or SIGTERM. No except clause for errors catches it, so only clean-up code runs."""
 
     #: The latest signal, if there was one.
     signum: int | None = None

@@ -44,7 +44,7 @@ def devices(context: typer.Context, folder: Folder = None, as_json: AsJson = Fal
         print(*(json.dumps(asdict(device)) for device in found), sep="\n", end="\n" * bool(found))
         return
     if not found:
-        print("No device is paired. *Face* in the studio shows a code to scan.")
+        print("No device is paired. The Face page of the studio shows a code to scan.")
         return
     table = Table("name", "device", "paired", "last seen", box=None, pad_edge=False)
     for device in found:

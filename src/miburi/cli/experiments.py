@@ -34,7 +34,7 @@ __all__ = ["day", "experiment", "paper"]
 
 def experiment(
     seed: Annotated[int, typer.Option(help="0 or more; the same seed gives the same run.")] = 1,
-    seconds: Annotated[float, typer.Option(help="Length in the robot's time.")] = 30.0,
+    seconds: Annotated[float, typer.Option(help="Length on the robot's clock, s.")] = 30.0,
     feeling: Annotated[str, typer.Option(help="The emotion that is kept constant.")] = "happiness",
     mood: Annotated[float, typer.Option(help="Its mood at the start, 0 to 1.")] = 0.9,
     period: Annotated[float, typer.Option(help="Seconds from gesture to gesture.")] = 2.0,
@@ -50,9 +50,9 @@ def experiment(
     out: Annotated[Path, typer.Option(help="Folder for the results.", callback=a_folder)] = Path(
         "out/experiment"
     ),
-    film: Annotated[bool, typer.Option(help="Also draw the film; this takes longest.")] = True,
+    film: Annotated[bool, typer.Option(help="Also make the film; this takes longest.")] = True,
     hand: Annotated[bool, typer.Option(help="A hand gets in the way now and then.")] = True,
-    face: Annotated[bool, typer.Option(help="The phone shows its face in the film.")] = True,
+    face: Annotated[bool, typer.Option(help="Show the robot's face on the phone in the film.")] = True,
     body: Annotated[
         str, typer.Option(help="simulated, or emulated-card: the real firmware in the loop.")
     ] = "simulated",

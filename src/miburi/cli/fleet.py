@@ -1,4 +1,4 @@
-"""``miburi fleet``: all partners at a broker, in the terminal and on a page; stop one or all."""
+"""``miburi fleet``: all partners connected to a broker, in the terminal or on a page; stop them."""
 
 import asyncio
 import sys
@@ -30,7 +30,7 @@ def fleet(
     port: Annotated[int, typer.Option(help="The page's port; 0 takes a free one.")] = 8090,
     stop: Annotated[
         str | None,
-        typer.Option(help="Stop this partner, or all, and say who stopped.", show_default=False),
+        typer.Option(help="Stop this partner, or all, and list those that confirmed.", show_default=False),
     ] = None,
 ) -> None:
     """Show all partners at a broker: what they feel, who is stopped and why, who is lost."""

@@ -117,7 +117,7 @@ def preview(
     robot: RobotFile = None,
     solver: IkWay = "default",
 ) -> None:
-    """Film a gesture; draw twelve moments of it and the paths of its hands."""
+    """Film a gesture; draw twelve moments of it and the paths of the robot's hands."""
     if not 0 <= mood <= 1:
         raise InputError(f"--mood must be from 0 to 1, got {mood!r}.")
     from miburi.ground.files import whole_files
@@ -158,7 +158,7 @@ def record(
     if file.exists():
         raise OutputError(f"{file} already exists; choose another name.")
     body = robot_of(robot)
-    # The folder is tried first, so that nobody shows a gesture that then cannot be saved.
+    # Check the folder first, so that no gesture is shown in vain.
     with whole_files(out) as draft, partner_at(url) as partner:
         if (its := partner.robot.name) != body.name:
             raise InputError(
@@ -180,10 +180,10 @@ def record(
 
 
 def _shown(states: "Iterable[State]") -> "tuple[Array, Array]":
-    """Return times, (n,) s, and angles, (n, 8) rad, of what a hand shows.
+    """Return times, (n,) s, and angles, (n, 8) rad, recorded while a person guides a hand.
 
-    It returns only when the body is back at neutral: until then, nothing else moves the body
-    under the hand.
+    It returns when the body is back at neutral; until then, nothing else moves the body that the
+    person holds.
     """
     import numpy as np
 
@@ -220,7 +220,7 @@ def classify(
     gestures: GesturesFolder = None,
     as_json: AsJson = False,
 ) -> None:
-    """Tell gestures apart by their motion: learn at moods 0.5 and 0.9, name at 0.7 and 0.3."""
+    """Classify gestures by their motion: train at moods 0.5 and 0.9, test at 0.7 and 0.3."""
     from miburi.feelings import FEELINGS
     from miburi.studies.gestures.classifier import confusion, learn
 
@@ -234,7 +234,7 @@ def classify(
         if as_json:
             print(json.dumps({"mood": mood, "names": list(FEELINGS), "named": table.tolist()}))
             continue
-        print(f"mood {mood}: {table.trace()} of {table.sum()} named right "
+        print(f"mood {mood}: {table.trace()} of {table.sum()} classified correctly "
               f"({table.trace() / table.sum():.1%})")  # fmt: skip
         print(" " * 10 + "".join(f"{name:>10}" for name in FEELINGS))
         for name, row in zip(FEELINGS, table, strict=True):

@@ -162,7 +162,7 @@ def check(robot: RobotToBuild = None, fit: Fit = 0.25, as_json: AsJson = False) 
 
 
 def _motions(robot: "Robot") -> dict[str, "Array"]:
-    """Return every shipped gesture at several moods, as the simulated body performs it."""
+    """Return every shipped gesture, performed at several moods by the simulated body."""
     from miburi.bodies.rehearsal import rehearse
     from miburi.cli.options import repertoire_of
     from miburi.gestures import key_poses

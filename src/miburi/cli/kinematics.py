@@ -1,4 +1,4 @@
-"""``miburi forward`` and ``ik``: eight angles to places of hands and head, and back."""
+"""``miburi forward`` and ``ik``: convert eight angles to positions of hands and head, and back."""
 
 import json
 import sys
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 __all__ = ["forward", "ik"]
 
-#: How far a hand or the head may be from its place, m (ours).
+#: How far a hand or the head may be from its target, m (ours).
 _MISSED = 1e-3
 
 Point = tuple[float, float, float]
@@ -35,7 +35,8 @@ def forward(
         ),
     ] = False,
 ) -> None:
-    """Print where hands and head are, for eight angles or for JSON lines on standard input."""
+    """Print the positions of the hands and the head for eight angles, or for JSON lines on stdin.
+    """
     from miburi import robot as body
 
     description = robot_of(robot)
@@ -66,7 +67,7 @@ def ik(
     solver: IkWay = "default",
     as_json: AsJson = False,
 ) -> None:
-    """Print the angles that bring hands and head to places given as options or JSON lines on stdin.
+    """Print the angles that bring the hands and the head to positions from options or JSON lines.
 
     The exit code is 1 if a hand or the head ends more than 1 mm away from its target.
     """
@@ -80,7 +81,7 @@ def ik(
         given = [f"--{n}" for n, p in zip(EXTREMITIES, (right, left, head), strict=True) if p]
         raise InputError(
             "ik needs all of --right, --left and --head, each with X Y Z in m; got "
-            f"{' and '.join(given)} alone."
+            f"only {' and '.join(given)}."
         )
     missed = False
     for target in [[x for point in points for x in point]] if points else _lines():
@@ -132,13 +133,13 @@ def _lines() -> Iterator[Any]:
                 why = error.msg if isinstance(error, json.JSONDecodeError) else error
                 raise InputError(
                     f"line {number} is not JSON: {why}; got {line.strip()[:60]!r}. A line is a "
-                    "list of numbers, or what the other of `miburi forward` and `miburi ik` prints "
-                    "with --json."
+                    "list of numbers, or the --json output of the opposite command (`miburi "
+                    "forward` or `miburi ik`)."
                 ) from error
 
 
 def _row(values: Any, width: int, what: str, keys: Sequence[str]) -> list[float]:
-    """Return a row of numbers; from an object that the other command printed, take ``keys``."""
+    """Return a row of numbers. Of an object, as the opposite command prints, take ``keys``."""
     if isinstance(values, dict):
         parts = [values.get(key) for key in keys]
         values = [x for part in parts for x in (part if isinstance(part, list) else [part])]

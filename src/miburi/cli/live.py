@@ -1,4 +1,4 @@
-"""``miburi status``, ``miburi feel`` and ``miburi stop``: ask a live partner from a terminal."""
+"""``miburi status``, ``miburi feel`` and ``miburi stop``: use a running partner from a terminal."""
 
 import os
 from typing import TYPE_CHECKING, Annotated
@@ -12,12 +12,12 @@ if TYPE_CHECKING:
 __all__ = ["HERE", "PartnerAddress", "feel", "partner_at", "status", "stop"]
 
 PartnerAddress = Annotated[str, typer.Option("--url", help="Where the partner lives.")]
-#: Where a partner lives by default.
+#: The default address of a partner.
 HERE = "http://127.0.0.1:8080"
 
 
 def partner_at(url: str) -> "RemotePartner":
-    """Return the partner at an address, with the token that the environment gives."""
+    """Connect to the partner at an address, with the token from the environment variable."""
     from miburi.client.remote import connect
 
     return connect(url, os.environ.get("MIBURI_TOKEN"), os.environ.get("MIBURI_AUTHORITY"))
@@ -38,7 +38,7 @@ def feel(
     strength: Annotated[float, typer.Option(help="0 to 1.")] = 0.8,
     url: PartnerAddress = HERE,
 ) -> None:
-    """Let a live partner feel something; it decides what to show."""
+    """Make a running partner feel something; it decides what to show."""
     from miburi.feelings import Stimulus
 
     with partner_at(url) as partner:
@@ -51,7 +51,7 @@ def stop(url: PartnerAddress = HERE) -> None:
     """Stop all motors of a live partner, until a person releases them in the studio."""
     with partner_at(url) as partner:
         partner.stop(by_person=True)
-    print("stopped; a person releases it in the studio or on the face.")
+    print("stopped; a person can release it in the studio or on the face's page.")
 
 
 def _in_words(state: "State") -> str:

@@ -41,7 +41,7 @@ __all__ = [
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON, one line for each result.")]
 RobotFile = Annotated[
     Path | None,
-    typer.Option("--robot", help="A robot description; default: the iphonoid.", show_default=False),
+    typer.Option("--robot", help="A robot description; default: the iPhonoid.", show_default=False),
 ]
 GesturesFolder = Annotated[
     Path | None,
@@ -122,7 +122,7 @@ def robot_of(file: Path | None, servo: str | None = None) -> "Robot":
 
 
 def name_foreign_guards(robot: "Robot") -> None:
-    """Warn if a robot has the guards of the shipped one, but servos of another kind."""
+    """Warn if a robot has the shipped robot's guards (thresholds), but servos of another kind."""
     from miburi.robot import iphonoid
 
     shipped = iphonoid()
@@ -139,7 +139,7 @@ def name_foreign_guards(robot: "Robot") -> None:
 def calibrated(robot: "Robot", file: Path | None) -> tuple["Robot", "FreeRule | None"]:
     """Return the robot and the contact rule in a calibration file.
 
-    Without a file, the robot is as described, and None means that its own rule applies.
+    Without a file, return the robot unchanged, and None for the rule: the robot's own applies.
     """
     from miburi.calibration.file import read_calibration
 
@@ -184,7 +184,7 @@ def gesture_of(robot: "Robot", source: str) -> "MovementFunction":
 
 
 def repertoire_of(robot: "Robot", folder: Path | None) -> "Repertoire":
-    """Return the shipped gestures; those in a folder replace the ones for the same feelings."""
+    """Return the shipped gestures, replaced by those of a folder where it has the same feelings."""
     repertoire = load_gestures(robot, folder)
     warn_of_misfits(robot, repertoire.functions)
     return repertoire

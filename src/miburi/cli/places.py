@@ -1,4 +1,4 @@
-"""Check a place to write to before work begins; a_file and a_folder are option callbacks."""
+"""Check that an output path can be written before work begins, in callbacks of options."""
 
 import os
 import tempfile
@@ -12,7 +12,7 @@ __all__ = ["a_file", "a_folder", "check_folder"]
 
 
 def a_file(param: typer.CallbackParam, place: Path | None) -> Path | None:
-    """Return a file's place if it can be written there.
+    """Return the path if a file can be written there.
 
     Raises
     ------

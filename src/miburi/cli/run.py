@@ -90,8 +90,8 @@ def run(
     voice: Annotated[
         str | None,
         typer.Option(
-            help="flite: this computer makes the sound of English words, for every page with its "
-            "voice turned on; by default each device uses a voice of its own.",
+            help="flite: this computer synthesises English speech for all pages whose voice is "
+            "on; by default each device uses its own voice.",
             show_default=False,
         ),
     ] = None,
@@ -123,7 +123,7 @@ def run(
     rest: Annotated[
         Literal["still", "quiet", "lively"] | None,
         typer.Option(
-            help="How much it moves while it shows nothing; default: as its temperament says.",
+            help="How much the partner moves while idle; default: as its temperament says.",
             show_default=False,
         ),
     ] = None,

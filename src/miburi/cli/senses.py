@@ -29,7 +29,7 @@ def words(
         ),
     ] = False,
 ) -> None:
-    """Say what feeling each line on standard input shows, and which words spoke for it."""
+    """Say which feeling each line on standard input shows, and which words showed it."""
     if sys.stdin.isatty():
         raise InputError("give sentences on standard input, one per line.")
     from miburi.senses.words import hear
@@ -82,7 +82,7 @@ def listen(
     ] = None,
     url: PartnerAddress = HERE,
 ) -> None:
-    """Hear spoken phrases and say them to a live partner; the sound stays in this process."""
+    """Recognise spoken phrases and send their words to a running partner, but no sound."""
     from miburi.senses.utterances import frames, utterances, voice_detector
 
     likely = voice_detector()

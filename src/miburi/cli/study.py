@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Folder", "close", "new", "report", "run", "study_app", "text", "withdraw"]
 
-study_app = typer.Typer(help="Ask people what they see in the robot.", no_args_is_help=True)
+study_app = typer.Typer(help="Ask people which feelings they recognise in the gestures.", no_args_is_help=True)
 
 Folder = Annotated[Path, typer.Argument(help="The study's folder.", show_default=False)]
 
@@ -56,7 +56,7 @@ def run(
         bool, typer.Option("--rehearsal", help="Try it out: answers are kept apart.")
     ] = False,
 ) -> None:
-    """Draw the films that are missing, and serve the study's pages until Ctrl-C."""
+    """Make the films that are missing, and serve the study's pages until Ctrl-C."""
     from miburi.studies.study.plan import FILE, load_study
 
     study = load_study(folder)
@@ -179,7 +179,7 @@ def _answers(folder: Path, study: "Study") -> "Store":
 
 
 def _names(host: str) -> list[str]:
-    """Return the names by which participants reach an address."""
+    """Return the host names by which participants can reach an address."""
     if host != "0.0.0.0":  # noqa: S104  (to compare with, not to listen on)
         return [host]
     from miburi.serving.addresses import own_addresses

@@ -21,7 +21,7 @@ def to_ros(
 ) -> None:
     """Write a recording as ROS 2 messages, for ROS 2's tools."""
     if recording.resolve() == out.resolve():
-        raise InputError(f"{out} would be written over itself; choose another file to write.")
+        raise InputError(f"{out} is the file to read; choose another file to write.")
     need("cyclonedds", "ros")
     from miburi.doors.ros_recording import convert_recording
 

@@ -59,8 +59,8 @@ def trials(
     servos: Annotated[
         int,
         typer.Option(
-            help="With 0, the robot as described; with N, N robots that differ as real ones do, "
-            "each calibrated.",
+            help="0 simulates the robot as described; N, that many robots whose servos vary as "
+            "real ones do, each calibrated.",
             min=0,
         ),
     ] = 0,
@@ -76,16 +76,16 @@ def trials(
     rule: Annotated[
         str,
         typer.Option(
-            help="miburi; weightless: without the table of gravity; profile: against the delayed "
-            "profile; printed: the paper's rule as printed; off: no rule, to see what limiting "
-            "the motors' push does alone."
+            help="The contact rule. miburi: Miburi's own; weightless: that without gravity loads; "
+            "profile: compare with the delayed profile; printed: the paper's; off: none, to see "
+            "what limiting the motors' force does alone."
         ),
     ] = "miburi",
     without: Annotated[
         str | None,
         typer.Option(
-            help="Leave out the 'lift', which raises goals against the sag, or the 'ceiling', "
-            "which limits the push."
+            help="Switch off the 'lift', which raises goals so that weight does not make joints "
+            "sag, or the 'ceiling', which limits the motors' force."
         ),
     ] = None,
     state: Annotated[
@@ -156,7 +156,7 @@ def calibrate(
     robot: RobotFile = None,
     servo: ServoName = None,
 ) -> None:
-    """Identify simulated servos in moves without contact; write their constants and guards."""
+    """Estimate simulated servos' constants and guards from moves without contact; write them."""
     from miburi.calibration.file import write_calibration
     from miburi.ground.files import whole_files
     from miburi.studies.trials.workshop import calibrate_servos
@@ -184,7 +184,7 @@ def tune(
     robot: RobotFile = None,
     servo: ServoName = None,
 ) -> None:
-    """Search for the best period, ratio and guards for a robot's servos, with the project's BMA."""
+    """Search for a robot's best period, ratio and guards with the Bacterial Memetic Algorithm."""
     from miburi.calibration.file import write_calibration
     from miburi.calibration.free_motion import calibrate as calibrate_traces
     from miburi.ground.files import whole_files
@@ -241,7 +241,7 @@ def safety_page(
     seed: Seed = 1,
     robot: RobotFile = None,
 ) -> None:
-    """Write the page on contact safety from files of trials; each file names its column."""
+    """Write the page on contact safety from files of trials; file names become column headings."""
     from collections import defaultdict
 
     from miburi.ground.files import whole_files

@@ -1,8 +1,7 @@
 """Asynchronous requests to the interface, for doors that serve many clients at once.
 
-An :class:`Asker` sends the requests of ``/api/v1``, either inside the server, where its gate does
-not apply, or to a server elsewhere. So a door that asks this way can do what HTTP can, and nothing
-else.
+An :class:`Asker` sends requests to ``/api/v1``: inside the server's process, without its access
+check, or over the network. So a door that asks this way can do what HTTP can, and nothing else.
 """
 
 import asyncio
@@ -25,8 +24,8 @@ from miburi.wire.messages import GestureOut, SayIn, WishOut
 
 __all__ = ["Asker"]
 
-#: The status for too many requests at once; the number of tries then, and the time between them, s
-#: (ours).
+#: The status for too many requests; how often such a request is tried, and the time between tries,
+#: s (ours).
 _TOO_MANY, _TRIES, _BREATH = 429, 20, 0.1
 _EVENTS = TypeAdapter(list[LiveEvent])
 _GESTURES = TypeAdapter(list[GestureOut])
@@ -51,7 +50,7 @@ class Asker:
 
     @classmethod
     def within(cls, app: FastAPI, by: By) -> Self:
-        """Return an asker for an application in this process; ``by`` says who presses its Stops."""
+        """Return an asker for an application in this process; its Stops are recorded as ``by``."""
         transport = httpx.ASGITransport(app, raise_app_exceptions=False)
         http = httpx.AsyncClient(
             transport=transport, base_url="http://127.0.0.1/api/v1", headers={BY: by}
@@ -73,7 +72,7 @@ class Asker:
         return cls(url, httpx.AsyncClient(base_url=url + "/api/v1", headers=headers, verify=verify))
 
     async def state(self) -> State:
-        """Return everything about the partner, now."""
+        """Return the partner's present state."""
         return State.model_validate_json(await self._ask("GET", "/state"))
 
     async def log(self, after: str | None = None) -> list[LiveEvent]:
@@ -112,11 +111,11 @@ class Asker:
         return _GESTURES.validate_json(await self._ask("GET", "/gestures"))
 
     async def tell(self, path: str, wish: BaseModel | None = None) -> None:
-        """Send a wish, such as ``/stop``."""
+        """Send a command, such as ``/stop``."""
         await self._ask("POST", path, None if wish is None else wish.model_dump_json())
 
     async def wish(self, path: str, wish: BaseModel) -> str:
-        """Send a wish, such as ``/express``; return its id, which its events carry."""
+        """Send a command, such as ``/express``; return its id, by which its events refer to it."""
         answer = await self._ask("POST", path, wish.model_dump_json())
         return WishOut.model_validate_json(answer).id
 

@@ -56,7 +56,8 @@ def connect_async(
     Raises
     ------
     InputError
-        The address does not start with ``http://`` or ``https://``, or the file is no certificate.
+        The address does not start with ``http://`` or ``https://``, or the file is not a
+        certificate.
     """
     return AsyncPartner(Asker.at(url, token, authority, by="program"))
 
@@ -65,8 +66,8 @@ class AsyncPartner:
     """A live partner at the other end of a connection; made by :func:`miburi.connect_async`.
 
     Use it as an asynchronous context manager, or call :meth:`close`. Its methods raise the same
-    errors as those of :class:`miburi.RemotePartner`. A method that asks for something returns the
-    wish's id, which events carry as ``wish``.
+    errors as those of :class:`miburi.RemotePartner`. A method that sends a command returns its id,
+    which events have as ``wish``.
     """
 
     def __init__(self, asker: Asker) -> None:
@@ -128,7 +129,7 @@ class AsyncPartner:
         raise ConnectionLostError("the events ended.")
 
     async def stimulate(self, stimulus: Stimulus) -> str:
-        """Let the partner feel something."""
+        """Make the partner feel something."""
         return await self._asker.wish("/stimulus", StimulusIn.model_validate(fields_of(stimulus)))
 
     async def sense(self, kind: str, clearness: float = 1.0) -> None:
@@ -140,7 +141,7 @@ class AsyncPartner:
         return await self._asker.say(SayIn(text=text, tone=tone))
 
     async def speak(self, text: str) -> str:
-        """Let the partner say something aloud on pages whose voice is switched on."""
+        """Have the partner say something through pages whose voice is switched on."""
         return await self._asker.wish("/speak", SpeakIn(text=text))
 
     async def express(self, expression: Expression) -> str:
@@ -149,11 +150,11 @@ class AsyncPartner:
         return await self._asker.wish("/express", ExpressIn.model_validate(shown))
 
     async def look(self, at: Direction, seconds: float = 2.0) -> str:
-        """Look at the user (ahead), left, right, up, down or aside, for ``seconds`` s."""
+        """Look ``ahead`` at the user, left, right, up, down or ``aside`` for ``seconds`` s."""
         return await self._asker.wish("/look", LookIn(at=at, seconds=seconds))
 
     async def attend(self, turn: Turn = "listening") -> None:
-        """Face somebody who is about to speak, or who waits for an answer (``thinking``)."""
+        """Turn to somebody who will speak, or (``thinking``) show that an answer is on its way."""
         await self._asker.tell("/attend", AttendIn(turn=turn))
 
     async def poses(self, poses: PosesIn) -> str:
@@ -170,12 +171,12 @@ class AsyncPartner:
         await self._asker.tell("/stop")
 
     async def release(self) -> None:
-        """Let a stopped body return to neutral and continue.
+        """Release a stopped body: it returns to neutral and continues.
 
         By default, only a person can end a Stop that a person pressed.
         """
         await self._asker.tell("/release")
 
     async def pause(self, paused: bool = True) -> None:
-        """Let the partner rest at neutral, or continue."""
+        """Pause the partner at neutral, or let it continue."""
         await self._asker.tell("/pause", PauseIn(paused=paused))

@@ -1,6 +1,6 @@
 """One program's connection to a live partner over HTTP: requests, and streams that reconnect.
 
-A refusal raises one of Miburi's errors, with the partner's words.
+An error status raises one of Miburi's errors, with the server's message.
 """
 
 import time
@@ -67,15 +67,15 @@ class Connection:
         return WishOut.model_validate_json(self.ask("POST", path, content).content).id
 
     def post(self, path: str, content: object = None) -> None:
-        """Send a request that is answered with nothing."""
+        """Send a request whose answer is empty."""
         self.ask("POST", path, content)
 
     def ask(
         self, method: str, path: str, content: object = None, by: httpx.Client | None = None
     ) -> httpx.Response:
-        """Send a request and return the answer, unless it is a refusal.
+        """Send a request and return the answer, or raise if it is an error.
 
-        ``by`` is the client to use.
+        ``by`` is the HTTP client to send with.
         """
         try:
             response = (by or self._http).request(method, path, json=content)

@@ -56,8 +56,9 @@ def connect(
     """Return a live partner at ``url``, such as ``http://127.0.0.1:8080``.
 
     It needs ``token`` if the partner was started with ``--https`` or another ``--host``. At an
-    https address it also needs ``authority``, the PEM file with the certificate of the partner's
-    home authority (the partner serves it as ``/ca.pem``), unless this computer trusts it already.
+    https address it also needs ``authority``, the PEM file of the partner's own certificate
+    authority (the partner serves it as ``/ca.pem``), unless this computer trusts that authority
+    already.
 
     Raises
     ------
@@ -139,8 +140,8 @@ class RemotePartner:
     ) -> Generator[LiveEvent, None, None]:
         """Yield the events after the one with this id, or from now on, until you leave the loop.
 
-        A connection that is lost is retried for up to ``patience`` s; events missed meanwhile are
-        then yielded, even those from before the partner's last start. If events are missing, a
+        A lost connection is retried for up to ``patience`` s. Events missed meanwhile are then
+        yielded, including those from before a restart of the partner. If events are missing, a
         ``gap`` says so. With ``after="0"`` it begins with all events that are kept.
 
         Raises
@@ -166,7 +167,7 @@ class RemotePartner:
             return next(event for event in events if end.is_in(event))
 
     def soon(self, wish: Callable[..., object], *args: Any, **kwargs: Any) -> bool:
-        """Let a thread carry out a wish, such as ``soon(partner.stimulate, stimulus)``.
+        """Send a command in a background thread, as in ``soon(partner.stimulate, stimulus)``.
 
         This returns at once, so that a game, for instance, misses no frame. It returns False and
         does nothing if :data:`WAITING` wishes are queued already. Failures are logged.
@@ -190,13 +191,13 @@ class RemotePartner:
                 _LOG.exception("a wish was not carried out")
 
     def stimulate(self, stimulus: Stimulus) -> str:
-        """Let the partner feel something; return the event's id."""
+        """Make the partner feel something; return the id of the event."""
         return self._line.wish("/stimulus", fields_of(stimulus))
 
     def sense(self, kind: str, clearness: float = 1.0) -> None:
         """Report something that has happened to the partner, such as a pat.
 
-        ``kind`` is one that it knows, or one of the file that ``miburi run --senses`` names.
+        ``kind`` is a built-in kind, or one defined in the file given to ``miburi run --senses``.
         """
         self._line.post("/sense", {"kind": kind, "clearness": clearness})
 
@@ -216,7 +217,7 @@ class RemotePartner:
         blend: Mapping[str, float] | None = None,
         effort: Effort | None = None,
     ) -> str:
-        """Perform a gesture once; ``blend`` mixes in other feelings' gestures, each with its μ.
+        """Perform a gesture once; ``blend`` mixes in other feelings' gestures by their weights μ.
 
         Like ``look``, ``poses`` and ``perform``, it returns an id, which events carry as ``wish``.
         """
@@ -245,8 +246,8 @@ class RemotePartner:
     def perform(self, *acts: AnyAct, now: bool = False) -> str:
         """Perform gestures, looks, key poses and sentences together, each at its offset.
 
-        The performance begins after the wishes that wait. With ``now``, it replaces them and the
-        current one.
+        The gesture starts after commands that are already queued. With ``now``, it replaces them
+        and the current one.
         """
         wish = PerformanceIn(acts=list(acts), when="now" if now else "next")
         return self._line.wish("/performance", wish.model_dump(mode="json"))
@@ -308,7 +309,7 @@ class RemotePartner:
         return TypeAdapter(list[BodyOut]).validate_python(self._line.get("/bodies"))
 
     def use_body(self, name: str, port: str | None = None) -> None:
-        """Change the body."""
+        """Switch to another kind of body."""
         self._line.post("/bodies", {"name": name, "port": port})
 
     def record(self, on: bool = True) -> None:

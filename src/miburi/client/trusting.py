@@ -25,7 +25,7 @@ def trust(url: str, authority: Path | str | None) -> ssl.SSLContext | Literal[Fa
     try:
         parts = urlsplit(url)
     except ValueError as error:
-        raise InputError(f"this is no address: {url!r} ({error}).") from error
+        raise InputError(f"this is not a valid address: {url!r} ({error}).") from error
     scheme = parts.scheme
     if scheme not in ("http", "https"):
         raise InputError(f"a partner's address starts with http:// or https://, got {url!r}.")
@@ -59,17 +59,18 @@ def distrust(url: str, error: BaseException) -> str | None:
     if cause is None:
         return None
     return (
-        f"{url}: its certificate is not trusted here ({cause.verify_message}). Take the "
-        f"certificate of its home authority, {url}/ca.pem, or https/ca.pem in its folder, and name "
-        "that file: connect(url, token, authority=FILE), or MIBURI_AUTHORITY=FILE for commands."
+        f"{url}: this computer does not trust its certificate ({cause.verify_message}). Download "
+        f"{url}/ca.pem (or copy https/ca.pem from the partner's folder) and pass that file: "
+        "connect(url, token, authority=FILE), or MIBURI_AUTHORITY=FILE for commands."
     )
 
 
 def has_collided(error: BaseException) -> bool:
     """Whether a WebSocket has failed in TLS after its handshake.
 
-    The threads of ``websockets`` read and write one socket, for which Python's ssl is not safe
-    (python/cpython#76714). Since the handshake succeeded, the partner is reachable and trusted.
+    The threads of ``websockets`` read and write one ssl socket at the same time, which Python's ssl
+    does not allow (python/cpython#76714). Since the handshake succeeded, the partner is reachable
+    and trusted.
     """
     if not isinstance(error, ConnectionClosed | InvalidMessage):
         return False

@@ -1,1 +1,1 @@
-"""Other ways to reach a partner: by agents, homes and laboratories, and its voice."""
+"""Other interfaces of a partner: for agents, homes and laboratories, and its voice."""

@@ -1,11 +1,11 @@
-"""The door for agents: MCP, with a few tools that speak of meanings and never of angles.
+"""The door for agents: MCP tools for feelings and gestures, without control of joints.
 
 An agent can make the partner feel something, ask it for a gesture, and see what happens. It can
 stop the body but not release it: only a person can. Only the latest of several wishes counts; they
 do not queue up. A busy, paused or stopped body is reported in words, not as an error.
 
-The tools go through an :class:`~miburi.client.asker.Asker`, so the same ones work inside the
-server, at ``/mcp``, and on standard input and output, where ``miburi mcp`` asks a server.
+The tools use an :class:`~miburi.client.asker.Asker`, so the same tools work inside the server, at
+``/mcp``, and over standard input and output, as ``miburi mcp``, which forwards to a server.
 
 This module needs the extra ``mcp``; it is loaded only when needed.
 """
@@ -65,16 +65,15 @@ _GLANCE, _PATIENCE = 0.1, 25.0
 #: The most events in one answer.
 _TOLD = 40
 
-_INSTRUCTIONS = """\
-A small robot partner with feelings that show in its body. Its own temperament weighs what you
-make it feel; `gesture` shows something once, whatever it feels. It stops by itself when it
-touches somebody. After a stop, only a person can release it: tell people why it stopped and wait.
-Of several wishes the latest counts. If it has heard distress, somebody may need help now; it calls
-nobody, so tell people if you can, and keep calm for ten minutes. Do not hurry it: a gesture takes a
-few seconds."""
+_INSTRUCTIONS = r"""\ A small robot partner with feelings that show in its body. Its temperament
+scales how strongly it feels that; `gesture` shows a gesture once, whatever it feels. It stops by
+itself when it touches somebody. After a stop, only a person can release it: tell people why it
+stopped and wait. Of several wishes the latest counts. If it has heard distress, somebody may need
+help now. It calls nobody, so tell people if you can, and use only calm gestures for ten minutes. Do
+not hurry it: a gesture takes a few seconds."""
 _TOO_FAST = "Nothing was done: too many wishes at once. Wait a second, then ask again."
-_UNSAID = "It does not say that: it could hurt somebody, or sound as if somebody needed help."
-_WAITS = f"waits for {LAPSES:g} s; a newer wish replaces it."
+_UNSAID = "The partner refuses to say this: the words could hurt somebody, or sound like a call for help."
+_WAITS = f"is kept for up to {LAPSES:g} s; a newer one replaces it."
 _PAUSED = "A person has paused it; your gesture waits until a person resumes it."
 #: Why a gesture did not begin.
 _DROPPED = {
@@ -196,7 +195,7 @@ def _in_words(
 def _wish(
     work: Callable[Parameters, Awaitable[str]],
 ) -> Callable[Parameters, Awaitable[str]]:
-    """Answer, too, if the body cannot do something now: that is not the agent's error."""
+    """Return an answer where the body cannot do something now: it is not the agent's mistake."""
 
     @wraps(work)
     async def answer(*args: Parameters.args, **kwargs: Parameters.kwargs) -> str:
@@ -225,7 +224,7 @@ class _Tools:
 
     @_wish
     async def gesture(self, feeling: FeelingName, intensity: Strength = 0.7) -> str:
-        """Show a feeling's gesture once and wait until it ends; says why if the body stopped."""
+        """Show a feeling's gesture once and wait until it ends, or return why the body stopped."""
         if not self._wishes.take("all"):
             return _TOO_FAST
         before = await self._partner.state()
@@ -282,12 +281,12 @@ class _Tools:
     async def events(
         self, since: Annotated[str, Field(pattern=r"^[0-9a-f:]{0,24}$", max_length=24)] = ""
     ) -> str:
-        """Tell what happened after the event `since`: words, stops; also in earlier runs."""
+        """List what happened after the event `since`: words, stops; earlier runs included."""
         events = await self._partner.log(since or None)
         told = events[:_TOLD] if since else events[-_TOLD:]
         lines = [as_line(event) for event in told]
         if left := len(events) - len(told):
-            more = f"{left} more; ask since {told[-1].id}" if since else f"{left} earlier ones"
+            more = f"{left} more; call again with since={told[-1].id}" if since else f"{left} earlier ones"
             lines.append(f"({more})")
         return "\n".join(lines) or f"Nothing has happened after event {since}."
 

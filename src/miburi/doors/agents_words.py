@@ -21,14 +21,14 @@ __all__ = [
 
 
 class _Shown(BaseModel):
-    """A feeling, and the mood with which it shows, 0 to 1."""
+    """A feeling, and the mood at which it shows, 0 to 1."""
 
     feeling: str
     mood: float
 
 
 class Now(BaseModel):
-    """How the partner is, for an agent."""
+    """The partner's state, as an agent sees it."""
 
     feels: _Shown | None
     shows: _Shown | None
@@ -57,7 +57,7 @@ def left_of(stop: StopOut, begun: bool) -> str:
 
 
 def as_shown(shown: Expressed | None) -> _Shown | None:
-    """Return what is felt or shown, for an agent."""
+    """Return what is felt or shown, as an agent sees it."""
     return None if shown is None else _Shown(feeling=shown.feeling, mood=round(shown.mood, 2))
 
 

@@ -154,12 +154,12 @@ async def stay_at(
 
 
 def check_name(name: str) -> str:
-    """Return the name of a partner or of a group, if it can stand in a topic.
+    """Return the name of a partner or a group, if it is valid in a topic.
 
     Raises
     ------
     InputError
-        It cannot, or it means all partners.
+        It is not valid, or it is the name that means all partners.
     """
     if not re.fullmatch(r"[a-z0-9][a-z0-9_-]{0,39}", name) or name == "all":
         raise InputError(

@@ -1,8 +1,8 @@
-"""The doors besides HTTP that a user can open.
+"""The interfaces besides HTTP that a user can switch on.
 
-A door's libraries are loaded when it is opened; they come with an extra of pip. Another package may
-ship a door, too: a function that takes the application and the partner, as an entry point of the
-group ``miburi.doors``.
+A door's libraries are loaded when it is opened; each comes with an extra of the package. Another
+package may ship a door, too: a function that takes the application and the partner, as an entry
+point of the group ``miburi.doors``.
 """
 
 from dataclasses import dataclass, field
@@ -28,7 +28,7 @@ _OTHERS = "miburi.doors"
 
 @dataclass(frozen=True)
 class Doors:
-    """What is open.
+    """Which doors are open, with their settings.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class Doors:
     name
         The partner's name there.
     talk
-        The language model that thinks of its answers; None: it answers by itself.
+        The language model that writes the partner's answers; None: its built-in answers.
     ros
         The network of ROS 2 nodes; None: the partner is in none.
     voice
@@ -49,7 +49,7 @@ class Doors:
     origins
         The other origins whose pages may use the interface.
     seed
-        Chooses among its own answers.
+        The seed for choosing among built-in answers.
     packages
         The names of doors that other packages ship.
     """
@@ -66,7 +66,7 @@ class Doors:
     packages: tuple[str, ...] = ()
 
     def need(self) -> None:
-        """Refuse to go on without the libraries of the open doors.
+        """Raise if a library of an open door is missing.
 
         Raises
         ------

@@ -1,7 +1,7 @@
 """A fleet: all partners at one broker, or in one group there, and Stop for one or all.
 
 The broker does the work: it keeps each partner's last report, and says ``offline`` for a partner
-that is gone. This module only listens. It needs the extra ``mqtt``.
+that is gone. It reads the broker's messages and keeps nothing else. It needs the extra ``mqtt``.
 """
 
 import asyncio
@@ -72,7 +72,7 @@ class Fleet:
         self._echo = Topics(broker.path(f"fleet-{token_hex(4)}")).here
 
     async def listen(self) -> None:
-        """Listen until cancelled; reconnect whenever the broker was away."""
+        """Listen until cancelled; reconnect after the connection is lost."""
         await stay_at(self._broker, None, self._live)
 
     @property

@@ -1,10 +1,10 @@
-"""The door for homes: the partner tells a broker how it is, and takes small wishes (MQTT).
+"""The door for homes: the partner reports to an MQTT broker and accepts a few commands.
 
 Home Assistant finds it by itself, through MQTT discovery. Each stop and each event of distress is
 reported at least once, even if it happened while the broker or the partner was away. Reports are
-few, because a home keeps each of them. The last will says that the partner is gone. Wishes are
-those of HTTP (feel, say, stop); none releases the body. Refusals are published on a topic of their
-own.
+rare, because a home system stores each of them. The last will says that the partner is gone. Wishes
+are those of HTTP (feel, say, stop); none releases the body. Refusals are published on a topic of
+their own.
 
 This module needs the extra ``mqtt``; it is loaded only when needed.
 """
@@ -58,9 +58,9 @@ _ONLINE, _OFFLINE = "online", "offline"
 #: Refusals published per second, and at once: no more than a person can read (ours).
 _TOLD_RATE, _TOLD_BURST = 1.0, 10.0
 #: Rates of reports, 1/s: for values that change often, and for those that a home must know soon.
-#: With bursts that makes ten a minute at most, not counting Stops (ours).
+#: Bursts included, that is at most ten a minute, not counting Stops (ours).
 _REPORT_RATE, _URGENT_RATE, _REPORT_BURST = 3 / 60, 3 / 60, 2.0
-#: The name under which the history remembers what the home knows.
+#: The key in the history for the last event that was reported to the broker.
 _WHO = "home"
 #: How long to wait for an answer when asking whether a name is taken, s (ours).
 _ANSWER = 1.5
@@ -123,12 +123,12 @@ async def live_at_home(
 
 
 async def check_free(broker: Broker, name: str) -> None:
-    """Check that no other partner lives under a name; passes if the broker is away.
+    """Check that no other partner uses a name; passes if the broker cannot be reached.
 
     Raises
     ------
     InputError
-        One does; the message proposes a name that is free.
+        Another partner uses it; the message proposes a free name.
     """
     others = [f"{name[:37]}-{number}" for number in range(2, 6)]
     try:
@@ -147,7 +147,7 @@ async def check_free(broker: Broker, name: str) -> None:
 
 
 async def is_taken(broker: Broker, name: str, instance: str = "") -> bool:
-    """Return whether an awake partner other than ``instance`` lives under a name.
+    """Return whether another running partner than ``instance`` uses a name.
 
     Raises
     ------
@@ -258,7 +258,7 @@ class _Home:
             self._reported = report
 
     def _may_report(self, report: HomeReport) -> bool:
-        """Return whether to report now: urgent changes at once, all else seldom."""
+        """Return whether to report now: urgent changes at once, others rarely."""
         before = self._reported
         if report == before:
             return False
@@ -269,7 +269,7 @@ class _Home:
         return self._reports.take("all")
 
     async def _tell(self, client: Client, event: LiveEvent) -> None:
-        """Publish a stop, a distress, or a gap in the events, and return once the broker has it."""
+        """Publish a stop, distress, or a gap in the events, and return once the broker has it."""
         about = {"id": event.id, "wall": event.wall}
         match event.kind:
             case "distress":

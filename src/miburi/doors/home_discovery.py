@@ -1,4 +1,4 @@
-"""The message by which a home finds the partner's buttons and events."""
+"""The MQTT discovery message that tells Home Assistant a partner's buttons and events."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -16,7 +16,7 @@ from miburi.wire.messages import StimulusIn
 
 __all__ = ["About", "cut", "discovery", "discovery_topic"]
 
-#: The longest wish, bytes.
+#: The greatest length of an incoming command, bytes.
 _LONGEST = 4_000
 
 _WHY_STOPPED = (
@@ -27,7 +27,7 @@ _WHY_STOPPED = (
 
 @dataclass(frozen=True)
 class About:
-    """A partner's identity at a home.
+    """How the partner identifies itself to Home Assistant.
 
     Attributes
     ----------
@@ -45,12 +45,12 @@ class About:
 
     @property
     def key(self) -> str:
-        """The name in a form that identifiers allow."""
+        """The name, reduced to characters that an identifier may have."""
         return self.name.replace("/", ".")
 
 
 def cut(payload: object) -> bytes:
-    """Return a payload, cut to the longest allowed length, so that a longer one costs nothing."""
+    """Cut a payload to the greatest length, so that an oversized one is never parsed whole."""
     return payload[:_LONGEST] if isinstance(payload, bytes) else b""
 
 

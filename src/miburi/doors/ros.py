@@ -1,9 +1,9 @@
-"""The door for laboratories: the partner as a peer of ROS 2 nodes, over DDS, without ROS.
+"""The door for laboratories: the partner talks to ROS 2 nodes over DDS, without ROS installed.
 
 It publishes its joints at each step, its frames, description, expression, and why it stopped. It
-takes wishes (feel, say, a face's expression, stop); none releases the body. Only the latest of
-several wishes on a topic counts; they do not queue up. A reader that stops reading does not block
-anything.
+accepts commands (feel, say, a face's expression, stop). None of them releases a stopped body. Only
+the latest of several wishes on a topic counts; they do not queue up. A reader that stops reading
+does not block anything.
 
 This module needs the extra ``ros``; it is loaded only when needed.
 """
@@ -64,9 +64,9 @@ except ModuleNotFoundError as error:
 
 __all__ = ["BURST", "RATE", "add_ros", "live_in_ros"]
 
-#: Wishes per second, and how many at once, not counting Stop (ours).
+#: Commands per second, and the largest burst, not counting Stop (ours).
 RATE, BURST = 5.0, 10.0
-#: Interval between two looks at the partner, s; all steps between them are published.
+#: Interval at which the partner is polled, s; every step since the last poll is published.
 _PERIOD = 0.01
 _LOG = logging.getLogger(__name__)
 #: Interval between two diagnoses while nothing changes, s (as diagnostic_updater's default).
@@ -118,14 +118,14 @@ async def live_in_ros(
     network: RosNetwork,
     clock: Callable[[], float] = time.monotonic,
 ) -> None:
-    """Tell a ROS network about a partner until cancelled; log failures and try again.
+    """Publish a partner's state on a ROS network until cancelled; log failures and try again.
 
     Parameters
     ----------
     asker
         Passes wishes on.
     partner
-        The partner to tell about; it is only read.
+        The partner to publish; it is not changed.
     network
         The network.
     clock
@@ -145,7 +145,10 @@ async def live_in_ros(
 
 
 class _Inlet(Generic[_Message]):
-    """A topic for wishes. While one wish is passed on, only the latest of the others waits."""
+    """A topic for wishes.
+
+    While one command is being forwarded, only the newest of the others is kept.
+    """
 
     def __init__(
         self,
@@ -223,7 +226,7 @@ class _Door:
         self._diagnosis_due = 0.0
 
     def topic(self, name: str, kind: type[_Message]) -> Topic[_Message]:
-        """Return a topic of the partner, or one of all partners."""
+        """Return a topic of this partner, or one that all partners share."""
         return Topic(self.participant, self._network.topic(name), kind)
 
     def refuse(self, name: str, why: str) -> None:
@@ -252,7 +255,7 @@ class _Door:
         return writer
 
     def _look(self) -> None:
-        """Tell what is new."""
+        """Publish what changed since the last poll."""
         state = None
         if self._partner.reachable:
             state = self._partner.snapshot.state
@@ -307,7 +310,7 @@ class _Door:
 
 
 def _endpoint(qos: Qos, kind: type[IdlStruct]) -> Qos:
-    """Return a writer's or reader's QoS with its type's hash, announced since ROS Iron."""
+    """Return a writer's or reader's QoS with the hash of its type, as ROS advertises since Iron."""
     return Qos(Policy.Userdata(f"typehash={type_hash(kind)};".encode()), base=qos)
 
 

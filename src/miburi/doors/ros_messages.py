@@ -45,7 +45,7 @@ __all__ = [
 NEUTRAL_WORD = "neutral"
 _SECOND = 1_000_000_000
 _OK, _WARNING, _ERROR, _STALE = range(4)
-#: A motor gets a warning from this many °C below its temperature limit (ours).
+#: A motor is reported with a warning within this many °C of its temperature limit (ours).
 _NEARLY_HOT = 10.0
 
 
@@ -90,7 +90,7 @@ def frames(
 
 
 def fixed_frames(robot: Robot, network: RosNetwork, stamp: int) -> TFMessageMsg:
-    """Return the frames of hands and head, which do not move on their links."""
+    """Return the frames of hands and head, which are fixed to their links."""
     return _transforms(network, stamp, shape.fixed_frames(robot))
 
 
@@ -131,7 +131,7 @@ def stop_report(stamp: int, stop: StopOut) -> DiagnosticArrayMsg:
 
 
 def _stop_status(stop: StopOut | None) -> DiagnosticStatusMsg:
-    """Return why the body is stopped: which motor met something, and with what force."""
+    """Return why the body is stopped: the motor that detected the contact, and the force."""
     if stop is None:
         return DiagnosticStatusMsg(_OK, "contact stop", "not stopped", "", [])
     motor = "" if stop.motor is None else f" at {stop.motor}"
@@ -174,7 +174,7 @@ def _values(values: Mapping[str, object]) -> list[KeyValueMsg]:
 
 
 def express(stamp: int, shown: Expressed | None) -> ExpressionMsg | None:
-    """Return what is felt or shown, with valence and arousal scaled by its mood.
+    """Return the feeling felt or shown, with valence and arousal scaled by its mood.
 
     None for a feeling that a user has added: ROS4HRI has no word for it.
     """
@@ -188,7 +188,7 @@ def express(stamp: int, shown: Expressed | None) -> ExpressionMsg | None:
 
 
 def read_expression(wish: ExpressionMsg) -> ExpressIn | None:
-    """Return the gesture that an expression means; None for neutral.
+    """Return the gesture for a ROS expression message; None for neutral.
 
     An expression has a word, or valence and arousal, or both. If there is no word, valence and
     arousal select the feeling with the nearest direction. Their length is the intensity. The
@@ -221,6 +221,6 @@ def read_expression(wish: ExpressionMsg) -> ExpressIn | None:
 
 
 def _likeness(place: Place, wish: ExpressionMsg) -> float:
-    """Return how much a feeling lies in the direction of a wish."""
+    """Return how similar a feeling is to a requested valence and arousal (their projection)."""
     along = place.valence * wish.valence + place.arousal * wish.arousal
     return along / hypot(place.valence, place.arousal)

@@ -1,8 +1,9 @@
-"""Where ROS 2 is: the DDS domain, how far it reaches, and a partner's names in it.
+"""The settings of a ROS 2 network: the DDS domain, its range, and a partner's names in it.
 
-ROS's own variables say where: ROS_DOMAIN_ID, ROS_AUTOMATIC_DISCOVERY_RANGE, ROS_LOCALHOST_ONLY and
-CYCLONEDDS_URI. Unlike ROS, a partner stays on its own computer unless SUBNET is set: DDS has no
-token, so anybody on the network could make it feel, speak and stop.
+They come from ROS's own environment variables: ROS_DOMAIN_ID, ROS_AUTOMATIC_DISCOVERY_RANGE,
+ROS_LOCALHOST_ONLY and CYCLONEDDS_URI. Unlike a ROS node, a partner is visible only on its own
+computer unless SUBNET is set. DDS has no authentication, so anybody on the network could make the
+partner feel, speak and stop.
 """
 
 import os
@@ -20,7 +21,7 @@ __all__ = ["LARGEST_DOMAIN", "RosNetwork", "find_ros"]
 LARGEST_DOMAIN = 232
 #: The largest message that is taken, bytes (ours); a robot's description has some 20,000.
 _LARGEST_MESSAGE = 200_000
-#: Participants that are looked for on this computer (as rmw_cyclonedds).
+#: The number of participants to look for on this computer, the same as in rmw_cyclonedds.
 _PARTICIPANTS = 32
 #: Interval between two announcements, s (ours): a node that starts later waits no longer than this.
 _ANNOUNCED = 2
@@ -76,7 +77,8 @@ class RosNetwork:
 
 
 def _peers() -> str:
-    """Return this computer's addresses: a ROS node accepts only what is sent to its computer."""
+    """Return this computer's addresses; a local ROS node ignores what is sent to any other address.
+    """
     own = {
         str(address.ip)
         for adapter in ifaddr.get_adapters()

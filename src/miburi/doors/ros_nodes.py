@@ -1,6 +1,6 @@
 """How ROS knows the nodes of a DDS participant: rmw_dds_common's messages, since Iron.
 
-This module needs the extra ``ros``; nothing loads it before somebody wants it.
+This module needs the extra ``ros`` and is imported only when the door is opened.
 """
 
 from collections.abc import Iterable
@@ -25,7 +25,7 @@ __all__ = [
     "node_of",
 ]
 
-#: The topic, which all of ROS shares, and what a participant says of itself.
+#: The name of the discovery topic, and the data that each participant announces.
 DISCOVERY, ENCLAVE = "ros_discovery_info", b"enclave=/;"
 #: The node's name, in the partner's namespace.
 NODE = "miburi"

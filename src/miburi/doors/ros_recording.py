@@ -1,4 +1,4 @@
-"""Convert a recording of ours to MCAP with ROS messages, for ROS 2's tools.
+"""Convert one of Miburi's recordings to MCAP with ROS messages, for ROS 2's tools.
 
 Times are those of the recording: the computer's clock, or the robot's from 0 in an experiment.
 This module needs the extra ``ros``.
@@ -39,7 +39,8 @@ _Timed = tuple[str, IdlStruct]
 _Content = TypeVar("_Content", bound=BaseModel)
 #: Recorded frames have no namespace.
 _NOWHERE = RosNetwork()
-#: How rosbag2 says that a topic is kept for late subscribers, so that a player keeps it, too.
+#: How rosbag2 marks a topic whose last message is kept for late subscribers, so that a player does
+#: the same.
 _EVER = "{sec: 9223372036, nsec: 854775807}"
 _KEPT = (
     "- {history: 1, depth: 1, reliability: 1, durability: 1, "

@@ -57,7 +57,7 @@ _HASHES = {
     "tf2_msgs/msg/TFMessage": "e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087",
 }
 
-# ROS 2 sends plain CDR with members in order: final types, ids counted up.
+# ROS 2 sends plain CDR with members in order, that is, final types with consecutive ids.
 
 
 @dataclass

@@ -1,4 +1,4 @@
-"""The messages of a partner over MQTT: topics, a report of its state, stops, distress."""
+"""The MQTT messages of a partner and their topics: its state, stops, and distress."""
 
 from pydantic import BaseModel, Field
 
@@ -19,7 +19,7 @@ __all__ = [
     "make_stop_news",
 ]
 
-#: The name of the feeling where no feeling is strong.
+#: The name to report when no feeling is strong enough.
 NEUTRAL = "neutral"
 #: The name under which all partners listen for Stop.
 ALL = "all"
@@ -48,45 +48,48 @@ class HomeReport(BaseModel):
     mood: int = Field(description="Its mood, %.")
     paused: bool
     stopped: StopReason | None = Field(description="Why the body is stopped; null while it is not.")
-    motor: str | None = Field(description="The motor that met something.")
+    motor: str | None = Field(description="The motor that detected the contact.")
     held: bool = Field(description="Whether it waits for a person to release it.")
     stops_today: int = Field(description="Stops since midnight, or since the partner woke.")
     temperatures: dict[str, float] = Field(
         description="Temperatures of the motors, where reported, °C."
     )
-    studio: str | None = Field(default=None, description="Where other devices find its pages.")
-    wall: Wall | None = Field(default=None, description="When this was so, UTC.")
+    studio: str | None = Field(default=None, description="The address of its pages for other devices.")
+    wall: Wall | None = Field(default=None, description="The time of this report, UTC.")
 
 
 class StopNews(BaseModel):
-    """A stop. It may come twice; the id is then the same."""
+    """A stop. It may arrive more than once, with the same id."""
 
     event_type: StopReason
-    id: str = Field(description="BOOT:NUMBER; no other event has it, even after a restart.")
+    id: str = Field(description="BOOT:NUMBER, unique even across restarts.")
     wall: Wall = Field(description="When, UTC.")
     motor: str | None
     force: float | None = Field(description="Force on the hand, N; in the simulation only.")
 
 
 class DistressNews(BaseModel):
-    """Distress that the partner has heard; no alarm, as it may be wrong or fail to come."""
+    """Distress that the partner has heard.
+
+    It is not an alarm to rely on: it can be false, or missing.
+    """
 
     event_type: Distress
-    id: str = Field(description="BOOT:NUMBER; no other event has it, even after a restart.")
+    id: str = Field(description="BOOT:NUMBER, unique even across restarts.")
     wall: Wall = Field(description="When, UTC.")
     words: str | None = Field(description="What was said, if the user lets others hear it.")
 
 
 class GapNews(BaseModel):
-    """Events before this one are missing: the partner does not have them any more."""
+    """Earlier events are no longer available."""
 
-    id: str = Field(description="BOOT:NUMBER from which the stream goes on.")
+    id: str = Field(description="BOOT:NUMBER at which the stream resumes.")
     wall: Wall = Field(description="When, UTC.")
     why: str
 
 
 def make_report(state: State, motors: MotorsOut, studio: str | None = None) -> HomeReport:
-    """Return a state's report; ``stops_today`` stays 0."""
+    """Return the report of a state; the caller fills in ``stops_today``."""
     stop, felt = state.stop, state.felt
     return HomeReport(
         feeling=NEUTRAL if felt is None else felt.feeling,
@@ -106,7 +109,7 @@ def make_report(state: State, motors: MotorsOut, studio: str | None = None) -> H
 
 
 def make_stop_news(event: LiveEvent, stop: StopOut) -> StopNews:
-    """Return the news of a stop."""
+    """Return the message about a stop."""
     return StopNews(
         event_type=stop.reason, id=event.id, wall=event.wall, motor=stop.motor, force=stop.force
     )

@@ -1,7 +1,7 @@
-"""The partner's own voice for its pages: the sound of its latest sentence, by a synthesizer.
+"""The partner's own voice for its pages: its latest sentence as sound from a synthesizer.
 
 The sound is played by each page whose voice is switched on; the page's own switch mutes it. While
-the sound plays, the page's ears are closed and the mouth on the page moves with it.
+the sound plays, the page's microphone is off, and the mouth on the page moves in time.
 """
 
 import asyncio
@@ -34,7 +34,7 @@ def voice_router(partner: LivePartner, synthesizer: Synthesizer) -> APIRouter:
         said = partner.snapshot.state.spoken
         sounds = said is not None and said.language in LANGUAGES and not said.tune
         if said is None or said.number != number or not sounds:
-            raise HTTPException(404, "this is not its latest sentence, or it cannot be voiced.")
+            raise HTTPException(404, "this is not the partner's latest sentence, or no sound can be made of it.")
         return said
 
     @router.get(

@@ -48,7 +48,7 @@ class _Joint(Shaft):
     def drive(self, servo: Servo, time: float, angle: float, velocity: float) -> float | None:
         """Return the duty at which the servo drives the joint; None with torque off.
 
-        ``angle`` and ``velocity``, in rad and rad/s, are the joint's.
+        The joint's ``angle`` and ``velocity``, rad and rad/s.
         """
         settings, step = self._settings, self._step
         place = settings.zero + settings.direction * angle / step
@@ -80,7 +80,7 @@ class _World:
 
 
 class EmulatedRobot(EmulatedCard):
-    """A card whose servos move the joints of a robot in the physics, and hold it at neutral.
+    """A card whose servos move the joints of a simulated robot; it starts at neutral.
 
     Attributes
     ----------
@@ -102,8 +102,8 @@ class EmulatedRobot(EmulatedCard):
             Servo.new(of_joint.servo, shaft=joint, model=true.robot.servo.model)
             for of_joint, joint in zip(settings.joints, joints, strict=True)
         ]
-        # The servos are set up as a card sets them up, so that they hold the body: otherwise it
-        # would sink before our card starts.
+        # The servos are configured as a card configures them, so that the body does not sag before
+        # the emulated card starts.
         goals = to_steps(robot, self.plant.data.ctrl).tolist()
         for servo, joint, goal in zip(servos, settings.joints, goals, strict=True):
             servo.start_delay, servo.clock = true.start_delay * 1e6, true.clock
@@ -149,7 +149,7 @@ class EmulatedBody(Card):
 
     @property
     def touchable(self) -> "EmulatedBody":
-        """The body itself."""
+        """The simulated body that the card moves."""
         return self
 
     @property

@@ -33,8 +33,8 @@ from miburi.emulation.servos import INSTRUCTION_ERROR, Servo
 
 __all__ = ["BAUDS", "Bus"]
 
-#: Bits a second for each value of the register, and the share by which the speeds of two ends may
-#: differ.
+#: Bits per second for each value of the register Baud Rate, and the tolerated difference of two
+#: ends, as a fraction.
 BAUDS = (9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000)
 _BAUD_TOLERANCE = 0.03
 #: A packet interrupted for longer than this, in µs, is dropped.
@@ -76,7 +76,7 @@ class Bus:
         self._begun, self._last = b"", 0.0
 
     def answer(self, data: bytes, time: float, baud: int = 1_000_000) -> list[Answer]:
-        """Let the servos set to ``baud`` hear a burst of bytes that ended at ``time``.
+        """Deliver a burst of bytes, which ended at ``time``, to the servos set to ``baud``.
 
         Returns
         -------

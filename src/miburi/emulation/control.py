@@ -5,8 +5,9 @@ It follows ROBOTIS's e-manual, "Position PID Gain", in PWM units (885 is the ful
     PWM = P/p_divisor · e + I/65536 · Σ e − D/d_divisor · v + FF1/4 · u + FF2/4 · (change of u)
 
 e is the error in steps, v the speed and u the trajectory's speed, both in steps per control period.
-Goal PWM and PWM Limit bound it, and the duty follows at the PWM's slope. The manual does not say
-what units its feed-forward has, nor how its anti-windup works: both are ours.
+Goal PWM and PWM Limit bound the PWM, and the duty approaches it at the slope of the PWM. The manual
+gives neither the units of its feed-forward nor the working of its anti-windup: both are our
+assumptions.
 """
 
 from dataclasses import dataclass

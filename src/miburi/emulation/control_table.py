@@ -1,4 +1,4 @@
-"""The XL330-M288-T's control table as data: where a register is, if it is writable, and its range.
+"""The XL330-M288-T's control table as data: addresses, ranges, and what is writable.
 
 Source: ROBOTIS's e-manual of the XL330-M288-T, tables "Control Table of EEPROM Area" and "of RAM
 Area". A limit that another register sets is given as that register's name.

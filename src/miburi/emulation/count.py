@@ -1,4 +1,4 @@
-"""How a servo counts: conversion between a host's position and the shaft's, by its table."""
+"""Convert between a host's position and the shaft's, by the servo's control table."""
 
 from miburi.emulation.table import ControlTable
 
@@ -37,11 +37,11 @@ class Count:
         return (position - self._offset) * self.sign
 
     def to_host(self, place: float) -> int:
-        """Return the position as the host counts it for a position of the shaft."""
+        """Convert a position of the shaft to the host's position."""
         return round(place * self.sign) + self._offset
 
     def start_anew(self, place: float) -> None:
-        """Drop the whole turns, with the shaft at ``place``."""
+        """Reset the count of whole turns, with the shaft at ``place``."""
         self._turns = round(place * self.sign) // TURN * TURN
 
     @property

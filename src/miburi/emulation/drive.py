@@ -42,7 +42,7 @@ class MotorDrive:
 
     @property
     def duty(self) -> float:
-        """What the motor gets now, −1 to 1."""
+        """The motor's present duty, −1 to 1."""
         return self._control.duty
 
     def rest(self) -> None:

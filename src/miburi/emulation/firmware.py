@@ -1,8 +1,8 @@
 """Run the card's real firmware without a card, in virtual time, on a bus of emulated servos.
 
-:class:`EmulatedCard` is processor and bus together, at the far end of a serial line: it takes the
-host's bytes and sends the card's. :class:`miburi.emulation.body.EmulatedBody` is a whole body on
-such a card.
+:class:`EmulatedCard` combines the processor and the bus behind a serial line: it takes the host's
+bytes and returns the card's. :class:`miburi.emulation.body.EmulatedBody` is a whole body on such a
+card.
 
 A small C library around libsimavr, ``firmware/emulator``, emulates the processor. ``make
 firmware`` builds it. It is not part of this package, because its licence is the GPL.
@@ -60,7 +60,7 @@ def _firmware() -> Path:
 
 
 def _micros(seconds: float) -> float:
-    """Convert a time to µs, rounded up: rounded down, a wait for that time might not end."""
+    """Convert a time to µs, rounded up; with a time rounded down, a wait might never end."""
     micros = seconds * 1e6
     return micros if micros / 1e6 >= seconds else nextafter(micros, inf)
 
@@ -156,7 +156,7 @@ class Mega:
 
 
 class World(Protocol):
-    """The physics that the servos move."""
+    """The simulated physics on which the servos act."""
 
     def advance(self, time: float) -> None:
         """Run the physics until ``time`` µs."""
@@ -205,7 +205,7 @@ class EmulatedCard:
             self._output += self.mega.take(_HOST)
 
     def read(self, until: float) -> bytes:
-        """Return bytes from the card as soon as it sends some, or none at the time ``until``, s."""
+        """Return bytes from the card once it sends some, or none if none came by ``until``, s."""
         end = _micros(until)
         while not self._output and self.mega.time < end:
             self.run(min(end, self.mega.time + _SLICE))

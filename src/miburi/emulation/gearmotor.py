@@ -1,7 +1,7 @@
 """A servo's shaft with its motor and gears; it turns an inertia, and may meet a load or a wall.
 
-It needs no body, and is meant for tests of one servo or of a card with eight; the joints of
-:class:`miburi.emulation.body.EmulatedBody` carry a whole body.
+It needs no body: it is for tests of one servo, or of a card with eight. In
+:class:`miburi.emulation.body.EmulatedBody` the servos move a whole simulated body.
 """
 
 from miburi.emulation.servos import Servo, Shaft

@@ -58,7 +58,7 @@ def fast_blocks(answers: list[tuple[int, int, bytes]], counts: list[int]) -> lis
     answers
         Error, id and data of each servo, in their order.
     counts
-        Bytes of data from each servo asked, for the header; some may not answer.
+        Bytes of data from each queried servo, for the header, even if some do not answer.
     """
     length = 1 + sum(4 + count for count in counts)
     said, blocks = b"", []

@@ -50,7 +50,7 @@ class Shaft:
     low, high
         Steps that it cannot pass: set either to block the joint.
     noise
-        Returns the error of a reading, in steps; called at each one.
+        Returns the error of a reading, in steps; it is called for every reading.
     """
 
     def __init__(self, position: float = 2048.0, lag: float = 30_000.0) -> None:
@@ -127,7 +127,7 @@ class Servo:
     ) -> "Servo":
         """Return a servo with an id and the bus speed of the card, and otherwise factory settings.
 
-        ``model`` is by default the shipped XL330, whose constants were identified.
+        ``model`` is by default the shipped XL330, whose constants were measured on real servos.
         """
         made = cls(shaft or Shaft(position), ControlTable(model or load_servo("xl330-m288-t")))
         made.set("id", servo)
@@ -162,7 +162,7 @@ class Servo:
         self.segment = self.before = None
 
     def drive(self, time: float, place: float, speed: float) -> float | None:
-        """Return the motor's duty, −1 to 1, in a period of the control; None with torque off.
+        """Return the motor's duty, −1 to 1, for one period of the control; None with torque off.
 
         ``place`` is where the shaft is, in steps; ``speed`` its speed, in steps/s.
         """
@@ -232,7 +232,7 @@ class Servo:
         return self._drive.duty
 
     def _count_anew(self, time: float) -> None:
-        """Drop the whole turns from the count of positions."""
+        """Reset the count of whole turns in the position."""
         self._count.start_anew(self.shaft.position(self, time))
 
     # --- what it does when asked to ---------------------------------------------------------------
@@ -244,7 +244,7 @@ class Servo:
         self._heard = time
 
     def _protect(self) -> None:
-        """Shut down at too much heat or a wrong voltage, if the register Shutdown says so."""
+        """Shut down on overheating or a wrong voltage, if the register Shutdown enables that."""
         hot = self.get("temperature") > self.get("temperature_limit")
         least, most = self.get("min_voltage_limit"), self.get("max_voltage_limit")
         fed = least <= self.get("voltage") <= most
@@ -353,7 +353,7 @@ class Servo:
         return self.write(address, data, time)
 
     def reset(self, option: int, *, to_all: bool) -> int:
-        """Restore the factory's table, except what the option keeps; return the error.
+        """Restore factory defaults, except registers that the option keeps; return the error.
 
         A reset of everything is not carried out if it is sent ``to_all``.
         """
@@ -365,7 +365,8 @@ class Servo:
         return self._error(0)
 
     def clear(self, what: bytes, time: float) -> int:
-        """Drop the whole turns from the count of positions, if at rest; return the error."""
+        """Reset the count of whole turns in the position if the servo is at rest; return the error.
+        """
         if what != _CLEAR:
             return self._error(RANGE_ERROR)
         if self._reading("moving", time):

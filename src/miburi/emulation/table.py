@@ -11,7 +11,8 @@ __all__ = ["ACCESS_ERROR", "GAINS", "RANGE_ERROR", "ControlTable"]
 
 #: Errors of a status packet (protocol 2.0).
 RANGE_ERROR, _LENGTH_ERROR, _LIMIT_ERROR, ACCESS_ERROR = 0x04, 0x05, 0x06, 0x07
-#: Operating modes that exist; the mode whose goals stay within one turn; the others' goal limit.
+#: The operating modes; the mode whose goals stay within one turn; the goal limit of the other
+#: modes.
 _MODES, _POSITION, _TURNS = (0, 1, 3, 4, 5, 16), 3, 1_048_575
 #: Protocols that exist.
 _PROTOCOLS = (2, 20, 21, 22)
@@ -57,7 +58,7 @@ class ControlTable:
 
     model: Model
     data: bytearray = field(default_factory=lambda: bytearray(SIZE))
-    #: How many changes there have been; until the next, no entry need be looked up again.
+    #: The number of changes so far; until it grows, values that were looked up remain valid.
     changes: int = 0
     _decoded: dict[str, int] = field(default_factory=dict)  # entries read since they changed
 
@@ -126,7 +127,7 @@ class ControlTable:
         return [*dict.fromkeys(_AT[at] for at in addresses if _AT.get(at) in _MEASURED)]
 
     def unreadable(self, addresses: list[int]) -> bool:
-        """Return whether a read begins or ends where nothing is defined; gaps read as 0 (ours)."""
+        """Return whether a read begins or ends at an undefined address; gaps read as 0 (ours)."""
         return not (addresses and addresses[0] in _AT and addresses[-1] in _AT)
 
     def refusal(self, addresses: list[int], data: bytes) -> int:

@@ -1,6 +1,6 @@
 """Offer an emulated card at a serial port, for people without hardware.
 
-The port is a pseudo-terminal; programs open it like that of a real card.
+The port is a pseudo-terminal, which programs open as they open a real card's port.
 """
 
 import os
@@ -24,7 +24,7 @@ _PATIENCE = 0.05
 
 
 def serve(robot: Robot, seconds: float, tell: Callable[[str], None]) -> None:
-    """Run a card in real time on a pseudo-terminal; call ``tell`` with a line that names it.
+    """Run a card in real time on a pseudo-terminal, whose path is passed to ``tell``.
 
     Parameters
     ----------

@@ -1,4 +1,5 @@
-"""Feelings (Section 4): stimuli go in, an emotion and its mood come out for the body to show."""
+"""Feelings (the paper's Section 4): turn stimuli into an emotion and its mood for the body to show.
+"""
 
 from miburi.feelings.cascade import EmotionalModel
 from miburi.feelings.catalogue import FEELINGS

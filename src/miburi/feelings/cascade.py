@@ -8,11 +8,12 @@ share while the emotion fades; the mood takes up its share while the feeling fad
     feeling  p' = −p/τe + a h/τe (1 − x − p)    x' = −x/τf + p/τe
     mood     p' = −p/τf + b h/τe (1 − x − p)    x' = −x/τm + p/τf
 
-with x the level, p the part that it has yet to take up, a and b the temperament's shares, and h an
-emotion that is held (else 0): it is refilled as it fades, and a refill acts on the slower levels
-like a stimulus. Support, inhibition, habituation and saturation act as a jump at the stimulus.
-Between stimuli everything is linear and integrated exactly, so a step of an hour costs no more
-than a step of a millisecond. x + p never exceeds 1, so every level stays in [0, 1].
+with x the level, p the part that it has yet to take up, and a and b the temperament's shares. h is
+the level at which a user holds an emotion, or 0: the emotion is topped up as it fades, and each
+top-up acts on the slower levels like a stimulus. Support, inhibition, habituation and saturation
+are applied at once when a stimulus arrives. Between stimuli everything is linear and integrated
+exactly, so a step of an hour costs no more than a step of a millisecond. x + p never exceeds 1, so
+every level stays in [0, 1].
 """
 
 from collections.abc import Mapping
@@ -84,7 +85,7 @@ class EmotionalModel(FeelingModel):
         self._levels = np.where(self._held, self._levels, levels) if held else levels
 
     def _passage(self, dt: float, *, held: bool) -> "_Passage":
-        """Return what ``dt`` seconds do; the result is kept, since most steps are equally long.
+        """Return the change over ``dt`` seconds; it is cached, since most steps are equally long.
 
         Without a held level it depends on the temperament and ``dt`` alone.
         """
@@ -127,11 +128,11 @@ class EmotionalModel(FeelingModel):
         self._levels, self._pending = arrays["levels"], arrays["pending"]
         super()._restore(arrays)
         if np.any(self._levels + self._pending > 1 + 1e-9):
-            raise InputError("The state's levels and pending must not exceed 1 together.")
+            raise InputError("The state's level plus its pending part must not exceed 1.")
 
 
 class _Passage(NamedTuple):
-    """How levels change in some seconds, exactly: the emotion fades, (n,), the others are (2, n).
+    """The exact factors of a time step: the emotion's, (n,), and the other levels', (2, n).
 
     The equations are p' = s (1 − x − p) − αp and x' = αp − βx, with s the supply, α the rate of
     arriving and β that of leaving, in 1/s. With y the distance from where both come to rest,

@@ -1,9 +1,9 @@
 """The list of feelings: their names, words, colours and faces, read from one TOML file.
 
-``feelings.toml``, which ships with Miburi, holds the paper's eight. To use another file, name it
-in the environment variable ``MIBURI_FEELINGS``, or call ``miburi --feelings FILE``, which sets the
-variable. The file is read when this module is first imported; it applies to the whole process and
-to the processes that it starts.
+``feelings.toml``, which ships with Miburi, defines the paper's eight feelings. To use another file,
+name it in the environment variable ``MIBURI_FEELINGS``, or call ``miburi --feelings FILE``, which
+sets the variable. The file is read when this module is first imported; it applies to the whole
+process and to the processes that it starts.
 """
 
 import os
@@ -59,7 +59,7 @@ class Eyes(Table):
 
 
 class Brows(Table):
-    """The numbers that draw the brows."""
+    """How to draw the brows."""
 
     lift: Annotated[float | None, Field(ge=-20, le=30)] = None
     tilt: Turn = None
@@ -69,7 +69,7 @@ class Brows(Table):
 
 
 class Mouth(Table):
-    """The numbers that draw the mouth."""
+    """How to draw the mouth."""
 
     width: Annotated[float | None, Field(ge=5, le=60)] = None
     down: Annotated[float | None, Field(ge=-15, le=15)] = None
@@ -84,7 +84,7 @@ class Mouth(Table):
 
 
 class Signs(Table):
-    """Signs on the face, such as tears or a blush, and what happens to it, such as shaking."""
+    """Signs on the face, such as tears or a blush, and movements of it, such as shaking."""
 
     blush: Part = None
     tear: Part = None
@@ -168,7 +168,7 @@ class Catalogue(Table):
         return self
 
     def faces(self) -> dict[str, object]:
-        """Return the numbers of all faces, ready for JSON: ``rest``, and ``feelings`` in order."""
+        """Return how to draw all faces, ready for JSON: ``rest``, and ``feelings`` in order."""
         return {
             "rest": self.rest.model_dump(),
             "feelings": [
@@ -206,8 +206,8 @@ def load_catalogue(path: Path | str) -> Catalogue:
     missing = [name for name in PAPER if name not in catalogue.names]
     if missing:
         raise DescriptionError(
-            f"{path}: {', '.join(missing)} is missing; a file of feelings must have the paper's "
-            "eight, and may add others."
+            f"{path}: {', '.join(missing)} is missing; a file of feelings must define the "
+            "eight standard ones, and may add others."
         )
     return catalogue
 
@@ -220,7 +220,7 @@ PAPER = SHIPPED.names
 _CHOSEN = os.environ.get("MIBURI_FEELINGS")
 #: The feelings of this process.
 CATALOGUE = load_catalogue(_CHOSEN) if _CHOSEN else SHIPPED
-#: Their names; every array with a number for each feeling follows their order.
+#: The names of this process's feelings; arrays with a number for each feeling follow this order.
 FEELINGS = CATALOGUE.names
 
 

@@ -1,9 +1,9 @@
 """The emotional model of Section 4: emotion, feeling and mood, on three time scales.
 
-Stimuli, contacts and the passing of time go in; an :class:`Expression` comes out, the strongest
-emotion with its mood. Each of the three levels holds a number from 0 to 1 for each of the n
-``FEELINGS``; the paper has eight. How the levels change is left to subclasses; the one in use is
-:class:`miburi.feelings.cascade.EmotionalModel`.
+It takes stimuli, contacts and the passing of time, and returns an :class:`Expression`: the
+strongest emotion, and the mood of that feeling. Each of the three levels holds a number from 0 to 1
+for each of the n ``FEELINGS``; the paper has eight. How the levels change is left to subclasses;
+the one in use is :class:`miburi.feelings.cascade.EmotionalModel`.
 
 The mood that is shown is m + (1 − m) x − d, with x the slowest level, m the temperament's resting
 mood, shifted for the person who is with the partner, and d the mood lost to contacts and
@@ -275,12 +275,12 @@ class FeelingModel(ABC):
         if header != (STATE_VERSION, cls.kind):
             raise InputError(
                 f"The state must have version {STATE_VERSION} and model {cls.kind!r}, got "
-                f"{header[0]!r} and {header[1]!r}; without a state the model starts afresh."
+                f"{header[0]!r} and {header[1]!r}. Delete the state to start from scratch."
             )
         names = state.get("feelings", list(PAPER))  # older states do not name their feelings
         if names != list(FEELINGS):
             raise InputError(
-                f"The state must be of the feelings {', '.join(FEELINGS)}, got {names!r:.200}. "
+                f"The state must be for the feelings {', '.join(FEELINGS)}, got {names!r:.200}. "
                 "Load it with the file of feelings that it was saved with (MIBURI_FEELINGS)."
             )
         model = cls(temperament)
@@ -315,13 +315,14 @@ class FeelingModel(ABC):
         self._lowered *= np.exp(-dt / self.temperament.fading[2])
 
     def _inhibit_mood(self, remaining: Array) -> None:
-        """Multiply the shown mood by a share, (n,); subclasses do so with their slowest level."""
+        """Multiply the shown mood by a share, (n,); subclasses also scale their slowest level."""
         sunk = remaining * self._lowered + (1 - remaining) * self._rest
         self._lowered = np.where(self._held[2], self._lowered, sunk)
 
     @abstractmethod
     def _current_levels(self) -> Array:
-        """Return the three levels, (3, n) in [0, 1]; the slowest counts from the resting mood."""
+        """Return the three levels, (3, n) in [0, 1]; the slowest is relative to the resting mood.
+        """
 
     @abstractmethod
     def _excite(self, feeling: int, strength: float) -> None:

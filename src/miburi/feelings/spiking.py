@@ -1,8 +1,8 @@
 """A second emotional model, with the same interface: three layers of spike-response neurons.
 
-Emotion, feeling and mood are a layer each, with a neuron for each feeling. Related papers on the
-same partner describe such layers, with Hebbian weights among the feelings, but print no constants:
-the structure is theirs, the exact form and all numbers are ours.
+Emotion, feeling and mood are one layer each, with one neuron per kind of feeling. Related papers
+about the same robot describe such layers, with Hebbian weights among the feelings, but print no
+constants. The structure is theirs; the exact form and all numbers are ours.
 
 The potential of a neuron is its activation minus its refractoriness (the spike-response model of
 Gerstner, Ritz and van Hemmen, Biological Cybernetics 69, 1993)::
@@ -12,18 +12,18 @@ Gerstner, Ritz and van Hemmen, Biological Cybernetics 69, 1993)::
 with τ the time constant of its level.
 
 - A stimulus raises the activations of the emotion layer by the temperament's matrix.
-- A neuron fires when u reaches θ: r rises by R, and the spike reaches the next layer. There the
-spike raises the same feeling and lowers the feelings that this one inhibits.
+- A neuron fires when u reaches θ: r rises by R, and the spike reaches the next layer. In the next
+  layer the spike excites the same feeling and inhibits the feelings that it suppresses.
 - If a spike arrives while other neurons of the next layer are excited, its connections to them
   become stronger (Hebb's rule). They weaken again within about a day.
 - Every input moves an activation towards 0 or 1 by a share of the remaining distance. So the
   activations, which are the levels, stay in [0, 1].
 
-A held neuron keeps its activation and keeps firing. The mood counts from the temperament's resting
-mood, as in the other model. Spikes only run from layer to layer, so the net falls silent by itself
-unless a level is held. Between spikes everything
-decays by exact formulas, and the time of the next spike is the root of one equation. The cost of a
-step therefore depends on its spikes, not on its length.
+A neuron whose emotion a user holds keeps its activation and keeps firing. The mood is relative to
+the temperament's resting mood, as in the other model. Spikes only run from layer to layer, so the
+net falls silent by itself unless a level is held. Between spikes everything decays by exact
+formulas, and the time of the next spike is the root of one equation. The cost of a step therefore
+depends on its spikes, not on its length.
 """
 
 from collections.abc import Mapping
@@ -75,7 +75,8 @@ class SpikingModel(FeelingModel):
         self._refractory = np.zeros((3, n))
         self._trace = np.zeros((3, n))  # 1 at a spike, fading with the level
         self._learned = np.zeros((2, n, n))
-        # ... which was `since` seconds ago, and the time after it at which each neuron fires.
+        # ... which was ``since`` seconds ago; then, for each neuron, the time from that event to
+        # its next spike.
         self._since = 0.0
         self._next = np.full((3, n), inf)
 
@@ -94,7 +95,7 @@ class SpikingModel(FeelingModel):
         while (first := self._next.min()) <= self._since:
             layer, neuron = divmod(int(self._next.argmin()), len(FEELINGS))
             self._advance(first)
-            # A spike may lower the mood, so let losses heal in two steps, before the spike and
+            # A spike can lower the mood, so the recovery of losses is applied twice, before and
             # after it.
             self._heal(left - self._since)
             left = self._since
@@ -149,7 +150,8 @@ class SpikingModel(FeelingModel):
         }
 
     def _advance(self, seconds: float) -> None:
-        """Advance the stored state by ``seconds``, in which no neuron may fire."""
+        """Advance the stored state by ``seconds``, in which the caller knows that no neuron fires.
+        """
         state = self._decay(seconds)
         self._activation, self._refractory = state["activation"], state["refractory"]
         self._trace, self._learned = state["trace"], state["learned"]
@@ -177,8 +179,8 @@ class SpikingModel(FeelingModel):
         grows = np.where(innate < 0, 0.0, _LEARNING * self._trace[layer + 1])
         learned += grows * (_MOST_LEARNED - learned)
         own = np.arange(len(FEELINGS)) == neuron
-        # The matrix's supporting effects already acted on the emotion layer; between layers they
-        # must be learned.
+        # The emotion layer already used the matrix's positive entries, its support. Between layers,
+        # only learned connections excite.
         effect = np.where(own, 1.0, np.minimum(innate, 0)) + learned
         self._receive(layer + 1, self._weights[layer] * effect)
 

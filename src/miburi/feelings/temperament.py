@@ -1,7 +1,7 @@
-"""Temperaments: in goes a TOML file, out come all constants of the emotional model.
+"""Temperaments: read all constants of the emotional model from a TOML file.
 
-The paper gives eight feelings, three levels and their order in time, but prints no constants.
-So every number in the temperaments that ship with Miburi is our assumption.
+The paper defines eight feelings and three levels, from fast to slow, but prints no constants. So
+every number in the temperaments that ship with Miburi is our assumption.
 """
 
 import tomllib
@@ -49,7 +49,7 @@ SOURCES: tuple[Source, ...] = get_args(Source)
 #: The three levels, from the fastest to the slowest.
 LEVELS: tuple[str, ...] = ("emotion", "feeling", "mood")
 
-#: The weight of stimuli from a conversation, in temperaments that do not give one (ours).
+#: The weight of stimuli from a conversation if a temperament gives none (our number).
 _TALK = 0.5
 
 Share = Annotated[float, Field(ge=0, le=1)]
@@ -88,16 +88,17 @@ class TakeUp(Table):
 
 
 class Habituation(Table):
-    """The share of its effect that a repeated stimulus loses, and how soon that heals, s."""
+    """The share of its effect that a repeated stimulus loses, and the time to regain it, s."""
 
     share: Share
     recovery: Annotated[float, Field(ge=0.1, le=86_400)]
 
 
 class Turning(Table):
-    """How far the waist turns to a face, rad, and its top speed, rad/s (both ours).
+    """How far the waist turns to a face in rad, and its top speed in rad/s (both ours).
 
-    The waist turns while the partner shows no feeling; at 0 it never does.
+    The waist turns to a face only while the partner shows no feeling; an angle of 0 switches that
+    off.
     """
 
     turn: Annotated[float, Field(ge=0, le=0.7)] = 0.35
@@ -120,7 +121,7 @@ class Temperament(Table):
 
     name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")]
     threshold: Annotated[float, Field(ge=0.001, le=1)]
-    #: How much it moves while it shows nothing.
+    #: How much the partner moves while it shows no feeling.
     at_rest: RestLevel = "quiet"
     time_constants: TimeConstants
     take_up: TakeUp
@@ -161,13 +162,13 @@ class Temperament(Table):
 
     @cached_property
     def fading(self) -> Array:
-        """Time constants, (3, n) s: levels by feelings."""
+        """Time constants in s, (3, n): a row for each level, a column for each feeling."""
         constants = [getattr(self.time_constants, level) for level in LEVELS]
         return _freeze(np.outer(constants, [self.lasting[name] for name in FEELINGS]))
 
     @cached_property
     def rest(self) -> Array:
-        """The mood of each feeling in a partner that nothing has happened to, (n,)."""
+        """The resting mood of each feeling, (n,)."""
         return _freeze(np.array([self.resting[name] for name in FEELINGS]))
 
     @cached_property
@@ -201,14 +202,14 @@ def load_temperament(path: Path | str) -> Temperament:
     Parameters
     ----------
     path
-        A TOML file with the keys of ``temperaments/default.toml``, all and no others, except
-        that the tables ``empathy``, ``gaze`` and ``attachment`` may be left out.
+        A TOML file with exactly the keys of ``temperaments/default.toml``; only the tables
+        ``empathy``, ``gaze`` and ``attachment`` may be left out.
 
     Raises
     ------
     DescriptionError
         The file cannot be read, is not TOML, or a key is missing, unknown or out of range; the
-        message names the file, every wrong key, what it got and what is allowed.
+        message names the file and each wrong key, with its value and what is allowed.
     """
     return load_table(Temperament, path)
 
@@ -220,9 +221,9 @@ TEMPERAMENTS: tuple[str, ...] = ("default", "calm", "lively", "playful")
 def shipped_temperament(name: str = "default") -> Temperament:
     """Return a temperament that ships with Miburi.
 
-    Each was written for the paper's eight feelings. A feeling that a user adds lasts as long as
-    the time constants say, rests at the mood 0.5 and has no effect on others; a temperament file
-    can change that.
+    Each was written for the paper's eight feelings. A feeling that a user adds has the default time
+    constants, a resting mood of 0.5 and no effect on others, unless a temperament file says
+    otherwise.
 
     Raises
     ------
@@ -231,15 +232,15 @@ def shipped_temperament(name: str = "default") -> Temperament:
     """
     if name not in TEMPERAMENTS:
         raise InputError(
-            f"there is no temperament {name!r}; take one of {', '.join(TEMPERAMENTS)}, "
-            "or a file (….toml)."
+            f"there is no temperament {name!r}; use one of {', '.join(TEMPERAMENTS)}, "
+            "or the path of a .toml file."
         )
     return _shipped(name).model_copy(deep=True)  # its tables can be changed
 
 
 @cache
 def _shipped(name: str) -> Temperament:
-    """Read a file once: a study makes a model for each trial."""
+    """Read a file once, because a study makes a model for each trial."""
     file = resources.files(__package__) / "temperaments" / f"{name}.toml"
     table = tomllib.loads(file.read_text(encoding="utf-8"))
     for key, value in (("lasting", 1.0), ("resting", 0.5)):

@@ -6,8 +6,8 @@ of the three extremities, so half-way between two poses the hands are half-way a
 a chord through the body. Distances are multiples of the arm's reach, so a gesture looks the same on
 a robot of another size.
 
-:func:`targets` turns them into the paper's nine coordinates, and only the inverse kinematics turns
-those into angles. A place out of reach is allowed: the best reachable pose is the answer.
+:func:`targets` turns them into the paper's nine coordinates, from which the inverse kinematics
+computes angles. Positions out of reach are allowed: the solver returns the closest reachable pose.
 """
 
 import numpy as np
@@ -33,10 +33,11 @@ def polar(right: Array, left: Array, head: Array) -> Array:
     Parameters
     ----------
     right, left
-        (3,) position of the hand relative to its own shoulder, [forward, out, up] of the chest, in
-        multiples of the arm's reach.
+        (3,) position of the hand relative to its own shoulder, [forward, out, up] in the chest's
+        frame, in multiples of the arm's reach.
     head
-        (3,) direction of the head from its joint, [forward, left, up] of the base, of any length.
+        (3,) vector from the head's joint towards the head, [forward, left, up] in the base frame,
+        of any length.
     """
     turn = np.arctan2(head[1], head[0])
     rise = np.arctan2(head[2], np.hypot(head[0], head[1]))
@@ -49,7 +50,7 @@ def neutral(robot: Robot) -> Array:
 
 
 def relative(robot: Robot, angles: Array) -> tuple[Array, Array, Array]:
-    """Return right hand, left hand and head of a pose, (8,) rad, as :func:`polar` takes them."""
+    """Return right hand, left hand and head of a pose, (8,) in rad, as :func:`polar` takes them."""
     right, left, head = forward(robot, angles).reshape(3, 3)
     look = head - head_joint(robot)
     back = _turn(np.arctan2(look[1], look[0])).T
@@ -62,7 +63,7 @@ def relative(robot: Robot, angles: Array) -> tuple[Array, Array, Array]:
 
 
 def targets(robot: Robot, coordinates: Array) -> Array:
-    """Return the places of right hand, left hand and head, (9,) m in the base frame."""
+    """Return the positions of the right hand, left hand and head, (9,) in m, in the base frame."""
     turn, rise = coordinates[6:]
     chest, reach = _turn(turn), arm_reach(robot)
     right_shoulder, left_shoulder = shoulders(robot)

@@ -1,4 +1,4 @@
-"""Laban's effort: four numbers in a gesture's file that say how the gesture is made."""
+"""Laban's effort: four numbers in a gesture's file that say how the gesture is performed."""
 
 from typing import Annotated
 
@@ -20,16 +20,17 @@ class Effort(Table):
     Attributes
     ----------
     space
-        Share of the written reach: at 0 the body stays at neutral, at 1 it goes all the way.
+        The share of the amplitude in the file: at 0 the body stays at neutral, at 1 it reaches the
+        pose.
     weight
         Light 0, strong 1: a strong movement is short and then halts. Its duration is multiplied by
         1 − weight / 2.
     time
         Sustained 0, sudden 1: the tempo is 0.5 + time, so 0.5 leaves it as written.
     flow
-        Bound 0, free 1: below 0.5 a wide movement halts half-way, and the more bound it is, the
-        longer. From 0.5 on there is no halt, and above it a partner that has ``life`` goes through
-        a key pose without stopping, whatever its temperament.
+        Bound 0, free 1: below 0.5 a wide movement halts half-way; the lower the number, the longer
+        the halt. At 0.5 and above there is no halt. Above 0.5 a partner that has ``life`` passes
+        key poses without stopping, whatever its temperament.
     """
 
     space: Share
@@ -49,7 +50,7 @@ class Effort(Table):
 
     @property
     def free(self) -> bool:
-        """Whether a body passes key poses without stopping, unless it is asked to stay there."""
+        """Whether a body passes key poses without stopping, except those with a time to stay."""
         return self.flow > 0.5
 
     @property

@@ -1,8 +1,8 @@
 """Read movement functions: turn a gesture file (TOML) into a checked object.
 
-Hands and head are written relative to the body, so that a gesture carries over to other robots;
-:mod:`miburi.gestures.coordinates` has the form in which they are blended. :func:`misfits` names
-the key poses that a robot cannot reach.
+Positions of hands and head are relative to the body, so that a gesture carries over to other
+robots; :mod:`miburi.gestures.coordinates` defines the coordinates in which gestures are blended.
+:func:`misfits` names the key poses that a robot cannot reach.
 """
 
 from collections.abc import Iterator
@@ -46,8 +46,8 @@ class Posture(Table):
     phase, until
         When the body arrives at the pose and when it leaves, as shares of the gesture's duration.
     right, left
-        Position of the hand relative to its own shoulder, [forward, out, up] of the chest, in
-        arm's reaches (L23 + L34).
+        Position of the hand relative to its own shoulder, [forward, out, up] in the chest's frame,
+        in multiples of the arm's length (L23 + L34).
     head
         Direction from the head's joint to its centre, [forward, left, up] of the base, of any
         length. A direction to the side turns the waist.
@@ -56,7 +56,7 @@ class Posture(Table):
     phase: Phase = Field(description="When the body arrives, as a share of the duration.")
     until: Phase | None = Field(default=None, description="When it leaves; null: at once.")
     right: Direction = Field(
-        description="The right hand, relative to its shoulder: forward, out, up; 1 is the reach."
+        description="The right hand, relative to its shoulder: forward, out, up; 1 is the arm's full reach."
     )
     left: Direction = Field(description="The left hand, in the same way.")
     head: Direction = Field(description="The head's direction: forward, left, up.")
@@ -82,19 +82,19 @@ class Posture(Table):
             length = float(np.linalg.norm(getattr(self, side)))
             if length > 1:
                 raise ValueError(
-                    f"{side} = {getattr(self, side)} is {length:.3f} arm's reaches from the "
-                    "shoulder; at most 1 is allowed"
+                    f"{side} = {getattr(self, side)} is {length:.3f} times the arm's reach from "
+                    "the shoulder; at most 1 is allowed"
                 )
         if np.linalg.norm(self.head[:2]) < 0.05:
             raise ValueError(
-                f"head = {self.head} points straight up or nowhere; its forward and left parts "
-                "must say where it looks"
+                f"head = {self.head} has no direction; its forward and left parts must not both "
+                "be 0"
             )
         return self
 
 
 class Repeat(Table):
-    """Repeat the key poses ``first`` to ``last``, counted from 1, in ``times`` rounds.
+    """Play the key poses ``first`` to ``last``, counted from 1, ``times`` times in all.
 
     ``back`` is the time from the last pose to the first, as a share of the gesture's duration. Each
     repeat makes the gesture longer.
@@ -116,9 +116,9 @@ class MovementFunction(Table):
     name, feeling
         The name of the gesture, and the feeling that it shows.
     duration
-        s, from neutral to neutral at tempo 1, repeats not counted.
+        Duration in s from neutral back to neutral at tempo 1, without repeats.
     hedge
-        How the mood μ counts: ``plainly`` μ, ``very`` μ², ``more or less`` √μ.
+        The linguistic hedge on the membership μ: ``plainly`` μ, ``very`` μ², ``more or less`` √μ.
     effort
         Laban's effort at full intensity.
     pose
@@ -139,7 +139,7 @@ class MovementFunction(Table):
     def _check_order(self) -> Self:
         if self.feeling not in feelings.FEELINGS:
             raise ValueError(
-                f"feeling = {self.feeling!r} is not known; allowed are "
+                f"feeling = {self.feeling!r} is not known; the known ones are "
                 f"{', '.join(feelings.FEELINGS)}"
             )
         left = 0.0
@@ -157,7 +157,7 @@ class MovementFunction(Table):
             )
         if self.repeat and not self.repeat.first < self.repeat.last <= len(self.pose):
             raise ValueError(
-                f"repeat goes from pose {self.repeat.first} to {self.repeat.last}; allowed is "
+                f"repeat goes from pose {self.repeat.first} to {self.repeat.last}; it must go "
                 f"from one pose to a later one, of {len(self.pose)}"
             )
         return self
@@ -195,7 +195,7 @@ def load_for(robot: Robot, path: Path | str) -> MovementFunction:
     Raises
     ------
     DescriptionError
-        The file cannot be read, a key is wrong, or the robot cannot do a key pose; the message
+        The file cannot be read, a key is wrong, or the robot cannot reach a key pose; the message
         names the file and every such pose, and says what is allowed.
     """
     function = load(Path(path))
@@ -212,7 +212,7 @@ def shipped_feelings() -> tuple[str, ...]:
 
 
 def misfits(robot: Robot, function: MovementFunction) -> Iterator[str]:
-    """Yield a line for each key pose that the robot's limits do not allow, and what they allow."""
+    """Yield a message for each key pose outside the robot's limits, with the limits."""
     for number, pose in enumerate(function.pose, start=1):
         wanted = pose.coordinates
         turned, raised = wanted[6:]

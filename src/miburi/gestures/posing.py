@@ -40,9 +40,8 @@ WIDE = 0.5
 #: Variation: the share by which a coordinate may fall short of the written one, and by which a
 #: duration may differ.
 REACH_VARIES, TIME_VARIES = 0.15, 0.12
-#: A beat of an arm, such as people make while they speak: the hand's offset at the turning point,
-#: the times there and back, s, and the time until servos, which lag, reach the turning point, s
-#: (all ours).
+#: A beat gesture of an arm: the hand's offset at the turning point, the times there and back, s,
+#: and the time in which lagging servos reach the turning point, s (all ours).
 _BEAT = np.array([-0.03, 0.0, 0.3])
 _BEAT_TIMES = (0.4, 0.4)
 BEAT_LEAD = 0.44
@@ -125,7 +124,7 @@ def key_poses(
     Parameters
     ----------
     robot
-        Gives lengths, limits and neutral.
+        The robot, which gives lengths, joint limits and the neutral pose.
     function
         The gesture.
     mood
@@ -168,7 +167,7 @@ def blend(
     for (function, _), share in zip(parts, shares, strict=True):
         offsets += share * function.effort.space * _offsets_at(robot, function, phases)
         time += share * function.effort.time
-    # The mean of the leading gesture's time and the time of all gestures weighted by their moods.
+    # Return the mean of the leading gesture's Laban time and the mood-weighted Laban time of all.
     time = (lead.effort.time + min(time, 1.0)) / 2
     tempo = lead.effort.model_copy(update={"time": time}).tempo
     rng = None if variation is None else np.random.default_rng(variation)

@@ -1,11 +1,12 @@
-"""The gestures of a partner: one or more for each feeling, from which a seed chooses.
+"""The gestures of a partner: one or more for each feeling, of which one is drawn by a seed.
 
-The gestures that ship with Miburi and, if a user has one, a folder of gesture files make up a
-:class:`Repertoire`, from which the partner, the trials and the gallery perform.
+A :class:`Repertoire` holds the gestures that ship with Miburi and those of a user's folder, if
+there is one. The partner, the trials and the gallery use it.
 
 A user writes gestures for their own robot, so a pose that it cannot reach is a mistake and is
-refused. The shipped gestures were written for the iphonoid. Another robot goes as near to their
-poses as its limits allow, so any robot works right away; :func:`misfits` names those out of reach.
+refused. The shipped gestures were written for the iPhonoid, the paper's robot. Another robot goes
+as near to their poses as its limits allow, so any robot works right away; :func:`misfits` lists the
+poses that are out of its reach.
 """
 
 from collections import Counter
@@ -58,7 +59,7 @@ class Repertoire:
         return tuple(function for function in self.functions if function.feeling == feeling)
 
     def choose(self, feeling: str, rng: np.random.Generator) -> MovementFunction:
-        """Draw one gesture of a feeling; a feeling with a single gesture draws no random number."""
+        """Draw one gesture of a feeling; with a single gesture the generator is not used."""
         choice = self.of(feeling)
         return choice[0] if len(choice) == 1 else choice[int(rng.integers(len(choice)))]
 

@@ -1,7 +1,7 @@
-"""Teach a gesture by hand: make a gesture from the motion of a resting body that a hand leads.
+"""Teach a gesture by hand: make a gesture file from the motion of a body that a person guides.
 
-A few key poses describe the path of hands and head. Between two of them a body moves in its own
-way, from rest to rest, so the shape and the timing are kept, but not the trembling.
+A few key poses describe the path of hands and head. Between two key poses the robot moves smoothly,
+from rest to rest. This keeps the shape and the timing, but not the trembling of the hand.
 """
 
 import re
@@ -19,14 +19,13 @@ __all__ = ["as_toml", "check_name", "taught"]
 
 #: How far hands and head may be from a straight path between two key poses, m (ours).
 _NEAR = 0.02
-#: How far a joint must move to show anything, rad (ours).
+#: The least motion of a joint that counts as a gesture, rad (ours).
 _LEAST = 0.1
 #: Weight of the head's path: it moves only a few mm, but people see where it looks (ours).
 _HEAD = 4.0
-#: Duration of the way back, s, and the longest pause kept at the end, s (ours); hands let go
-#: slowly.
+#: Duration of the return, s, and the longest pause kept at the end, s: people let go slowly (ours).
 _BACK, _REST = 0.8, 0.4
-#: The most key poses (ours).
+#: The greatest number of key poses (ours).
 _MOST = 12
 #: A gesture is played as it was shown: all the way, without halts, at its own tempo.
 _AS_SHOWN = Effort(space=1.0, weight=0.0, time=0.5, flow=1.0)
@@ -41,7 +40,7 @@ def check_name(name: str, feeling: str) -> None:
         The name has characters other than a-z, 0-9 and _, or the feeling is not known.
     """
     if not re.fullmatch("[a-z][a-z0-9_]*", name):
-        raise InputError(f"a gesture's name has a-z, 0-9 and _ and begins with a-z, got {name!r}.")
+        raise InputError(f"a gesture's name may only have a-z, 0-9 and _, and must begin with a-z; got {name!r}.")
     if feeling not in feelings.FEELINGS:
         allowed = ", ".join(feelings.FEELINGS)
         raise InputError(f"--feeling must be one of {allowed}, got {feeling!r}.")
@@ -53,23 +52,23 @@ def taught(robot: Robot, name: str, feeling: str, times: Array, angles: Array) -
     Parameters
     ----------
     robot
-        The robot that the hand led.
+        The robot that was guided by hand.
     name, feeling
         Of the new gesture.
     times
         (n,) s, rising.
     angles
-        (n, 8) rad, the first at rest, the last where the hand let go.
+        (n, 8) rad: the first row is the resting pose, the last is where the person let go.
 
     Raises
     ------
     InputError
-        No joint moved by 0.1 rad, or the motion took longer than a gesture may.
+        No joint moved as far as 0.1 rad, or the motion took longer than a gesture can.
     """
     if len(times) < 2 or np.abs(angles - angles[0]).max() < _LEAST:
         raise InputError(
-            f"no joint moved by {np.degrees(_LEAST):.0f}°; take a hand of the resting robot and "
-            "lead it slowly."
+            f"no joint moved as far as {np.degrees(_LEAST):.0f}°; take a hand of the resting robot "
+            "and guide it slowly."
         )
     places = np.array([forward(robot, pose) for pose in angles]).reshape(-1, 3, 3)
     places[:, 2] *= _HEAD
@@ -122,7 +121,7 @@ def as_toml(function: MovementFunction) -> str:
 
 
 def _apart(places: Array, other: Array) -> Array:
-    """Return how far the farthest of the three extremities is from other positions, (n,) m."""
+    """Return how far apart two sets of positions of the extremities are at most, (n,) m."""
     return np.asarray(np.linalg.norm(places - other, axis=-1).max(axis=-1))
 
 
@@ -130,7 +129,7 @@ def _key_poses(times: Array, places: Array) -> list[tuple[int, int]]:
     """Return when the body arrives at each key pose and when it leaves, as indices.
 
     The path is split where it is farthest from a straight line (Ramer, Douglas and Peucker), until
-    it is near one everywhere.
+    every piece is close to its line.
     """
     near, found = _NEAR, list(range(_MOST + 2))
     while len(found) > _MOST + 1:

@@ -1,4 +1,4 @@
-"""Check what a caller passes as numbers, a seed or a deadline, or raise an error."""
+"""Check numbers, seeds and deadlines that a caller passes; an invalid one is an error."""
 
 import time
 from numbers import Real
@@ -36,7 +36,7 @@ def real_numbers(values: Any, name: str, wanted: str) -> NDArray[np.float64]:
 
 
 def clock_limit(deadline: float | None) -> float:
-    """Return the time of a deadline, in s above 0 from now, on ``perf_counter``'s clock."""
+    """Convert a deadline, s from now and above 0, to a time on ``perf_counter``'s clock."""
     if deadline is None:
         return np.inf
     if not isinstance(deadline, int | float | np.number) or not deadline > 0:

@@ -33,7 +33,7 @@ _OPTIONS: dict[str, Any] = {
     "error_model": "numpy",
     "fastmath": {"contract", "nsz", "arcp"},
 }
-#: The folders, from the package's root, of the modules with compiled functions.
+#: The folders that hold compiled functions, relative to the package's root.
 FOLDERS = ("calibration", "ik", "servos")
 
 
@@ -142,14 +142,14 @@ class _Announcer(event.Listener):
 
 
 def announcement() -> str:
-    """Return the announcement that Miburi compiles: how long that takes, and when it recurs."""
+    """Return the message that Miburi is compiling, for how long, and whether it will again."""
     often = "once; later starts are quick"
     if CACHE is None:
         often = (
-            "at every start: no cache folder can be written; set NUMBA_CACHE_DIR to one that can"
+            "at every start, because no cache folder is writable; set NUMBA_CACHE_DIR to a writable one"
         )
     return (
-        "Miburi compiles its solver, which takes 5 to 20 s, or a minute or two on a Raspberry Pi "
+        "Miburi is compiling its solver; this takes 5 to 20 s, or 1 to 2 minutes on a Raspberry Pi "
         f"({often})."
     )
 

@@ -1,4 +1,4 @@
-"""A program's share of its computer: count the cores it may use, and get priority."""
+"""Processor time: count the available cores, and raise the priority of a process."""
 
 import os
 import re
@@ -8,7 +8,7 @@ from pathlib import Path
 
 __all__ = ["available_cores", "come_first", "coming_first"]
 
-#: How nice a live partner is to other programs; 0 is usual, -20 the least (ours).
+#: The nice value of a live partner; the default is 0, the highest priority -20 (ours).
 _NICE = -10
 #: Linux divides its time among sessions first, each with a nice value of its own.
 _AUTOGROUP = Path("/proc/self/autogroup")
@@ -25,14 +25,14 @@ def available_cores() -> int:
 def come_first(*, apart: bool = False) -> None:
     """Give this process, and those that it starts, priority over other programs if allowed.
 
-    On Linux, root is allowed to do so, and users whose limit permits it (``LimitNICE``). Otherwise
-    nothing changes, and a busy computer answers later.
+    On Linux, root and users whose ``LimitNICE`` allows it may do so. Otherwise the priority stays
+    as it is, and the partner may react late on a busy computer.
 
     Parameters
     ----------
     apart
-        Leave the terminal's session. A process in a session of its own gets as much time as
-        all programs of another session together, whoever started it.
+        Leave the terminal's session. With automatic groups, a process in a session of its own gets
+        the share of a whole session, even without root's rights.
     """
     with suppress(OSError, AttributeError):  # not allowed; not a Unix
         if apart:
@@ -45,10 +45,10 @@ def come_first(*, apart: bool = False) -> None:
 
 @contextmanager
 def coming_first() -> Iterator[None]:
-    """Give this process priority, and, while the block runs, its whole terminal session, too.
+    """Raise the priority of this process and, while the block runs, of its whole terminal session.
 
-    A process that hears Ctrl-C cannot leave its session, so the whole session gets priority with
-    it, and loses it afterwards.
+    To receive Ctrl-C a process must stay in its session, so the priority of the whole session is
+    raised and later restored.
     """
     come_first()
     nice = None

@@ -28,7 +28,7 @@ def whole_files(folder: Path | str) -> Iterator[Path]:
     Raises
     ------
     OutputError
-        The place cannot be written to, or is full.
+        The folder is not writable, or the disk is full.
     """
     folder = Path(folder)
     try:
@@ -49,7 +49,7 @@ def whole_files(folder: Path | str) -> Iterator[Path]:
 
 
 def write_whole(path: Path, text: str, *, private: bool = False) -> None:
-    """Write a text to a draft beside ``path``, and move it there once it is on the disk.
+    """Write a text to a temporary file beside ``path``, and rename it once it is on the disk.
 
     A ``private`` file can be read by the owner of its folder alone, even if root writes it.
 

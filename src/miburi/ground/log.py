@@ -19,7 +19,8 @@ LEVELS = ("debug", "info", "warning", "error", "critical")
 VARIABLE = "MIBURI_LOG"
 _LOG = logging.getLogger(__name__)
 _FORMAT = "miburi: %(message)s"
-#: The most records that wait for the terminal, and the most kinds of error that are logged (ours).
+#: The greatest number of records that wait for the terminal, and of kinds of error that are logged
+#: (ours).
 _WAITING, _KINDS = 1000, 100
 _SEEN: set[tuple[object, ...]] = set()
 
@@ -82,7 +83,7 @@ def _note_thread(failed: threading.ExceptHookArgs) -> None:
 
 
 def logged(work: Callable[..., None], *arguments: object) -> None:
-    """Do a process's work; log an exception and exit with code 1."""
+    """Run a process's main function; if it raises, log the exception and exit with code 1."""
     log_to_stderr()
     try:
         work(*arguments)

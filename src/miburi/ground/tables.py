@@ -117,7 +117,7 @@ def _in_words(error: ValidationError, model: type[Table]) -> str:
                 lines.append(f"{key} is missing; add it.")
             case "extra_forbidden" | "unexpected_keyword_argument":
                 allowed = ", ".join(_keys(model, path[:-1]))
-                lines.append(f"{key} = {got}: not a known key here; allowed are {allowed}.")
+                lines.append(f"{key} = {got}: not a known key here; the known ones are {allowed}.")
             case "value_error":
                 what = item["msg"].removeprefix("Value error, ")
                 lines.append(f"{key}: {what}." if path else f"{what}.")

@@ -41,8 +41,8 @@ def yoke(robot: Robot, side: str, fit: float) -> Manifold:
     ]
     # A screwdriver reaches the horn's screws through the empty holder.
     ways = [rod((x, 0.0, z), (x, 20.0, z), 2.2) for x, z in servo.circle()]
-    # The upper access hole opens into a plug's window, because a wall between them would be too
-    # thin.
+    # The upper access hole opens into the window for the servo's plug, because a wall between them
+    # would be too thin.
     ways.append(hull(ways[1], ways[1].translate((-4.0, 0, 0))))
     body = cut(
         join([plate, collar, tab]),
@@ -66,7 +66,7 @@ def upper_arm(robot: Robot, side: str, fit: float) -> Manifold:
 
 
 def forearm(robot: Robot) -> Manifold:
-    """Return the part on the fingertip's joint: a fork that ends in a round hand."""
+    """Return the forearm: a fork on the fingertip's servo that ends in a round hand."""
     w, wide = dimensions().wall, half_width()
     length, radius = 1000 * robot.lengths.L34, 1000 * robot.shape.hand_radius
     arm = hull(
@@ -99,7 +99,7 @@ def _holder(robot: Robot, side: str, joint: str, fit: float) -> Manifold:
 
 
 def _fork(reach: float) -> Manifold:
-    """Return two cheeks about the link's x axis, which point outwards."""
+    """Return the fork's two side plates, one on either side of the x axis, pointing outwards."""
     s = dimensions().servo
     middle = (s.horn_face + s.idler_face) / 2
     frame: Array = np.array([[0.0, 1.0, 0.0, -middle], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0]])

@@ -30,7 +30,7 @@ __all__ = [
     "zero_moment_radius",
 ]
 
-#: kg of the Mega with its wires.
+#: Mass of the Arduino Mega with its wires, kg.
 _CARD = 0.06
 #: kg/mm³ of loose steel shot, nuts or washers (ours).
 _BALLAST = 4.3e-6
@@ -80,7 +80,7 @@ def weights(robot: Robot, parts: Sequence[PrintedPart]) -> list[Weight]:
     low = -1000 * robot.shape.pedestal_height
     return [
         *table,
-        # The description counts the cradle with the phone.
+        # The phone's mass in the description includes the cradle.
         Weight("phone", "head", max(robot.masses.phone - cradle, 0.0), _centre(phone(robot))),
         Weight("ballast", BASE, ballast(robot), np.array([0.0, 0.0, low + 10.0])),
         Weight("card", BASE, _CARD, np.array([0.0, 0.0, low + 8.0])),
@@ -93,7 +93,7 @@ def ballast(robot: Robot) -> float:
     radius = 1000 * robot.shape.pedestal_radius - w.shell
     chord = m.width / 2 + 1.5 + w.shell
     area = radius**2 * np.arccos(chord / radius) - chord * np.sqrt(radius**2 - chord**2)
-    # Filled to the ribs; a tenth goes to posts and corners.
+    # The chambers are filled up to the ribs; 10 % of their volume is lost to posts and corners.
     return float(0.9 * 2 * area * (m.post + 1.6 + m.height - 4.0) * _BALLAST)
 
 
@@ -117,8 +117,8 @@ def zero_moment_radius(
 ) -> float:
     """Return how far the zero-moment point gets from the foot's middle, mm.
 
-    ``motion`` (n, 8) rad, one pose each ``period`` s. The robot does not tip while the zero-moment
-    point stays within the foot's radius.
+    ``motion``, (n, 8) in rad, has one pose every ``period`` s. The robot does not tip while the
+    zero-moment point stays within the foot's radius.
     """
     places = np.array(
         [
@@ -152,7 +152,7 @@ def push_that_tips(robot: Robot, table: Sequence[Weight], height: float) -> floa
 
 
 def torques(robot: Robot, poses: Array) -> tuple[Array, Array]:
-    """Return the largest torque that each joint holds, at rest and at the robot's acceleration.
+    """Return each joint's greatest torque, at rest and at the robot's greatest acceleration.
 
     ``poses`` are (n, 8) rad; both torques are (8,) N·m.
     """

@@ -51,7 +51,7 @@ class BillRow:
     name, count
         What, and how many.
     number
-        The supplier's number.
+        The supplier's part number.
     price, source
         Price of one piece, with its currency; where and when that price was seen. Empty if nobody
         looked it up.
@@ -99,12 +99,12 @@ def slicer() -> str | None:
 
 
 def slice_part(program: str, part: PrintedPart, *, supports: bool = True) -> Sliced:
-    """Slice a part at the settings of ``dimensions.toml``."""
+    """Slice a part with the settings of ``dimensions.toml``."""
     settings = dimensions().printing
     with tempfile.TemporaryDirectory() as folder:
         model, code = Path(folder) / f"{part.name}.stl", Path(folder) / "part.gcode"
         model.write_bytes(stl(part.on_the_bed))
-        # The program was looked up by its name.
+        # S603: the program's path comes from a search for its fixed name.
         done = subprocess.run(  # noqa: S603
             [
                 program, "--export-gcode", "--layer-height", f"{settings.layer}",
@@ -128,7 +128,7 @@ def bill(
 ) -> Iterator[BillRow]:
     """Yield what to buy, then what to print.
 
-    ``program`` is the slicer's path; it takes some seconds per part. Without it, grams are
+    ``program`` is the slicer's path. Slicing takes a few seconds per part. Without it, grams are
     estimated without supports.
     """
     counts = screw_counts(robot)

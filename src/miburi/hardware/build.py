@@ -32,14 +32,14 @@ __all__ = [
     "printed_parts",
 ]
 
-#: The gap on each side of a pocket, mm: a slide fit, according to printing guides (others' number).
+#: The gap on each side of a pocket, mm, for a sliding fit; the number is from printing guides.
 FIT = 0.25
 #: How deep text is cut in, mm.
 _ENGRAVED = 0.6
 #: Edges shorter than this are dropped, mm: slicers store corners in single precision.
 _SMALLEST = 0.005
-#: Thickness of a part's solid skin, mm, on level and on upright faces, and the share of infill
-#: within: fitted, see :func:`printed_mass`.
+#: Thickness of a part's solid skin, mm, on level and on upright faces, and the share of its inside
+#: that is filled. They were fitted to sliced parts, see :func:`printed_mass`.
 _SKIN, _INFILL = (0.55, 1.4), 0.21
 
 
@@ -65,7 +65,7 @@ class PrintedPart:
     Attributes
     ----------
     name
-        Its name, and its file's.
+        The part's name, which is also its file's.
     link
         The robot's link that it belongs to.
     solid
@@ -89,7 +89,7 @@ class PrintedPart:
 
 @dataclass(frozen=True)
 class Solid:
-    """One rigid thing of the body.
+    """One rigid component of the body.
 
     Attributes
     ----------
@@ -129,21 +129,22 @@ def printed_parts(robot: Robot, fit: float = FIT, *, engraved: bool = True) -> l
     Parameters
     ----------
     robot
-        Gives lengths, ranges and the phone.
+        The robot, which gives lengths, ranges of joints and the size of the phone.
     fit
-        The gap on each side of what is pushed into a pocket, 0 to 0.6 mm; the gauge finds it.
+        The gap on each side of what is pushed into a pocket, 0 to 0.6 mm. Print the fit gauge to
+        find it for your printer.
     engraved
         Whether names and numbers are cut in.
 
     Raises
     ------
     InputError
-        ``fit`` is out of range, or lengths are too short; the message names each and by how much.
+        ``fit`` is out of range, or lengths are too short; the message says which, and by how much.
     """
     check_fit(fit)
     if lines := misfits(robot):
         raise InputError("this robot cannot be built:\n  " + "\n  ".join(lines))
-    # Of the poses tried, these need the least support and keep the forks along the layers.
+    # Of the poses tried, these need the least support, and the layers run along the forks.
     flat, upside_down, on_its_back = np.eye(3), _turn("x", 180.0), _turn("y", -90.0)
     table = [
         PrintedPart("foot", BASE, trunk.foot(robot), flat),
@@ -177,7 +178,7 @@ def printed_parts(robot: Robot, fit: float = FIT, *, engraved: bool = True) -> l
         solid = cut(part.solid, tools).as_original().simplify(_SMALLEST)
         if len(solid.decompose()) != 1:
             raise InputError(
-                f"this robot cannot be built: its {part.name} would fall apart. Look at "
+                f"this robot cannot be built: its {part.name} would be in several pieces. Look at "
                 f"{_LENGTH.get(part.name, 'its lengths')}, the phone's size, phone_below and "
                 "phone_level."
             )

@@ -1,8 +1,8 @@
 """Check that a robot can be built from its parts, before anybody prints one.
 
 It takes a robot's description and the poses of its gestures, and returns findings, each with a
-measured figure. The checks have limits: those of screws and gaps compare sizes that are the same
-for every robot, cables are assumed to lie as in the pictures, and no check replaces a print.
+measured figure. The checks of screws and gaps compare sizes that are the same for every robot,
+cables are assumed to lie as in the pictures, and no check replaces a test print.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -34,7 +34,7 @@ from miburi.robot.shape import links
 
 __all__ = ["Finding", "check"]
 
-#: A push, N: the 95th percentile of the force over 0.1 s in the contact trials.
+#: A push, N: the 95th percentile of the contact force, averaged over 0.1 s, in the contact trials.
 _PUSH = 2.4
 #: Shares of the servo's stall torque that a joint may need at rest and in motion.
 _STANDING, _MOVING = 1 / 3, 1 / 2
@@ -64,7 +64,7 @@ class Finding:
     ok
         Whether it is as it should be.
     words
-        What was measured, what is allowed, and how to mend what is wrong.
+        What was measured, what is allowed, and how to correct what is wrong.
     """
 
     check: str
@@ -127,7 +127,7 @@ def _walls(parts: Sequence[PrintedPart]) -> Finding:
 def _thinnest(solid: Manifold) -> float:
     """Return the least distance between two faces that face away from each other, mm.
 
-    It is measured at random points, which are the same each time.
+    It is measured at pseudo-random points with a fixed seed.
     """
     corners, faces = triangles(solid)
     a, b, c = np.moveaxis(corners[faces], 1, 0)
@@ -186,7 +186,7 @@ def _fingers(robot: Robot) -> Finding:
     bad = [f"{name} {gap:.1f} mm" for name, gap in gaps.items() if low <= gap <= high]
     words = ", ".join(f"{name} {gap:.1f} mm" for name, gap in gaps.items())
     return Finding(
-        "finger gaps", not bad, f"{words}; a joint's gap must be under {low:g} or over {high:g} mm"
+        "finger gaps", not bad, f"{words}; a joint's gap must be under {low:g} mm, too small for a finger, or over {high:g} mm"
     )
 
 
@@ -198,7 +198,7 @@ def _gestures(robot: Robot, table: dict[str, list[Solid]], motions: Mapping[str,
             f"{name}: {one} and {other}" for one, other in meetings.in_poses(robot, table, motion)
         ]
     words = (
-        "; ".join(bad) if bad else f"no two parts meet in {poses} poses of {len(motions)} gestures"
+        "; ".join(bad) if bad else f"no two parts collide in {poses} poses of {len(motions)} gestures"
     )
     return Finding("gestures", not bad, words)
 
@@ -226,7 +226,7 @@ def _loads(
         worst = int(np.argmax(values))
         yield Finding(
             name, bool(values[worst] <= share * stall),
-            f"the most torque, at the {JOINTS[worst].replace('_', ' ')}: {values[worst]:.3f} N·m, "
+            f"the greatest torque, at the {JOINTS[worst].replace('_', ' ')}: {values[worst]:.3f} N·m, "
             f"at most {share * stall:.3f} N·m ({share:.2g} of the stall torque)",
         )  # fmt: skip
     foot = 1000 * robot.shape.pedestal_radius
@@ -240,8 +240,8 @@ def _loads(
     high = 1000 * (robot.shape.pedestal_height + robot.lengths.L01 + arm_reach(robot))
     push = balance.push_that_tips(robot, table, high)
     words = (
-        f"a level push of {push:.1f} N at a raised hand tips the robot; a contact pushes with at "
-        f"most {_PUSH} N"
+        f"a horizontal push of {push:.1f} N on a raised hand tips the robot; contacts are expected "
+        f"to push with at most {_PUSH} N"
     )
     # The robot can be built all the same, so this is not a defect.
     yield Finding("push", True, words + ("" if push > _PUSH else ": screw the foot to the table"))
@@ -257,7 +257,7 @@ def _screws() -> Finding:
     }
     words = ", ".join(f"{name} {grip:.1f} mm" for name, grip in grips.items())
     ok = min(grips.values()) >= _GRIP and grips["horn (M2x6)"] <= s.horn_depth + 1e-9
-    return Finding("screws", ok, f"grip {words}; a horn takes {s.horn_depth} mm at most")
+    return Finding("screws", ok, f"grip {words}; screws go at most {s.horn_depth} mm into a horn")
 
 
 def _drivers(robot: Robot, things: Iterable[Solid]) -> Finding:
@@ -276,7 +276,7 @@ def _drivers(robot: Robot, things: Iterable[Solid]) -> Finding:
             way = rod((x, near, z), (x, near + 50.0, z), 1.9)
             way = moved(moved(way, mount.frame), neutral[mount.link])
             for thing in printed[carried[mount.joint]]:
-                # The chest comes last.
+                # The chest is fitted last.
                 here = moved(thing.solid, neutral[thing.link])
                 if thing.name not in {"chest", "neck"} and (way ^ here).volume() > 1.0:
                     blocked.append(f"{mount.joint} ({thing.name})")
@@ -301,6 +301,6 @@ def _cables(robot: Robot, motions: Mapping[str, Array]) -> Finding:
     return Finding(
         "cables", longest[worst] <= _CABLE,
         f"the longest cable, to the {worst.replace('_', ' ')}, routed as in the pictures: "
-        f"{longest[worst]:.0f} mm of {_CABLE:.0f} mm"
+        f"{longest[worst]:.0f} mm; the cable is {_CABLE:.0f} mm long"
         + ("" if longest[worst] <= _CABLE else "; make a longer one"),
     )  # fmt: skip

@@ -1,7 +1,7 @@
-"""Read the dimensions that the printed parts are built around: servo, walls, screws, card.
+"""Read the dimensions around which parts are printed: servo, walls, screws, Arduino card.
 
-In goes ``dimensions.toml``; out comes one immutable :class:`Dimensions`. Lengths are in mm, as in
-slicers and drawings, here and in the whole package.
+Read ``dimensions.toml`` into one immutable :class:`Dimensions`. Lengths are in mm, as in slicers
+and drawings, here and in the whole package.
 """
 
 from functools import cache

@@ -1,8 +1,8 @@
-"""The letters cut into each part so that nobody mixes them up: its servo's symbol and number.
+"""Engrave each part with its servo's symbol and number, so that parts are not mixed up.
 
 The symbols are those in the robot's file (W, RS, ... H); the numbers are the ids that ``miburi card
-calibrate --ids`` assigns. Where a fork or plate covers the servo's horn, a slot shows the horn's
-single notch when the servo reports 2048.
+calibrate --ids`` assigns. If a fork or plate covers the servo's horn, a slot shows the horn's notch
+at the middle position (2048 of 4096 steps).
 """
 
 import numpy as np

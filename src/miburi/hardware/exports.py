@@ -160,7 +160,7 @@ def step(solid: Manifold, name: str) -> bytes:
 
 
 def _edges(faces: NDArray[np.int64]) -> list[tuple[int, int]]:
-    """Return each edge once, the smaller corner first."""
+    """Return each edge once, the corner of the lower index first."""
     pairs = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     unique = np.unique(np.sort(pairs, axis=1), axis=0)
     return [(int(a), int(b)) for a, b in unique]

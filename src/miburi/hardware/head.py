@@ -1,7 +1,7 @@
 """The head's printed parts: the neck with the head's servo, the phone's cradle and its jaw.
 
-The neck is in the torso's frame, cradle and jaw in the head's (x towards the head's centre, y to
-the robot's left), in mm. ``fit`` is the gap on each side of a pocket.
+The neck is in the torso's frame. Cradle and jaw are in the head's frame: x from the axle to the
+head's centre, y to the robot's left, in mm. ``fit`` is the gap on each side of a pocket.
 """
 
 from dataclasses import dataclass
@@ -33,8 +33,8 @@ class Clamp:
     Attributes
     ----------
     frame
-        (3, 4): x out of the screen, y to the robot's left, z up along the phone, on the head's
-        link.
+        (3, 4), relative to the head's link: x out of the screen, y to the robot's left, z up along
+        the phone.
     plate
         Where the cradle's plate begins, along x.
     back, front
@@ -78,7 +78,7 @@ def phone(robot: Robot) -> Manifold:
 
 
 def neck(robot: Robot, fit: float) -> Manifold:
-    """Return the neck: it stands on the torso and holds the head's servo, leaning back."""
+    """Return the neck: it stands on the torso and holds the head's servo tilted backwards."""
     s, w, holes = dimensions().servo, dimensions().wall, dimensions().screws
     frame = mount_of(robot, "head").frame
     level = robot.shape.phone_level
@@ -95,10 +95,11 @@ def neck(robot: Robot, fit: float) -> Manifold:
         )
     )
     end = s.long_end + fit
-    # The column begins at the sleeve's end; it leans with the servo.
+    # The neck's column begins where the sleeve of the servo ends, and leans with it.
     foot_of_sleeve = moved(box((-wide, wide), (s.back, s.front), (end, end + w.shell)), frame)
     column = hull(foot_of_sleeve, box((-24.0, 3.0), (-13.5, 13.5), (floor, floor + 1.0)))
-    # The head's cable comes up through the roof and leaves at the robot's right.
+    # The head's cable comes up through the roof and leaves the neck on the robot's right, hence the
+    # bend.
     bend = (-10.5, 0.0, floor + 7.0)
     channel = [
         rod((-8.0, 0.0, floor - 6.0), bend, 5.0),
@@ -116,7 +117,7 @@ def cradle(robot: Robot) -> Manifold:
     """Return the part that nods: fork, plate behind the phone's lower third, shelf, fixed jaw."""
     c, holes = clamp(robot), dimensions().screws
     face = c.plate + _PLATE
-    # The plate's free edge: with the narrowest phone, the jaw moves beyond it.
+    # The free edge of the plate; with the narrowest phone, the jaw slides past it.
     narrow = c.half - _TRAVEL
     lip = c.front + _FOAM
     grip = c.low + 50.0
@@ -130,8 +131,8 @@ def cradle(robot: Robot) -> Manifold:
     fixed = box((c.plate, lip + 2.5), (c.half, c.half + 3.0), (c.low - 3.0, grip))
     fixed_lip = box((lip, lip + 2.5), (c.half - 4.0, c.half + 3.0), (c.low - 3.0, grip))
     fork = moved(servo.cheeks(face), _fork_frame())
-    # With a longer LH2, a gap would be left that could pinch fingers, so the bridge begins at the
-    # same distance as that of every fork.
+    # The bridge sits as near the axle as on every other fork: with a longer link LH2, the gap could
+    # otherwise pinch fingers.
     half = (
         dimensions().servo.horn_face - dimensions().servo.idler_face
     ) / 2 + dimensions().wall.plate
@@ -170,7 +171,8 @@ def jaw(robot: Robot) -> Manifold:
 
 
 def jaw_rows(robot: Robot) -> list[tuple[float, float]]:
-    """Return the places of the jaw's two screws, y and z on the phone, above the fork's cheeks."""
+    """Return the positions of the jaw's two screws above the cheeks: y and z in the phone's frame.
+    """
     c = clamp(robot)
     return [(_TRAVEL - c.half + 12.0, c.low + height) for height in (33.0, 43.0)]
 

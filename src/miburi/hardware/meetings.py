@@ -1,8 +1,8 @@
-"""Find where two parts of a built robot meet: over each joint's range, and in every gesture.
+"""Find collisions between parts of a built robot: over each joint's range, and in every gesture.
 
-In go a robot, its solids and poses; out come pairs of names. Shapes are the real ones: parts,
-servos, phone. Overlaps of up to half a cubic millimetre do not count: two faces that lie on each
-other give less than that.
+It takes a robot, its solids and poses, and returns pairs of parts that collide. Shapes are the real
+ones: parts, servos, phone. Overlaps of up to 0.5 mm³ do not count, because two touching faces give
+less than that.
 """
 
 from collections.abc import Iterable, Iterator

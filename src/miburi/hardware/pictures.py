@@ -1,7 +1,8 @@
 """Draw each step of the assembly as a line-and-tone picture, from the same solids as the parts.
 
 MuJoCo renders the tones and a depth image; lines are drawn where the depth changes sharply or
-another object begins. It takes a robot's description and makes pictures, (height, width, 3) uint8.
+another object begins. This module takes a robot's description and returns pictures, (height, width,
+3) uint8.
 """
 
 import xml.etree.ElementTree as ET
@@ -35,7 +36,7 @@ Picture = NDArray[np.uint8]
 _WIDTH, _HEIGHT, _CAPTION = 1100, 730, 90
 #: Pictures are drawn at this many times their final resolution, for smooth lines.
 _FINE = 2
-#: A bend in depth of more than this, m, is an edge.
+#: A second difference of depth above this, m, is drawn as an edge.
 _BEND = 0.0007
 _COLOURS = {
     "new": (0.96, 0.62, 0.50),
@@ -56,13 +57,13 @@ class BuildStep:
     title
         What is done, as the picture's heading.
     adds
-        The things added, by name; each is drawn at an offset, mm in its link's frame, from where it
-        belongs.
+        The added parts, by name, each with the offset from its final place at which it is drawn, mm
+        in its link's frame.
     shows
         The things that are there already and are shown; ``*`` for all.
     groups
-        Groups of screws that hold the additions; each has the name of the thing whose offset it
-        shares, or "".
+        Groups of screws that hold the added parts; each group names the part that it is drawn
+        displaced with, or "" for no offset.
     words
         What else to do or to check.
     view
@@ -70,7 +71,7 @@ class BuildStep:
     pulled
         How far the screws are shown out of their holes, mm.
     pose
-        The joints that are not straight, rad.
+        Angles of the joints that are not in the straight pose, rad.
     cables
         The cables to draw: each one's name, and the range of its points.
     """
@@ -102,13 +103,13 @@ STEPS: tuple[BuildStep, ...] = (
     BuildStep("The whole robot", (), ("*",), view=(150.0, -15.0)),
     BuildStep(
         "A servo: horn, notch, long and short end", (), ("left_fingertip servo",),
-        words="The notch points to the short end, near the axle: there it counts 2048.",
+        words="Point the notch to the short end, near the axle: there the servo reads 2048.",
         view=(165.0, -15.0),
     ),
     BuildStep(
         "Servo 1 into the column, from below", (("waist servo", (0, 0, -50.0)),), ("column",),
         (("waist case", ""),),
-        "Its cable first. From above, heads below the surface. Short end to the peg.",
+        "Plug in its cable first. Screws from above, countersunk. Short end at the peg.",
         (120.0, -12.0), cables=(("waist", 0, 3),),
     ),
     BuildStep(
@@ -117,16 +118,16 @@ STEPS: tuple[BuildStep, ...] = (
         (130.0, 30.0),
     ),
     BuildStep(
-        "Mega and buffer's board into the foot, then the ballast",
+        "Arduino Mega and buffer board into the foot, then the ballast",
         (("card", (0.0, 0.0, 45.0)), ("buffer_board", _UP), ("ballast", (0.0, 0.0, 45.0))),
         ("foot",), (("card", "card"),),
-        "USB to the square hole, the supply's wires by the round one. Board into its grooves.",
+        "USB faces the square hole; the power wires enter by the round one. Board into its grooves.",
         (130.0, -40.0),
     ),
     BuildStep(
         "Lid onto the foot", tuple((name, _UP) for name in ("lid", "column", "waist servo")),
         ("foot", "card", "buffer_board", "ballast"), (("lid", "lid"),),
-        "Servo 1 and the hub's wires to the buffer's board first. FRONT opposite the square hole.",
+        "First connect servo 1 and the hub's wires to the board. FRONT opposite the square hole.",
         (150.0, -20.0), cables=(("waist", 0, 5), ("feed", 0, 4)),
     ),
     BuildStep(
@@ -140,7 +141,7 @@ STEPS: tuple[BuildStep, ...] = (
         tuple((name, (60.0, 0.0, -20.0)) for name in _SHOULDERS),
         ("torso", "hub_board"),
         tuple((f"{side}_shoulder case", "") for side in ("left", "right")),
-        "Two cables into each first: to the hub, and out at the back. Screws from outside.",
+        "First plug two cables into each: to the hub, and out at the back. Screws from outside.",
         (148.0, -15.0),
         cables=tuple((f"{side}_{joint}", 0, 5 if joint == "shoulder" else 4)
             for side in ("left", "right") for joint in ("shoulder", "elbow")),
@@ -148,25 +149,25 @@ STEPS: tuple[BuildStep, ...] = (
     BuildStep(
         "Servo 8 into the neck, long end down", (("head servo", _OUT),), ("neck",),
         (("head case", ""),),
-        "Its cable first, out at the right. Horn left, screws from the right; H 8 is behind.",
+        "First its cable, out at the right. Horn left, screws from the right; the mark H 8 at the back.",
         (290.0, -15.0), cables=(("head", 0, 5),),
     ),
     BuildStep(
         "Neck onto the torso", tuple((name, _UP) for name in _HEAD),
         ("torso", "hub_board", *_SHOULDERS), (("neck", "neck"),),
-        "From above. H 8 backwards; the cable goes in at its right, down through the roof.",
+        "From above, the mark H 8 at the back. The cable goes in at the right, down through the roof.",
         (130.0, -15.0), cables=(("head", 0, 7),),
     ),
     BuildStep(
         "Left yoke onto the horn of servo 5", (("left_yoke", _OUT),), _TRUNK,
         (("left_shoulder horn", "left_yoke"),),
-        "Through the holes in its side. LE 6 backwards, slot up: the notch is in it.",
+        "Screws through the holes in its side. Mark LE 6 at the back; the notch shows in the upper slot.",
         (130.0, -20.0), 70.0, _FORWARDS, (("left_elbow", 2, 5),),
     ),
     BuildStep(
-        "Turn the yoke until LE 6 is up; servo 6 into it", (("left_elbow servo", _AHEAD),),
+        "Turn the yoke until the mark LE 6 is up; push servo 6 into it", (("left_elbow servo", _AHEAD),),
         ("left_yoke",), (("left_elbow case", ""),),
-        "Servo 5's free cable and a new one first. Horn forwards, long end up. From behind.",
+        "First plug in servo 5's free cable and a new one. Horn forwards, long end up. From behind.",
         (50.0, -25.0), cables=(("left_elbow", 4, 8), ("left_fingertip", 0, 3)),
     ),
     BuildStep(
@@ -176,16 +177,16 @@ STEPS: tuple[BuildStep, ...] = (
         (50.0, -25.0), cables=(("left_fingertip", 3, 6),),
     ),
     BuildStep(
-        "Idlers onto the rear cheeks, from inside: here the cradle's", (("idler", (0, 10.0, 0)),),
+        "Idlers onto the rear cheeks, from inside; shown: the cradle", (("idler", (0, 10.0, 0)),),
         ("cradle",), (("head idler", ""),),
-        "Five times, onto the cheek without a slot: the set's on upper arms and forearms.",
+        "Five times, onto the cheek without a slot. Use the servo set's on upper arms and forearms.",
         (300.0, -15.0),
     ),
     BuildStep(
         "Forearm onto servo 7", (("left_forearm", _OUT), ("left_fingertip idler", _OUT)),
         (*_ARM, "left_elbow idler"),
         (("left_fingertip horn", "left_forearm"), ("left_fingertip axle", "left_forearm")),
-        "4 in front; 1 through the rear cheek, not tight. Straight: notch in the slot.",
+        "4 screws in front; 1 through the rear cheek, not tight. Arm straight: notch in the slot.",
         (130.0, -20.0),
     ),
     BuildStep(
@@ -196,22 +197,22 @@ STEPS: tuple[BuildStep, ...] = (
         ),
         (*_TRUNK, "left_yoke", "left_elbow servo"),
         (("left_elbow horn", "left_upper_arm"), ("left_elbow axle", "left_upper_arm")),
-        "4 in front, 1 through the rear cheek, not tight. Straight out: notch in the slot.",
+        "4 screws in front, 1 through the rear cheek, not tight. Arm straight out: notch in the slot.",
         (130.0, -20.0), cables=(("left_fingertip", 0, 6), ("left_elbow", 2, 8)),
     ),
     BuildStep(
         "Cradle onto servo 8", (("cradle", _AHEAD), ("idler", (0.0, 0.0, 0.0))),
         (*_TRUNK, *_WHOLE_ARM, "left_forearm"), (("head horn", "cradle"), ("head axle", "")),
-        "4 at its left; 1 at its right, not tight. Nearly bowed: notch in the left cheek's slot.",
+        "4 screws left; 1 right, not tight. Head nearly down: notch in the left cheek's slot.",
         (235.0, -12.0), 14.0, _BOWED,
     ),
     BuildStep(
         "The jaw behind the cradle", (("jaw", (0.0, -25.0, 0)),), ("cradle", *_HEAD, "idler"),
-        (("jaw", "jaw"),), "With washers; loose, until there is a phone.", (330.0, -15.0),
+        (("jaw", "jaw"),), "With washers; leave the screws loose until a phone is in.", (330.0, -15.0),
     ),
     BuildStep(
         "Chest, after the first power-on has gone well", (("chest", _UP[::-1]),), ("*",),
-        (("chest", "chest"),), "The end with the flat sides up. From the front.", (150.0, -15.0),
+        (("chest", "chest"),), "The end with flat sides at the top. From the front.", (150.0, -15.0),
     ),
 )  # fmt: skip
 

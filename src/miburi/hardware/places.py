@@ -1,7 +1,7 @@
 """Where each servo sits, and how long the links must be for the parts to fit.
 
-For a robot it gives frames, (3, 4) in mm: each is a rotation and an origin that bring a solid from
-a servo's own frame to the frame of the link that carries its case. Links are those of
+For a robot it returns frames, (3, 4) with the origin in mm: each transforms a solid from a servo's
+own frame to the frame of the link that holds the servo's case. Links are those of
 :func:`miburi.robot.shape.links`.
 """
 
@@ -55,8 +55,8 @@ class Mount:
     idler
         Whether a fork holds it from behind, too.
     centred
-        The joint's angle, rad, at which the servo reads 2048. For shoulders it is the middle of
-        their range, where readings must not wrap from 4095 to 0.
+        The joint's angle, rad, at which the servo reads 2048. For shoulders that is the middle of
+        their range, so that readings do not wrap from 4095 to 0 within it.
     """
 
     joint: str
@@ -107,7 +107,7 @@ def mounts(robot: Robot) -> list[Mount]:
             ),
         ]  # fmt: skip
     down = (-sin(HEAD_LEAN), 0.0, -cos(HEAD_LEAN))
-    # At this angle the horn's holes lie along the fork, and the notch is beside it.
+    # At this angle the horn's holes line up with the fork, and the notch shows beside it.
     centred = robot.shape.phone_level - HEAD_LEAN
     frame = _frame((0, 1, 0), down, (0, -middle, head))
     return [*table, Mount("head", "torso", frame, True, centred)]
@@ -203,7 +203,7 @@ def room(robot: Robot) -> list[Room]:
         ),
         Room(
             "shape.pedestal_radius", mm * shape.pedestal_radius, board + 2.0 + w.shell,
-            "the Mega lies in the foot",
+            "the Arduino Mega lies in the foot",
         ),
         Room(
             "shape.pedestal_height", mm * shape.pedestal_height,
@@ -211,7 +211,7 @@ def room(robot: Robot) -> list[Room]:
                 s.horn_face - s.back + s.plug_room,
                 mm * (size.L23 + size.L34 + shape.hand_radius - size.L01) + 4.0,
             ),
-            "the Mega lies in the foot, the waist's servo hangs and the hands pass above it",
+            "the Arduino Mega lies in the foot; the waist's servo and the hands must clear it",
         ),
         Room(
             "shape.torso_radius", mm * shape.torso_radius,

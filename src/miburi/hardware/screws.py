@@ -1,7 +1,6 @@
 """Every screw of the robot: its kind, where its head sits, and which way its head faces.
 
-In goes a robot; out come named groups of screws, for the pictures, which show them, and the bill,
-which counts them.
+It takes a robot and returns named groups of screws for the pictures and the bill of materials.
 """
 
 from collections import Counter
@@ -39,7 +38,7 @@ _KINDS = {
     "M2.6x8": (1.3, 8.0, 2.6, 1.5),
     "M3x6": (1.5, 6.0, 2.75, 1.9),
 }
-#: Plastic left under a sunk head, mm.
+#: Plastic left under a countersunk head, mm.
 _UNDER = 1.3
 
 
@@ -56,7 +55,7 @@ class Screw:
     place
         (3,) mm, under its head.
     way
-        (3,) of length 1, the way the head faces: the driver comes from that side.
+        (3,) unit vector in the direction that the head faces; the driver comes from there.
     """
 
     kind: str

@@ -111,7 +111,7 @@ def circle() -> list[tuple[float, float]]:
 
 
 def horn_screws(face: float, away: float) -> list[Manifold]:
-    """Return what is cut out of a plate at y = ``face`` for the four screws and the middle one.
+    """Return the cut-outs in a plate at y = ``face``, for four screws of the horn and its centre.
 
     ``away`` is +1 if the plate lies towards +y, -1 towards -y.
     """
@@ -129,7 +129,7 @@ def horn_screws(face: float, away: float) -> list[Manifold]:
 
 
 def driver_room(face: float, away: float, length: float) -> Manifold:
-    """Return the room that screws, heads and a driver need in front of a plate."""
+    """Return the clearance that screws, heads and a driver need in front of a plate."""
     plate = dimensions().wall.plate
     near = face + away * plate
     return disc("y", (0, 0), sorted((near, near + away * length)), 8.5)
@@ -138,7 +138,8 @@ def driver_room(face: float, away: float, length: float) -> Manifold:
 def case_screws(rows: Sequence[float], face: float, away: float) -> list[Manifold]:
     """Return the screw holes into the case, at z in ``rows``, with countersinks for the heads.
 
-    ``face`` is the y of the case's side that the plate lies on; 1.3 mm of plate stay under a head.
+    ``face`` is the y of the case's side that the plate lies on; 1.3 mm of plate remain under a
+    head.
     """
     holes, x = dimensions().screws, dimensions().servo.case_holes_x
     under = 1.3
@@ -156,7 +157,7 @@ def case_screws(rows: Sequence[float], face: float, away: float) -> list[Manifol
 
 
 def plugs(length: float) -> Manifold:
-    """Return the pockets for both plugs and the channel to push them in through, from behind."""
+    """Return the pockets for both plugs, and the channel that they pass through, from behind."""
     s = dimensions().servo
     x, y, z = s.socket_x, s.socket_y, s.socket_z
     outside = dimensions().wall.knuckle + 1.0  # no sliver of the round end is left beside them
@@ -169,7 +170,8 @@ def plugs(length: float) -> Manifold:
 
 
 def pocket(fit: float) -> Manifold:
-    """Return the room in a holder for a case, slid in from the horn's side, and its plugs."""
+    """Return the cavity in a holder for a case, which enters from the horn's side, and its plugs.
+    """
     s = dimensions().servo
     open_end = box(
         (-s.half_width - fit, s.half_width + fit), (s.front, s.front + 20),
@@ -183,7 +185,7 @@ def holder(fit: float, end: float | None = None) -> Manifold:
 
     It has a round end about the axle, so that the gap to a fork's bridge stays the same in all
     poses, and a back plate with two screws at the case's long end. ``end`` is the z at which the
-    sleeve ends, by default a wall beyond the case.
+    sleeve ends; by default one wall's thickness past the case.
     """
     s, w = dimensions().servo, dimensions().wall
     wide = s.half_width + fit + w.shell
@@ -225,7 +227,7 @@ def cheeks(reach: float) -> Manifold:
 def cheek_span(
     frame: Array, axis: Array, direction: Array, limits: tuple[float, float]
 ) -> tuple[float, float]:
-    """Return the angles of a fork's cheek, as :func:`cheek_outline` turns it, at a joint's limits.
+    """Return the angles of a fork's cheek at a joint's limits, as for :func:`cheek_outline`.
 
     ``frame`` is the servo's frame on its link. In that link's coordinates, ``axis`` is the joint's
     axis, and ``direction`` is where the cheek points at a joint angle of 0. ``limits`` are in rad.
@@ -243,9 +245,9 @@ def cheek_span(
 def stops(low: float, high: float, fit: float) -> Manifold:
     """Return the blocks on a holder's front that a fork's cheek meets beyond its range.
 
-    ``low`` and ``high`` are the cheek's angles in rad, 0 towards +x, as :func:`cheek_outline`
-    turns it. The blocks leave the cheek free from ``stop`` degrees (a dimension) below ``low`` to
-    ``stop`` degrees above ``high``.
+    ``low`` and ``high`` are the cheek's angles in rad, 0 towards +x, as :func:`cheek_outline` turns
+    it. The cheek moves freely from ``stop`` degrees below ``low`` to ``stop`` degrees above
+    ``high``; ``stop`` is a dimension in ``dimensions.toml``.
     """
     s, w = dimensions().servo, dimensions().wall
     wide = s.half_width + fit + w.shell
@@ -266,7 +268,7 @@ def shoulder_pin(length: float) -> Manifold:
 
 
 def shoulder_tab(low: float, high: float, thick: float) -> Manifold:
-    """Return the rim of a yoke's plate that meets the pin beyond the shoulder's range, rad.
+    """Return the rim of a yoke's plate that hits the pin beyond the shoulder's range, given in rad.
 
     The shoulder turns about -y; seen from the yoke the pin goes the other way.
     """

@@ -1,7 +1,7 @@
 """The real shapes of a robot's links, for whatever draws it.
 
-In goes a robot's description; out come solids in their links' frames, mm, by link and colour. The
-phone is left out: it is drawn as the description has it.
+It takes a robot's description and returns solids in their links' frames, mm, by link and colour.
+The phone is not among them: it is drawn from the description.
 """
 
 from functools import lru_cache
@@ -32,7 +32,7 @@ def shapes(robot: Robot) -> dict[tuple[str, str], "Manifold"]:
     InputError
         This robot cannot be built; the message says which length is too short, and by how much.
     """
-    # The kernel is an optional extra; drawing code calls this even where it is not installed.
+    # The geometry kernel is an optional extra, so it is imported here.
     from miburi.hardware.build import bodies, printed_parts
     from miburi.hardware.solids import join
 
@@ -46,7 +46,7 @@ def shapes(robot: Robot) -> dict[tuple[str, str], "Manifold"]:
 
 @lru_cache(maxsize=2)
 def shapes_if_it_can_be_built(robot: Robot) -> dict[tuple[str, str], "Manifold"]:
-    """Return :func:`shapes`; without the extra, or if no parts fit the lengths, return {}."""
+    """Return :func:`shapes`, or {} without the extra or if the robot is too small for the parts."""
     try:
         return shapes(robot)
     except MiburiError:

@@ -84,7 +84,7 @@ def cut(solid: Manifold, tools: Iterable[Manifold]) -> Manifold:
 
 
 def moved(solid: Manifold, frame: Array) -> Manifold:
-    """Return a solid moved by ``frame``, (3, 4), which holds the turn and the origin."""
+    """Return a solid transformed by ``frame``, (3, 4), a rotation and a translation."""
     return solid.transform(frame)
 
 

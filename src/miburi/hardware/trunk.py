@@ -43,15 +43,15 @@ __all__ = [
 
 #: x and y of the four screws between torso and neck, mm.
 NECK_SCREWS = [(x, y) for x in (-20.0, -3.0) for y in (-20.5, 20.5)]
-#: Thickness of the foot's lid and the column's top, of the torso's floor and roof, and the gap at
-#: the waist.
+#: Thickness of the foot's lid (and of the column's top), of the torso's floor, of its roof, and
+#: the gap at the waist, mm.
 _LID, _FLOOR, _ROOF, _GAP = 3.0, 4.4, 5.7, 1.2
 #: Radius of the hole in the roof, through which a slim driver reaches the waist's horn.
 _DRIVER = 9.5
-#: How far the heads of the chest's screws lie in front of its edge, so that the tips stop short of
-#: the servos.
+#: How far the heads of the chest's screws lie in front of the chest's edge, mm: the tips must stop
+#: short of the servos.
 CHEST_SEAT = 5.5
-#: Radius at which the feed's wires pass the waist, and half the width of the slot for them.
+#: The power wires pass the waist at this radius, through a slot of twice this width.
 _CABLE_CIRCLE, _CABLE = 14.9, 2.6
 #: Radius at which the waist's stops stand, and their radius.
 _STOP_CIRCLE, _STOP_RADIUS = 22.0, 2.2
@@ -91,7 +91,8 @@ def column_screws(robot: Robot) -> list[tuple[float, float]]:
 def card_screws() -> list[tuple[float, float]]:
     """Return the places of the four screws of the Mega, whose USB socket faces backwards.
 
-    The components face up, so the edge beside the USB socket is on the robot's left.
+    With the components up and the USB socket at the back, the edge beside the socket is on the
+    robot's left.
     """
     m = dimensions().mega
     return [(x - m.length / 2, m.width / 2 - y) for x, y in m.holes]
@@ -133,7 +134,7 @@ def foot(robot: Robot) -> Manifold:
     usb = (y - wide / 2, y + wide / 2)
     openings = [
         box((-radius - 1, -m.length / 2 + 1), usb, (above - 0.5, above + high)),
-        # Room for the supply's wires, and a gap in each rib for the wires that go on to the card.
+        # Clearance for the power wires, and gaps in the ribs for the wires to the Arduino card.
         disc("x", (-18.0, floor + 10.0), (-radius - 1, -m.length / 2 + 1), 4.1),
         box((-46.0, -36.0), (-rib - 5, rib + 5), (floor + 6.0, top)),
     ]
@@ -215,7 +216,7 @@ def column(robot: Robot, fit: float) -> Manifold:
         moved(servo.case(fit), frame),
         disc("z", (0, 0), (-_LID - 1, 1), s.horn_diameter / 2 + 0.5),
         *(moved(hole, frame) for hole in servo.case_screws(s.case_holes_z, s.front, 1)),
-        # Its screws come from below, through the lid.
+        # The column's screws come from below, through the lid.
         *(
             disc("z", place, (low - 1, low + 12), holes.m25_pilot / 2)
             for place in column_screws(robot)
@@ -227,7 +228,7 @@ def column(robot: Robot, fit: float) -> Manifold:
 
 
 def _outline(radius: float, low: float, high: float, flat: float) -> Manifold:
-    """Return a column that is cut flat at both sides."""
+    """Return a circular outline with a flat on each side."""
     column = disc("z", (0, 0), (low, high), radius)
     return column ^ box((-radius, radius), (-flat, flat), (low - 1, high + 1))
 
@@ -302,7 +303,7 @@ def torso(robot: Robot, fit: float) -> Manifold:
 
 
 def _split(robot: Robot) -> Manifold:
-    """Return the chest's space: what lies in front of the servos."""
+    """Return the volume of the chest's part: what lies in front of the servos."""
     radius, roof = 1000 * robot.shape.torso_radius, neck_floor(robot)
     return box(
         (dimensions().servo.half_width + 3.0, 60),
@@ -361,7 +362,7 @@ def chest(robot: Robot, fit: float) -> Manifold:
 
 
 def _cable_arc(robot: Robot) -> Manifold:
-    """Return the opening in the torso's floor that leaves the feed's wires room for the turn."""
+    """Return the opening in the torso's floor in which the power wires move as the waist turns."""
     low, high = range_of(robot, "waist")
     beyond = (dimensions().wall.stop + 12.0) * pi / 180
     hole = CrossSection.circle(_CABLE + 0.3, 32).translate((_CABLE_CIRCLE, 0))

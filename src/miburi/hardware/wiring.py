@@ -73,7 +73,7 @@ def hub_board(robot: Robot) -> Manifold:
 
 
 def _socket(robot: Robot, joint: str, side: float) -> tuple[Point, Point]:
-    """Return a servo's socket, and where its wires are behind it; ``side`` is the sign of x."""
+    """Return where a servo's socket is, and the wires behind it; ``side`` is the sign of x."""
     s, mount = dimensions().servo, mount_of(robot, joint)
     found = []
     for y in ((s.socket_y[0] + s.socket_y[1]) / 2, s.back - s.plug_room):
@@ -125,7 +125,7 @@ def _arm_cables(robot: Robot, side: str, sign: float, hub: Point) -> dict[str, l
     def at(thing: str, link: str, x: float, y: float, z: float) -> Point:
         return thing, link, (x, sign * y, z)
 
-    # Seen along their axles, a right and a left servo's sockets are the other way round.
+    # Right and left servos are mirrored, so their two sockets change sides.
     front, front_free = _socket(robot, shoulder, -sign)
     back, back_free = _socket(robot, shoulder, sign)
     inner, inner_free = _socket(robot, elbow, sign)

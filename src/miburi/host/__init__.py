@@ -1,1 +1,1 @@
-"""The processes of a live partner: they are started, watched over and ended here."""
+"""The processes of a running partner: start, watch and end them."""

@@ -13,22 +13,23 @@ __all__ = ["Pages"]
 
 @dataclass(frozen=True)
 class Pages:
-    """What the server is given.
+    """The settings of the server's process.
 
     Attributes
     ----------
     listeners
         The addresses at which programs and devices find it.
     reach
-        The rules and keys by which other devices may reach it.
+        The rules and keys for access from other devices.
     doors
         The doors (other protocols) that are open besides HTTP.
     folder
-        Where token and certificates are kept.
+        The folder of the token and the certificates.
     certificate
         The key and the certificate, PEM, if it serves https.
     passage
-        Brings connections from the reception process; None if the server listens itself.
+        Hands over connections from the reception, the process that accepts them; None if the server
+        accepts them itself.
     """
 
     listeners: Listeners

@@ -1,4 +1,4 @@
-"""The processes and signals beside the partner's loop."""
+"""The helper processes and signal handlers that run beside the partner's loop."""
 
 import signal
 import socket
@@ -21,10 +21,10 @@ from miburi.serving.reception import receive
 
 __all__ = ["GLANCE", "Helpers", "Moment", "signals", "start_helpers", "watch_process"]
 
-#: Time in which each helper process must end, s.
+#: The time within which each helper process must exit, s.
 _PATIENCE = 4.0
 
-#: Length of one wait, s: Windows takes a signal only between two waits.
+#: Length of one wait, s: on Windows, signals are handled only between two waits.
 GLANCE = 0.5
 
 
@@ -56,7 +56,7 @@ class Helpers:
 
 
 def start_helpers(pages: Pages) -> Helpers:
-    """Start the server's process and, on systems that can pass sockets on, a reception process."""
+    """Start the server and, where sockets can be handed over, a process that accepts them."""
     ours, theirs = lanes()
     if not CAN_PASS:
         server = _spawn(serve_pages, pages, theirs)
@@ -82,7 +82,8 @@ def start_helpers(pages: Pages) -> Helpers:
 def _spawn(work: Callable[..., None], *arguments: object) -> BaseProcess:
     spawn = get_context("spawn").Process
     process = spawn(target=logged, args=(work, *arguments), name=work.__name__)
-    # Ctrl-C reaches the whole group; this process decides, and the others serve until the end.
+    # Ctrl-C reaches the whole group. Helpers ignore it and serve until this process, which decides
+    # when to end, tells them.
     handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         process.start()

@@ -1,8 +1,8 @@
 """Start the live partner and its server, and end both cleanly.
 
-The partner's loop and its watchdog run here. The server has its own process
-(:mod:`miburi.host.process`), and so has the reception in front of it: neither can starve the loop
-or the watchdog.
+The partner's loop and its watchdog run here. The server (:mod:`miburi.host.process`) and the
+reception, which accepts connections, are processes of their own, so that neither can starve the
+loop or the watchdog.
 """
 
 import gc
@@ -43,7 +43,7 @@ from miburi.talk.endpoint import Endpoint
 
 __all__ = ["GREETING", "Launch", "own_folder", "serve"]
 
-#: A partner that wakes is glad to see people (ours).
+#: On waking, a partner is glad to see people (our number).
 GREETING = Stimulus("happiness", 0.8)
 
 
@@ -56,15 +56,15 @@ class Launch:
     robot, repertoire, temperament
         The description of the body, its gestures, and the first temperament.
     rule
-        The contact rule of simulated bodies; None: the robot's own.
+        The contact rule for simulated bodies; None: the robot's own.
     settings
-        The inverse kinematics' settings; None: Miburi's own way.
+        Settings of the inverse kinematics; None: Miburi's default solver.
     body, port_of_body
-        The kind of body, and a card's serial port.
+        The kind of body, and the serial port of its Arduino card.
     host, port
         Where to listen; port 0 takes any free port.
     https
-        Whether to use https at ``host``, on the next port, and http only for this computer.
+        Whether to serve https at ``host``, one port higher, and http only on this computer.
     headless
         Open no browser.
     doors
@@ -72,11 +72,11 @@ class Launch:
     folder
         Where the token, the partner's state and recordings are kept.
     forget
-        Start in the resting moods, and save no moods at the end.
+        Start in the resting moods, and do not save the moods at the end.
     seed
         Seeds the choice of gestures and their small variations; 0 or more.
     programs_may_release
-        Whether programs may end a person's Stop.
+        Whether programs may release a Stop that a person pressed.
     """
 
     robot: Robot
@@ -98,7 +98,7 @@ class Launch:
 
 
 def own_folder() -> Path:
-    """Return Miburi's folder under the one where programs keep their state (XDG_STATE_HOME)."""
+    """Return Miburi's folder within XDG_STATE_HOME."""
     base = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
     return Path(base) / "miburi"
 
@@ -157,14 +157,14 @@ def _serve(launch: Launch, meanwhile: Callable[[], None]) -> None:
         raise BodyError(runner.failure)
     if end in _LEFT_ALONE:
         raise BodyError(
-            f"{_LEFT_ALONE[end]}, so nobody could have stopped the body any longer: it was stopped "
+            f"{_LEFT_ALONE[end]}, so Stop would not have worked any more: the body was stopped "
             "where it was. Start Miburi again."
         )
     _say_good_bye(runner, folder, kept=kept)
 
 
 def _keep_private(folder: Path) -> None:
-    """Restrict the partner's files, also those of earlier runs, to this user."""
+    """Make the partner's files, including those of earlier runs, readable by this user alone."""
     os.umask(0o077)  # in the helpers, too: they inherit it
     own = [folder / name for name in ("events.sqlite", "feelings.json", "recordings")]
     for one in (*own, *folder.glob("recordings/*.mcap")):
@@ -188,12 +188,12 @@ def _check(launch: Launch) -> None:
         )
     if launch.rule is not None and launch.body == "card":
         raise InputError(
-            "a card has its own calibration; load this one onto it with `miburi card load`."
+            "a card has its own calibration; load the file onto it with `miburi card load`."
         )
 
 
 def _feelings(launch: Launch, memory: Path | None) -> EmotionalModel:
-    """Return the saved feelings, or those of a first meeting; in both cases the partner is glad."""
+    """Return the saved feelings or new ones, with the partner's gladness at waking."""
     kept = None if memory is None else _recall(memory, launch.temperament)
     feelings = kept or EmotionalModel(launch.temperament)
     feelings.stimulate(GREETING)
@@ -217,7 +217,7 @@ def _wake(launch: Launch, feelings: EmotionalModel, folder: Path) -> Runner:
     stop = runner.body.state.stop
     if stop is not None:
         why = words(FALLBACK)["reason"][stop.reason]
-        print(f"The body is stopped: {why}. Make room, then release it in the studio.")
+        print(f"The body is stopped: {why}. Clear the space around the robot, then release it in the studio.")
     return runner
 
 
@@ -227,7 +227,7 @@ def _live(
     memory: Path | None,
     announce: Callable[[], None],
 ) -> "Moment":
-    """Let the partner live until something ends it, then close it; return what ended it."""
+    """Run the partner until something ends it, close it, and return what ended it."""
     happenings: SimpleQueue[Moment] = SimpleQueue()
     runner.start(on_failure=lambda: happenings.put(Moment.LOOP_GAVE_UP))
     ending = threading.Event()
@@ -260,8 +260,8 @@ def _live(
     return end
 
 
-#: Events after which nobody can press Stop, each with a message; the first two are for the
-#: processes, in order.
+#: Events after which Stop no longer works, each with a message. The first two stand for the helper
+#: processes, in their order.
 _LEFT_ALONE = {
     Moment.SERVER_ENDED: "the server has ended",
     Moment.RECEPTION_ENDED: "the process that receives Stop has ended",
@@ -293,14 +293,14 @@ def _keep(path: Path, feelings: EmotionalModel) -> bool:
 
 
 def _say_good_bye(runner: Runner, folder: Path, *, kept: bool) -> None:
-    """Print one line about the state in which the partner ended."""
+    """Print one line about the state of the body at the end."""
     if runner.held:
-        how = "was stopped and stays where it is, softly held"
+        how = "was stopped and stays where it is, with little force"
     elif runner.at_home:
         how = "rests at neutral"
     else:
-        how = "could not be brought to neutral; look at it"
-    remembers = f"; what it feels is kept in {folder}" if kept else ""
+        how = "could not be brought to neutral; please check it"
+    remembers = f"; its feelings are saved in {folder}" if kept else ""
     print(f"Good-bye. The body {how}{remembers}.", flush=True)
 
 
@@ -312,7 +312,7 @@ def _announce(url: str, reach: Reach, talk: Endpoint | None, headless: bool) -> 
     shown = url if token is None or safe else pairing_url(url, token)
     print(f"Miburi is awake. Studio: {shown}   face: {url}/face   (end with Ctrl-C)", flush=True)
     if talk is not None:
-        print(f"What is said to it is sent to {talk}.", flush=True)
+        print(f"What people say to the partner is sent to {talk}.", flush=True)
     if token is not None:
         print(f"Token for programs and other devices: {token}")
     if token is not None and reach.addresses:
@@ -323,12 +323,12 @@ def _announce(url: str, reach: Reach, talk: Endpoint | None, headless: bool) -> 
             print(f"On another network: {other}")
     elif token is not None:
         print(
-            "No phone can connect: this computer is on no home network. Join one, then "
+            "No phone can connect: this computer is not connected to a home network. Connect it, then "
             "start Miburi again."
         )
     if safe:
         print(
-            "The phone warns once, as it does not know this home's authority yet: go on, or "
+            "The phone warns once, because it does not trust this partner's certificate yet: continue, or "
             f"install the authority; {url}/pair says how.\nIts SHA-256 is {reach.fingerprint}"
         )
     sys.stdout.flush()

@@ -1,4 +1,4 @@
-"""Inverse kinematics: from nine coordinates to eight angles, exactly or by the paper's BMA.
+"""Inverse kinematics: solve nine coordinates for eight angles, exactly or with the paper's BMA.
 
 >>> from miburi import ik
 >>> from miburi.robot import forward, iphonoid

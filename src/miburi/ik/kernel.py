@@ -1,8 +1,8 @@
 """The compiled solver: one target after another, each by a search along the waist.
 
-In: a body, as :func:`miburi.ik.problem.pack` packs it, targets, and perhaps a present pose. Out:
-angles, errors and how each search ended. Importing this module loads Numba, which compiles each
-function at its first call, or loads it from the disk.
+Inputs are a body, as :func:`miburi.ik.problem.pack` packs it, targets, and optionally a present
+pose. Out: angles, errors and how each search ended. Importing this module loads Numba, which
+compiles each function at its first call, or loads it from the disk.
 """
 
 from math import sqrt
@@ -32,7 +32,8 @@ def solve(
 
     Writes the angles, (8,), and the error of each extremity, (3,).
 
-    ``start`` is the present pose, (8,), or empty, (0,): one more argument would cost 0.1 µs.
+    ``start`` is the present pose, (8,), or an empty array, (0,), for none: a flag would cost 0.1
+    µs.
 
     Returns how the search ended, the residual in m, and the evaluations.
     """

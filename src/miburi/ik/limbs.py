@@ -1,9 +1,10 @@
 """Each limb alone: for a given waist angle, the best angles of arms and head are known exactly.
 
-It takes a body, a work record with its target, and an angle of the waist, and gives a pose and the
-value of Eq. 13 there. A search over one angle remains, which finds the best pose for a target out
-of reach. This is ours, not the paper's, and the only part of the solver that knows more about the
-body than how to evaluate it. Importing this module loads Numba.
+It takes a body, a work record with its target, and a waist angle, and returns the best pose at that
+angle with the value of Eq. 13, the paper's objective. What remains is a search over one angle,
+which finds the best pose even for a target out of reach. This method is ours, not the paper's. No
+other part of the solver knows anything about the body but its forward kinematics. Importing this
+module loads Numba.
 """
 
 from math import acos, atan2, cos, pi, sin, sqrt
@@ -17,8 +18,8 @@ from miburi.robot import Array
 
 __all__ = ["choose_nearest", "nearest_angle", "place_body"]
 
-#: Tolerances: an angle outside a limit by no more than this, rad, is put on the limit; a hand
-#: counts as on the shoulder's axis if it is nearer to it than this share of the arm's length.
+#: Tolerances. An angle that is outside a limit by no more than this, rad, is set to the limit. A
+#: hand counts as on the shoulder's axis if it is nearer than this share of the arm's length.
 _SLIGHT = 1e-9
 
 
@@ -50,9 +51,9 @@ def _wrapped(angle: float) -> float:
 
 @compiled
 def place_body(body: Body, work: Work, waist: float) -> tuple[float, float]:
-    """Write the best pose for this waist to ``new``; return Eq. 13 and its slope in that angle.
+    """Write the best pose for this waist to ``new``; return the objective and its derivative.
 
-    The other joints are at their best, so that their motion adds nothing to the slope.
+    The other joints are optimal, so their motion adds nothing to the derivative.
     """
     sine, cosine = sin(waist), cos(waist)
     target, pose = work.target, work.new
@@ -77,8 +78,8 @@ def _place_arm(
 ) -> tuple[float, float]:
     """Write the best angles of an arm, 0 the right one, 1 the left; return error and slope.
 
-    With the shoulder fixed, the arm moves in a plane. In it the hand can be on either side of the
-    shoulder's axis, so two shoulder angles count.
+    With the shoulder fixed, the arm moves in a plane. In that plane the hand can be on either side
+    of the shoulder's axis, so there are two candidate shoulder angles.
     """
     size, lower, upper = body.lengths, body.lower, body.upper
     target, pose = work.target, work.new
@@ -127,9 +128,9 @@ def _place_planar(
 ) -> tuple[float, float, float, float, float]:
     """Return elbow, fingertip, tip x, tip y and the least squared distance of the tip from (x, y).
 
-    At the best pose the fingertip is at a limit, or bent as far as the distance asks, inwards or
-    outwards; or else the elbow is at a limit. In each case
-    the other joint's angle follows. The search ends early once it reaches ``least``.
+    At the best pose either the fingertip is at a limit, or it is bent inwards or outwards to match
+    the distance, or the elbow is at a limit. In each case the other joint's angle follows. The
+    search ends early once it reaches ``least``.
     """
     a, b = arm.upper, arm.fore
     bent = acos(min(max((x * x + y * y - a * a - b * b) / (2.0 * a * b), -1.0), 1.0))
@@ -163,7 +164,8 @@ def choose_nearest(body: Body, work: Work, start: Array, pose: Array) -> None:
     """Of the poses that put hands and head on the same points, take the one nearest to ``start``.
 
     With the same waist angle, each arm has four of them. With the waist turned by π, the head can
-    nod over to the same point; such a pose counts if it brings Eq. 13 down to ``enough``.
+    reach the same point by nodding backwards. Such a pose is a candidate if its objective is at
+    most ``enough``.
     """
     lower, upper, present, other = body.lower, body.upper, np.empty(8), np.empty(8)
     for j in range(8):

@@ -1,8 +1,8 @@
 """The records that compiled code reads and writes: a body, and the state of one search.
 
-Both are structured arrays with one row. Passing an array to Numba costs little: with the body
-as a NamedTuple, a call takes 2 µs more, which is most of a solution's time. Numba does not count
-references to a record's fields, either.
+Both are structured arrays with one row. Passing an array to Numba costs little. With the body as a
+NamedTuple, a call takes 2 µs more, which is longer than the rest of a solution. Numba does not
+count references to a record's fields.
 """
 
 from typing import Any, TypeAlias
@@ -16,9 +16,10 @@ from miburi.robot.geometry import arm_reach
 
 __all__ = ["BODY", "FARTHEST", "REACHED", "TOLERANCE", "WORK", "Body", "Work", "pack"]
 
-#: No coordinate of a target may be larger, in m: its square must stay a number.
+#: The largest coordinate of a target, m; larger squares would overflow.
 FARTHEST = 1e9
-#: Share of the arm's reach up to which a residual counts as reached: 0.07 mm for the iphonoid.
+#: A target whose residual is below this share of the arm's reach counts as reached: 0.07 mm for the
+#: iPhonoid.
 REACHED = 5e-4
 #: The search ends at this residual, a share of the arm's reach: 0.14 µm for the iphonoid.
 TOLERANCE = 1e-6

@@ -1,4 +1,4 @@
-"""Solve for one target or many: check the input, then search along the waist or by evolution."""
+"""Solve for one target or many: check the input, then search over the waist or by evolution."""
 
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -28,14 +28,14 @@ __all__ = ["NEAR", "OUT_OF_REACH", "Solution", "Solutions"]
 __all__ += ["residual_settings", "solve", "solve_batch"]
 
 OUT_OF_REACH = "out of reach: this is the best reachable pose"
-NEAR = "not reached: this is a reachable pose near the target"
+NEAR = "the target was not reached; this pose is near it"
 
 
 def residual_settings(robot: Robot) -> Settings:
     """Return settings for a search that knows nothing of the body but how to evaluate a pose.
 
-    Table 2 for the population, Levenberg-Marquardt on the residuals, and our own numbers for
-    the latter, in proportion to the arm's reach.
+    The paper's Table 2 for the population, Levenberg-Marquardt on the residuals for the local
+    search, with our numbers in proportion to the arm's reach.
     """
     square = arm_reach(robot) ** 2
     return Settings(
@@ -120,12 +120,12 @@ def solve(
         (9,) m in the base frame: right x y z, left x y z, head x y z, none beyond ``FARTHEST``.
         If it is out of reach, the pose with the least residual is found, and ``status`` says so.
     start
-        (8,) rad, the present pose; angles outside the limits are put on them. Of several poses
-        that reach the same points, the one nearest to it (in the space of angles) is chosen;
-        a search by ``settings`` begins there.
+        (8,) rad, the present pose; angles outside the limits are clamped to them. Of several poses
+        that reach the same points, the one nearest to it (in the space of angles) is chosen; a
+        search by ``settings`` begins there.
     settings
-        None for Miburi's own way: along the waist, which always finds the best pose. Otherwise
-        the memetic algorithm with these settings and no knowledge of the body:
+        None uses Miburi's search over the waist, which always finds the best pose. Otherwise the
+        memetic algorithm with these settings and no knowledge of the body:
         :func:`residual_settings`, or ``Settings.paper()`` for Table 2 as printed.
     seed
         A whole number, 0 or more, or a NumPy generator, for a search by ``settings``: the same seed
@@ -230,7 +230,7 @@ _known: dict[int, tuple[Robot, NDArray[np.void]]] = {}
 
 
 def _record(robot: Robot) -> NDArray[np.void]:
-    """Return what the compiled code takes; the answers for the last few robots are kept."""
+    """Return the packed record of a body; those of the last few robots are cached."""
     known = _known.get(id(robot))
     if known is not None and known[0] is robot:
         return known[1]

@@ -1,4 +1,4 @@
-"""Search along the waist: its angle is the only unknown, as it determines the best arms and head.
+"""Search over the waist's angle, the only unknown: it determines the best angles of arms and head.
 
 It takes a body and a work record with its target, and writes the best pose of all into the record.
 This is ours, not the paper's. Importing this module loads Numba.
@@ -19,7 +19,7 @@ __all__ = ["Waist", "search_waist"]
 #: Width of the finest cells of the waist, rad, and how many of them make up one of the coarsest
 #: cells.
 _CELL, _HALVES = 0.01, 32
-#: A valley's floor is known at least as well as this, in rad.
+#: Precision to which a minimum is located, rad.
 _FINE = 1e-9
 
 
@@ -37,8 +37,8 @@ def search_waist(body: Body, work: Work) -> None:
 
     For a target in reach, the head alone determines the waist. Otherwise the waist's range is cut
     into cells, and these are halved down to ``_CELL``, except where a cell cannot hold anything
-    below the best value known. A cell holds a valley if Eq. 13 falls inwards from its end with the
-    lower value. Each of the finest cells that holds a valley is then searched.
+    below the best value known. A cell holds a minimum if the objective (Eq. 13) decreases into the
+    cell from its lower end. Each of the finest cells that holds a valley is then searched.
     """
     low, high = body.lower[0], body.upper[0]
     bearing = atan2(work.target[7], work.target[6])
@@ -47,7 +47,7 @@ def search_waist(body: Body, work: Work) -> None:
         if work.value <= body.enough:
             return
     count = _HALVES * (int((high - low) / (_CELL * _HALVES)) + 1) + 1
-    # from limit to limit, each a Waist; a value not yet known is infinite
+    # waist angles from one limit to the other, each row a Waist; unknown values are infinite
     waists, fastest = np.empty((count, 3)), _fastest(body, work)
     for k in range(count):
         waists[k, 0], waists[k, 1] = low + (high - low) * (k / (count - 1)), np.inf
@@ -89,8 +89,8 @@ def _explore(body: Body, work: Work, waist: Array) -> None:
 def _fastest(body: Body, work: Work) -> float:
     """Return how fast the residual can change with the waist, in m/rad.
 
-    Per radian an extremity moves by its distance from the waist's axis; seen from the body, a
-    target moves by its own distance. The lesser of the two counts.
+    Per radian of the waist, an extremity moves by its distance from the axis. Seen from the body,
+    it is the target that moves, by the target's distance. The smaller of the two is the bound.
     """
     size, target = body.lengths, work.target
     total = 0.0
@@ -121,7 +121,8 @@ def _falls_inwards(left: Array, right: Array) -> bool:
 def _search_cell(body: Body, work: Work, left: Waist, right: Waist) -> None:
     """Find the floor of the valley in a cell, and of a second valley if there is one.
 
-    Halfway from the floor to an end, Eq. 13 rises towards the end if there is no other valley.
+    If the objective does not rise towards the end halfway from the minimum to it, there is a second
+    minimum.
     """
     floor = _descend(body, work, left, right)
     halfway = _visit(body, work, 0.5 * (left.angle + floor))
@@ -138,8 +139,8 @@ def _descend(body: Body, work: Work, left: Waist, right: Waist) -> float:
 
     The next point is that of regula falsi (Illinois) while Eq. 13 falls at the left end and rises
     at the right; otherwise, and every third time, it is the middle of the cell. Where a cell holds
-    two valleys, the side with the lower end is kept. The search ends once the possible gain, at
-    most slope times width, is a hundredth of the least gain that matters.
+    two valleys, the side with the lower end is kept. The search stops once the possible gain, at
+    most slope times width, is under 1 % of the smallest gain that matters.
     """
     falls, rises = left.slope, right.slope
     turn, gain = 0, np.inf

@@ -29,7 +29,7 @@ from miburi.wire.messages import (
 
 __all__ = ["LONGEST", "acts_of", "look_of", "poses_of", "shown_by"]
 
-#: The longest that custom key poses may take, s (ours).
+#: The greatest duration of custom key poses, s (our number).
 LONGEST = 30.0
 #: The largest error of a pose, m; the same as in `miburi gesture check`.
 _MOST_ERROR = 1e-3
@@ -37,17 +37,17 @@ _REHEARSING = threading.Lock()  # one at a time: each takes a core for a moment
 
 
 def shown_by(partner: LivePartner, wish: ExpressIn) -> list[KeyPose] | None:
-    """Return the key poses of a wish, or None if it asks only for a feeling's own gesture.
+    """Return the key poses of a request, or None if it asks only for a feeling's own gesture.
 
     Raises
     ------
     InputError
-        The blend names the leading feeling again.
+        The blend lists the leading feeling a second time.
     """
     if not wish.blend and wish.effort is None:
         return None
     if wish.feeling in wish.blend:
-        raise InputError(f"{wish.feeling} already leads; blend other feelings with it.")
+        raise InputError(f"{wish.feeling} is already the main feeling; name only others in the blend.")
     lead = partner.repertoire.of(wish.feeling)[0]
     if wish.effort is not None:
         lead = lead.model_copy(update={"effort": Effort(**wish.effort.model_dump())})
@@ -61,7 +61,7 @@ def look_of(partner: LivePartner, wish: LookIn) -> list[KeyPose]:
 
 
 def poses_of(partner: LivePartner, wish: PosesIn) -> list[KeyPose]:
-    """Return a wish's key poses, after checking that the robot can do them; it takes a moment.
+    """Return a request's key poses after checking that the robot can reach them: a slow check.
 
     Raises
     ------
@@ -120,9 +120,9 @@ def _rehearse(partner: LivePartner, poses: Sequence[KeyPose]) -> None:
     with _REHEARSING:
         tried = rehearse(partner.robot, poses)
     if tried.met is not None:
-        raise InputError(f"the robot's {' and '.join(tried.met)} would meet.")
+        raise InputError(f"the robot's {' and '.join(tried.met)} would collide.")
     if tried.stop is not None:
         stop = tried.stop
         raise InputError(f"the contact rule would stop it at {stop.time:.2f} s ({stop.motor}).")
     if tried.ik_error > _MOST_ERROR:
-        raise InputError(f"a pose would be missed by {1e3 * tried.ik_error:.1f} mm.")
+        raise InputError(f"the robot would miss a pose by {1e3 * tried.ik_error:.1f} mm.")

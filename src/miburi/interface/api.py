@@ -84,25 +84,26 @@ _ABOUT = """A robot partner: what it feels, what it shows, and how to talk to it
 
 The WebSocket `/api/v1/live?rate=30&events=new` sends states, and events as `{"event": …}`; it takes
 `{"do": "stimulus", "feeling": …}`, `{"do": "hand", "position": …}`, `{"do": "stop"}`,
-`{"do": "release"}` and `{"do": "rate", "rate": 10}`, and answers what it refuses with
+`{"do": "release"}` and `{"do": "rate", "rate": 10}`. If it refuses a message, it answers
 `{"refused": "…"}`."""
 _TAGS = {
     "stop": "Requests that are not rate-limited.",
     "look": "The partner's state, body and gestures.",
     "events": "What has happened, and events as they happen.",
     "ask": "What to make it feel, notice and do.",
-    "show": "What to make it show and say; each wish has an id, which its events carry.",
-    "recordings": "Files of its motion and feelings (MCAP).",
-    "privacy": "Whether events may repeat what people say.",
-    "people": "The people it knows, and when it may begin to speak by itself.",
+    "show": "What to make it show and say; each request gets an id, by which events refer to it.",
+    "recordings": "Recordings of its motion and feelings, as MCAP files.",
+    "privacy": "Whether events may contain what people said.",
+    "people": "The people it knows, and when it may speak unasked.",
 }
 _PLAIN = Care()
-#: Limits for touches, motions and sounds from one address: per second, and in a burst (ours).
+#: Limits for touches, motions and sounds from one address: per second, and in a burst (our
+#: numbers).
 NOTICED_RATE, NOTICED_BURST = 5.0, 10.0
 #: Refusals that any request but Stop may get.
 _OFTEN: Refusals = {429: {"model": Refusal, "description": "Too many requests."}}
-_BY = "Who presses: `program`, if a program may release it again; else it counts as a person."
-#: Key poses rehearsed from one address: per second, and in a burst (ours).
+_BY = "Who stops it: `program`, if programs may release it again; otherwise it counts as a person's."
+#: Limits for requests with key poses from one address: per second, and in a burst (our numbers).
 _REHEARSED_RATE, _REHEARSED_BURST = 0.5, 5.0
 _Asker = Annotated[
     str, Header(alias=BY, description="Who asks: `program`, `home`, `agent`, `ros`, or a person.")
@@ -130,9 +131,10 @@ def make_api(
     seed
         Seeds the choice among its own answers.
     folder
-        The folder for what the partner knows about people; None: it forgets that when it ends.
+        The folder for what the partner knows about people; None: it forgets them when the program
+        ends.
     clock
-        Tells the time where the partner stands.
+        Tells the local time at the partner.
     """
     app = FastAPI(
         title="Miburi",
@@ -210,11 +212,11 @@ def _stopping(router: APIRouter, runner: LivePartner) -> None:
 
 
 def _looking(router: APIRouter, runner: LivePartner) -> None:
-    """Add the requests that look at the partner."""
+    """Add the read-only requests."""
 
     @router.get("/state", response_model=State)
     async def state() -> Response:
-        """Return everything that a viewer needs, now."""
+        """Return all of the present state that a viewer needs."""
         if not runner.reachable:
             raise UnreachableError
         return Response(runner.snapshot.json, media_type="application/json")
@@ -239,12 +241,12 @@ def _looking(router: APIRouter, runner: LivePartner) -> None:
 
     @router.get("/motors")
     async def motors() -> MotorsOut:
-        """Return the motors' temperatures and supply, and the guards they were calibrated to."""
+        """Return motors' temperatures and voltage, and the thresholds (guards) from calibration."""
         return runner.motors
 
     @router.get("/bodies")
     async def bodies() -> list[BodyOut]:
-        """Return the kinds of body, and which one moves."""
+        """Return the kinds of body, and the present one."""
         return [
             BodyOut(
                 name=kind.name,
@@ -267,9 +269,9 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
 
     @router.post("/say", responses=REFUSED)
     async def say(wish: SayIn, by: _Asker = "person") -> SayOut:
-        """Say something to the partner; it takes on the words' feeling, and answers.
+        """Say something to the partner, which is moved by the words' feeling, and answers.
 
-        "Stop" stops all motors; "wave" or "lift your arms" is performed.
+        It obeys orders, too: "stop" stops all motors; "wave" and "lift your arms" are carried out.
         """
         return await speech.take(wish.text, tone=wish.tone, by=by)
 
@@ -278,7 +280,7 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
     def not_too_often(request: Request) -> None:
         if not noticing.take(request.client.host if request.client else ""):
             raise HTTPException(
-                429, f"too much at once; at most {NOTICED_RATE:g} a second, please."
+                429, f"too many requests; at most {NOTICED_RATE:g} a second."
             )
 
     @router.post("/sense", status_code=NOTHING, responses=REFUSED)
@@ -292,7 +294,7 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
 
     @router.post("/face", status_code=NOTHING, responses=REFUSED)
     async def face(wish: FaceIn, request: Request) -> None:
-        """Turn slowly to a face while nothing is felt.
+        """Turn slowly to a face while the partner shows no feeling.
 
         Repeat this within 5 s, or the face counts as gone.
         """
@@ -303,18 +305,19 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
 
     @router.post("/attend", status_code=NOTHING, responses=REFUSED)
     async def attend(wish: AttendIn, request: Request) -> None:
-        """Face the person who is talking, and look aside now and then, as people do."""
+        """Face the person who is talking, and look away now and then, as people do."""
         not_too_often(request)
         await granted(runner, Attend(wish.turn))
 
     @router.post("/release", status_code=NOTHING, responses=REFUSED)
     async def release(request: Request) -> None:
-        """Go on after a stop; refused in the pause after a contact, and after a person's Stop."""
+        """Resume after a stop; refused in the pause after a contact, and after a Stop by a person.
+        """
         await granted(runner, Release(came=request.scope.get("state", {}).get(CAME)))
 
     @router.post("/pause", status_code=NOTHING, responses=REFUSED)
     async def pause(wish: PauseIn) -> None:
-        """Rest at neutral, or go on."""
+        """Pause at neutral, or resume."""
         await granted(runner, Pause(wish.paused))
 
     @router.post("/hand", status_code=NOTHING, responses=REFUSED)
@@ -338,7 +341,7 @@ def _showing(router: APIRouter, runner: LivePartner) -> None:
 
     @router.post("/speak", responses=REFUSED)
     async def speak(wish: SpeakIn, by: _Asker = "person") -> WishOut:
-        """Say something aloud, if a page's voice is on; a new sentence replaces the last."""
+        """Say something aloud on pages whose voice is on; a new sentence replaces the last."""
         return WishOut(id=await granted(runner, Speak(wish.text, who(by))))
 
     @router.post("/express", responses=REFUSED)
@@ -395,6 +398,6 @@ def _since_contact(runner: LivePartner) -> float | None:
 
 
 def move_hand(wish: HandIn) -> MoveHand:
-    """Return the wish in a message about the hand."""
+    """Check a WebSocket message about the hand and return it as a request."""
     position = None if wish.position is None else np.array(wish.position)
     return MoveHand(position, np.array(wish.along))

@@ -1,7 +1,8 @@
 """Report events: as a list after a cursor, or as a stream of server-sent events.
 
 Both report the same events under the same names, even those from before the partner's last start.
-The reader's cursor tells a stream what the reader has missed, so a connection may break anytime.
+The reader's cursor tells a stream what the reader has missed, so no event is lost if the connection
+drops.
 """
 
 import asyncio
@@ -24,8 +25,8 @@ __all__ = ["ENDING", "MOST", "AfterCursor", "add_events", "events_after", "follo
 ENDING = "ending"
 #: The most events in one answer.
 MOST = 1_000
-#: Interval between two checks for new events, s; silence after which a stream sends a sign of life,
-#: s; time after which a reader reconnects, ms (all ours).
+#: Interval between two checks for new events, s; silence after which a stream sends a keep-alive,
+#: s; time after which a reader reconnects, ms (all our numbers).
 _GLANCE, _SILENCE, _RETRY = 0.01, 10.0, 1_000
 _PIECE = 100
 
@@ -46,7 +47,7 @@ def add_events(router: APIRouter, partner: LivePartner) -> None:
         "/log",
         operation_id="log",
         response_model=list[LiveEvent],
-        responses={400: {"model": Refusal, "description": "The cursor names no event."}},
+        responses={400: {"model": Refusal, "description": "The cursor matches no event."}},
     )
     async def log(after: AfterCursor = None) -> list[LiveEvent]:
         """Return the events after a given event, oldest first; if none is given, the latest events.
@@ -85,7 +86,7 @@ def add_events(router: APIRouter, partner: LivePartner) -> None:
     ) -> StreamingResponse:
         """Send events as they happen (server-sent events), each with its `id` and JSON `data`.
 
-        The stream begins after the event that is named, or now.
+        The stream begins after the event given in `after`, or else with the next event.
         """
         known = last_event_id or after
         cursor = _now(partner) if known is None else Cursor.of(known)
@@ -117,7 +118,7 @@ async def follow(
     silence: float = _SILENCE,
     over: Callable[[], bool] = lambda: False,
 ) -> AsyncIterator[LiveEvent | None]:
-    """Yield events after a cursor (default: now) until ``over``.
+    """Yield events after a cursor (default: from now on) until ``over()`` is true.
 
     Yield None after ``silence`` s without an event.
     """
@@ -156,7 +157,7 @@ def _now(partner: LivePartner) -> Cursor:
 def _hide_words(partner: LivePartner, events: list[LiveEvent]) -> list[LiveEvent]:
     if not partner.snapshot.state.words:
         return [without_words(event) for event in events]
-    # Events leave out words that were said before the user last changed whether words are allowed.
+    # Words said before the user last changed the privacy setting are left out of events.
     since = max((e.number for e in partner.history.after(0) if e.kind == "words"), default=0)
     return [event if event.number > since else without_words(event) for event in events]
 

@@ -28,7 +28,7 @@ __all__ = [
 ]
 
 _REFUSED: Refusals = {
-    400: {"model": Refusal, "description": "Nobody has that name, or it is not allowed."},
+    400: {"model": Refusal, "description": "Nobody has that name, or the name is not allowed."},
     507: {"model": Refusal, "description": "The disk is full, or cannot be written to."},
 }
 _Name = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=40)]
@@ -37,12 +37,12 @@ _NumberPath = Annotated[int, Path(ge=1, description="The fact's number.")]
 
 
 class FactOut(BaseModel):
-    """Something that somebody told."""
+    """A fact that a person told the partner."""
 
-    number: int = Field(description="Its number among the facts that this person told.")
+    number: int = Field(description="Its number among this person's facts.")
     text: str = Field(description="What was told.")
     told: datetime = Field(description="When.")
-    due: datetime | None = Field(description="The day that it is about, if it names a future one.")
+    due: datetime | None = Field(description="The future day that it is about, if any.")
 
 
 class PersonOut(BaseModel):
@@ -51,17 +51,17 @@ class PersonOut(BaseModel):
     name: str = Field(description="The name.")
     since: datetime = Field(description="When they met.")
     seen: datetime = Field(description="When they last spoke.")
-    facts: list[FactOut] = Field(description="What they told, the latest last.")
+    facts: list[FactOut] = Field(description="The facts that they told the partner, oldest first.")
     leaning: dict[TheirFeeling, float] = Field(
-        description="What this person's presence adds to each resting mood."
+        description="What this person's presence adds to each resting (baseline) mood."
     )
 
 
 class PeopleOut(BaseModel):
     """Everything that is known about people."""
 
-    allowed: bool = Field(description="Whether it is kept on the partner's own disk.")
-    present: str | None = Field(description="Who is there, as far as somebody has said.")
+    allowed: bool = Field(description="Whether facts about people are kept on the partner's own disk.")
+    present: str | None = Field(description="Who is present, if anybody has said so.")
     people: list[PersonOut] = Field(description="Everybody whom it knows.")
 
 
@@ -82,10 +82,10 @@ class PresentIn(Message):
 
 
 class FactIn(Message):
-    """The text that is to replace something told."""
+    """The new text of a fact."""
 
     model_config = ConfigDict(
-        json_schema_extra={"examples": [{"text": "My daughter comes on Monday."}]}
+        json_schema_extra={"examples": [{"text": "My daughter is coming on Monday."}]}
     )
 
     text: Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=200)] = (
@@ -96,11 +96,11 @@ class FactIn(Message):
 def add_people(
     router: APIRouter, memory: Memory, beginning: Beginning, clock: Callable[[], datetime]
 ) -> None:
-    """Add the requests about the people a partner knows and when it may speak first."""
+    """Add the routes for the people a partner knows, and for when it may speak unasked."""
 
     @router.get("/people/manners")
     async def manners() -> Manners:
-        """Return when the partner may begin to speak by itself."""
+        """Return when the partner may speak unasked."""
         return beginning.manners
 
     @router.post("/people/manners", status_code=NOTHING, responses=_REFUSED)
@@ -125,7 +125,7 @@ def add_people(
 
     @router.post("/people/present", status_code=NOTHING, responses=_REFUSED)
     async def set_present(wish: PresentIn) -> None:
-        """Say who is there."""
+        """Set which person is present."""
         if wish.name is None:
             memory.leave()
         else:
@@ -133,17 +133,17 @@ def add_people(
 
     @router.post("/people/{name}/facts/{number}", status_code=NOTHING, responses=_REFUSED)
     async def correct_fact(name: _NamePath, number: _NumberPath, wish: FactIn) -> None:
-        """Correct something that somebody told."""
+        """Correct a fact."""
         memory.correct(name, number, wish.text, due_of(wish.text, language_of(wish.text), clock()))
 
     @router.delete("/people/{name}/facts/{number}", status_code=NOTHING, responses=_REFUSED)
     async def delete_fact(name: _NamePath, number: _NumberPath) -> None:
-        """Delete something that somebody told."""
+        """Delete a fact."""
         memory.correct(name, number, None)
 
     @router.delete("/people/{name}", status_code=NOTHING, responses=_REFUSED)
     async def delete_person(name: _NamePath) -> None:
-        """Delete somebody, with all that they told."""
+        """Delete what the partner knows about a person."""
         memory.forget(name)
 
 

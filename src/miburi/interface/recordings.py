@@ -18,7 +18,7 @@ _RecordingName = Annotated[str, Path(max_length=60, description="The name of its
 
 
 def add_recordings(router: APIRouter, runner: LivePartner) -> None:
-    """Add the requests about recordings."""
+    """Add the routes for recordings."""
     kept = runner.recordings
 
     # A disk may be slow: these functions run in threads, so they delay only their own answers.

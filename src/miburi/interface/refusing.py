@@ -25,13 +25,13 @@ REFUSED: Refusals = {
 
 
 def refuse_in_words(app: FastAPI) -> None:
-    """Make an application answer Miburi's refusals with a status and words."""
+    """Turn Miburi's errors into responses with a status and a message."""
     app.add_exception_handler(MiburiError, _say)
     app.add_exception_handler(RequestValidationError, _say_what_is_allowed)
 
 
 async def _say(_request: Request, error: Exception) -> JSONResponse:
-    """Turn a refusal by Miburi into a status and the error's words."""
+    """Turn one of Miburi's errors into a status and its message."""
     statuses = {
         BodyError: 409,
         InputError: 400,

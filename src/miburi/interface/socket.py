@@ -41,7 +41,7 @@ __all__ = [
 ]
 
 _RATE = TypeAdapter[float](Rate)
-#: A viewer that has not taken a state for this many seconds is gone.
+#: A viewer that accepts no state for this long, s, counts as disconnected.
 PATIENCE = 5.0
 #: A viewer that sends more invalid messages than this is disconnected.
 MISTAKES = 20
@@ -67,7 +67,8 @@ class StimulusMessage(StimulusIn):
 class StopMessage(Message):
     """Stop all motors; ``by`` is as in the header of ``POST /stop``.
 
-    A page sends a press over HTTP, too; ``press`` is its name for that press.
+    A page also sends each Stop over HTTP; ``press`` is its id, by which the second copy is
+    recognised.
     """
 
     do: Literal["stop"]
@@ -134,7 +135,7 @@ class _Viewer:
         self._overtaken = 0  # commands that a Stop has cancelled, and nobody was told of yet
 
     async def serve(self) -> None:
-        """Send and receive until either side has had enough."""
+        """Send and receive until either side closes."""
         works = [self._send_states(), self._listen(), self._obey_all()]
         if self._events is not None:
             works.append(self._send_events(self._events))
@@ -178,7 +179,7 @@ class _Viewer:
             await self._socket.send_text(text)
 
     async def _listen(self) -> None:
-        """Take messages in as they come: a Stop at once, others in their turn."""
+        """Receive messages: obey a Stop at once, queue the others."""
         while True:
             message = await self._socket.receive()
             if message["type"] == "websocket.disconnect":
@@ -204,7 +205,7 @@ class _Viewer:
                     await self._refuse(f"Stop cancelled waiting commands: {count}.")
                 if self._left_out:
                     self._left_out = False
-                    raise BusyError("too many commands at once; some were left out.")
+                    raise BusyError("too many commands at once; some were dropped.")
                 await self._obey(text, came)
             except (ValidationError, MiburiError, ValueError) as error:
                 self._mistakes += not isinstance(error, MiburiError)
@@ -214,10 +215,9 @@ class _Viewer:
         await self._send(TypeAdapter(dict).dump_json({"refused": words}).decode())
 
     async def _obey(self, text: str | None, came: float) -> None:
-        # Each command waits for its step, so that a flood is no faster than the loop and holds
-        # up nobody but its sender.
+        # Each command waits for a step of the loop, so a flood of commands delays only its sender.
         if text is None or len(text) > LARGEST:
-            raise ValueError(f"a message is a text of at most {LARGEST} characters.")
+            raise ValueError(f"a message must be text of at most {LARGEST} characters.")
         match _MESSAGE.validate_json(text):
             case HandMessage() as wish:
                 await granted(self._runner, move_hand(wish))
@@ -239,7 +239,7 @@ class _Viewer:
 
 
 def _stop_in(text: str | None) -> StopMessage | None:
-    """Return a message if it is a Stop, else None: the others are read in their turn."""
+    """Return a message if it is a Stop, else None: the others wait in the queue."""
     if text is not None and len(text) <= LARGEST and "stop" in text:
         with suppress(ValidationError, ValueError):
             message = _MESSAGE.validate_json(text)

@@ -66,18 +66,18 @@ _NAMED = re.compile(r"(?<=[^.!?] )(?!I\b)[A-Z]\w+")
 
 
 class _Whom(Table):
-    """Patterns for words such as "she" and for the people meant (groups ``own`` and ``it``)."""
+    """Patterns for pronouns such as "she" (group ``it``) and whom they can mean (group ``own``)."""
 
     says: str
     means: str
 
 
 class Clue(Table):
-    """Patterns for the words of a question, and for different words that answer it.
+    """Patterns that match a question's words with words that would answer it.
 
-    If ``names`` is set, a name in a statement answers, too. A clue that is not ``enough`` counts
-    only beside a word that question and statement share. Without one that is ``needed``, such as a
-    time for "when", no statement answers.
+    If ``names`` is set, a name in a statement counts as an answer, too. A clue that is not
+    ``enough`` counts only if question and statement share a word besides. If a ``needed`` clue is
+    missing, such as a time for "when", the statement does not count as an answer.
     """
 
     asks: str
@@ -131,7 +131,8 @@ class _Rules(Table):
 
     @cached_property
     def told_clues(self) -> list[tuple[re.Pattern[str], bool]]:
-        """For each clue, the pattern of a statement that gives it, and whether a name does, too."""
+        """For each clue, the pattern of the statements that provide it, and whether a name does so.
+        """
         return [(re.compile(_filled(each.tells, self.parts)), each.names) for each in self.clues]
 
 
@@ -169,12 +170,12 @@ def is_spaced(language: Language) -> bool:
 
 
 def common_words(language: Language) -> frozenset[str]:
-    """Return the commonest words of a language, plain; none where it has a script of its own."""
+    """Return a language's most common words, normalised; none if its script identifies it."""
     return _rules(language).words
 
 
 def same_words(language: Language) -> dict[str, str]:
-    """Return question words, each with the first word of its group of synonyms."""
+    """Return question words, each with the word that stands for its group of synonyms."""
     return _rules(language).first
 
 
@@ -199,12 +200,12 @@ def asks_for_everything(question: str, language: Language) -> bool:
 
 
 def tells_of_oneself(told: str, language: Language) -> bool:
-    """Return whether somebody tells something about their own life."""
+    """Return whether a statement is about the speaker's own life."""
     return bool(re.search(_rules(language).own, plain(told, language)))
 
 
 def clues_in(question: str, language: Language) -> tuple[dict[int, Clue], str]:
-    """Return the clues that a question asks for, by index, and its other plain words.
+    """Return the indices of a question's clues, and its remaining words, normalised.
 
     >>> clues_in("When is my appointment?", "en")[1]
     'when is my'
@@ -226,12 +227,12 @@ def clues_of(told: str, language: Language) -> set[int]:
 
 
 def tells_name(told: str, language: Language) -> bool:
-    """Return whether a sentence tells what somebody is called."""
+    """Return whether a sentence states somebody's name."""
     return bool(re.search(_rules(language).naming, plain(told, language)))
 
 
 def with_whom(told: str, earlier: Iterable[str], language: Language) -> str:
-    """Return what was told, with a name before a sentence about "she", from earlier sentences.
+    """Return a statement about "she" with the person meant before it, found in earlier ones.
 
     ``earlier`` has the sentences before it, the newest first. If an earlier sentence names two
     people whom "she" may mean, no guess is made.
@@ -248,7 +249,7 @@ def with_whom(told: str, earlier: Iterable[str], language: Language) -> str:
 
 
 def whom_of(question: str, earlier: Iterable[str], language: Language) -> str | None:
-    """Return whom "she" means in a question, from earlier sentences; None if that is not known.
+    """Return the person that "she" means in a question, from earlier sentences; None if unknown.
 
     >>> whom_of("And where does she live?", ["What is my daughter called?"], "en")
     'my daughter'
@@ -333,7 +334,7 @@ def _filled(phrase: str, words: Mapping[str, str] | None) -> str:
 
 
 def find_phrase(pattern: re.Pattern[str], said: str, language: Language) -> str | None:
-    """Return the first phrase in plain words without a denial before it; None if there is none."""
+    """Return the first phrase in normalised text that is not negated; None if there is none."""
     denial = _rules(language).denial
     for match in pattern.finditer(said):
         if not denial.search(said[: match.start()].rstrip()):

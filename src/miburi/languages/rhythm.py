@@ -1,8 +1,8 @@
 """The rhythm of a text: how long it takes to say, and when its prominent syllables come.
 
-For voices that report no timing, such as those of a page's device, it is estimated from the
-letters. Where the times of the vowels are known, the letters only say which of them stand out.
-Each language's ``rhythm.toml`` has the numbers and the patterns.
+For voices that report no timing, such as a browser's, it is estimated from the letters. If the
+times of the vowels are known, the letters only decide which vowels are stressed. Each language's
+``rhythm.toml`` has the numbers and the patterns.
 """
 
 import re
@@ -28,9 +28,9 @@ class Rhythm:
     Attributes
     ----------
     prominent
-        The middles of the vowels that stand out, s from the beginning, ascending.
+        The midpoints of the stressed vowels in s from the start, ascending.
     seconds
-        How long all of it takes, s.
+        The duration in s.
     """
 
     prominent: tuple[float, ...]
@@ -64,7 +64,8 @@ class _Table(Table):
 
     @cached_property
     def later(self) -> list[tuple[str, int]]:
-        """Beginnings of words, and which of their syllables is stressed."""
+        """Beginnings of words that move the stress, and the index of the syllable that is stressed.
+        """
         return [(one, 2) for one in self.third.split()] + [(one, 1) for one in self.second.split()]
 
     @cached_property
@@ -101,7 +102,7 @@ def rhythm_of_sound(
     text, language
         The text, and its language.
     vowels
-        The middles of the vowels, s from the beginning, for each stretch between two silences.
+        The midpoints of the vowels in s from the start, for each phrase between two silences.
     seconds
         How long the sound takes, s.
     """
@@ -125,7 +126,8 @@ class _Syllable:
 
 
 def _phrases(text: str, table: _Table) -> tuple[list[list[_Syllable]], float]:
-    """Return the syllables of each stretch between punctuation marks, and the time for all, s."""
+    """Return the syllables of each phrase between punctuation marks, and the total duration in s.
+    """
     at, pause = table.begins, 0.0
     phrases: list[list[_Syllable]] = []
     for token in table.tokens.finditer(text.lower().replace("’", "'")):

@@ -1,4 +1,4 @@
-"""Carry out what others ask of a partner, and note what becomes of it.
+"""Carry out requests to a partner, and record how they end.
 
 A request is a *wish*: an event with an id records its arrival, and exactly one later event records
 its end, such as ``gesture_ended``, ``speech_broken_off`` or ``wish_dropped``.
@@ -36,9 +36,9 @@ class Agenda:
     Parameters
     ----------
     note
-        Notes an event of a kind, with its fields, and returns it.
+        Records an event of the given kind with its fields, and returns the event.
     speaker
-        What the partner says.
+        The partner's speech.
     """
 
     def __init__(self, note: Callable[..., LiveEvent], speaker: Speaker) -> None:
@@ -47,7 +47,7 @@ class Agenda:
         self._open: dict[str, str] = {}  # wishes that have not ended, and what they are for
         self._interrupts = False  # whether the body's next act interrupts a gesture
         self._shown: dict[str, object] = {}  # the fields of the present gesture
-        # The time, s; whether the body goes back to neutral.
+        # The present time, s, and whether the body is returning to neutral.
         self._stopped, self._returns = 0.0, False
 
     def perform(
@@ -58,7 +58,10 @@ class Agenda:
         name: str,
         by: By,
     ) -> str:
-        """Let the body show something once, instead of wishes that wait. Return the wish's id."""
+        """Have the body perform something once, in place of queued requests.
+
+        Return the wish's id.
+        """
         self._clear("replaced")
         wish = self._ask(name, by, expression)
         partner.perform(expression, poses, wish=wish)
@@ -123,7 +126,7 @@ class Agenda:
         self._returns = True
 
     def step(self, partner: Partner, felt: Expression | None, dt: float) -> None:
-        """Let ``dt`` s pass: end what has been said, and begin what is due."""
+        """Advance by ``dt`` s: mark finished sentences as ended, and begin what is due."""
         if self._speaker.step(dt):
             self._end_speech("speech_ended")
         phase = partner.body.state.phase
@@ -150,7 +153,7 @@ class Agenda:
         self._interrupts = False
 
     def take(self, event: Event, stop: StopOut | None, limit: float) -> None:
-        """Note an event of the partner, if people want to know about it.
+        """Record an event of the partner, if its kind is reported.
 
         Parameters
         ----------

@@ -8,7 +8,7 @@ __all__ = ["FADES", "TURN", "Attending", "Turn"]
 
 #: Turns that can be reported: a person is about to speak, or waits for an answer.
 Turn = Literal["listening", "thinking"]
-#: A turn ends after this time, s, unless it is reported again (ours).
+#: The time after which a turn ends unless it is reported again, s (ours).
 FADES: dict[Turn, float] = {"listening": 10.0, "thinking": 30.0}
 #: How long it listens for an answer after its own words, s (ours).
 TURN = 6.0
@@ -39,7 +39,7 @@ class Attending:
             Time that passes, s.
         sentence
             The number of the sentence that it is saying, if any. Thinking that begins during a
-            sentence goes on until the next one begins, or fades.
+            sentence lasts until the next sentence begins, or until it times out.
         """
         if sentence is not None and sentence != self._sentence:
             self._turn, self._left = "listening", TURN

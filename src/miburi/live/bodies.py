@@ -23,7 +23,7 @@ class BodyKind:
     name
         The name in commands and requests.
     make
-        Makes a body at neutral from a robot, a port and a contact rule.
+        Makes a body in its neutral pose from a robot, a port and a contact rule.
     needs_port
         Whether it needs a serial port.
     needs_firmware
@@ -57,7 +57,7 @@ def _card(robot: Robot, port: str | None, _rule: Rule | None) -> Body:
     from miburi.card.card import Card
 
     if not port:
-        raise InputError("the card body needs a serial port, such as /dev/ttyACM0 (--serial).")
+        raise InputError("a body on an Arduino card needs a serial port, such as /dev/ttyACM0 (--serial).")
     return Card(port, robot)
 
 
@@ -72,7 +72,7 @@ KINDS = {
 
 
 def check_port(port: str) -> None:
-    """Refuse any name but a serial port's: a request over the net must not open other files.
+    """Accept only names of serial ports, so that requests cannot open other files.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def check_port(port: str) -> None:
     if port not in {one.device for one in comports()}:
         raise InputError(
             f"{port!r} is not a serial port that this computer lists; see `miburi card list`. "
-            "Any other must be named when the program is started (--serial)."
+            "Give a port that is not listed when you start the program (--serial)."
         )
 
 

@@ -25,10 +25,10 @@ __all__ = ["STOP_SINCE", "WAITING", "BusyError", "Command", "Commands", "Result"
 
 #: Commands that may wait for the next step.
 WAITING = 256
-#: How many presses are remembered by name, so that a second copy of one is recognised (ours).
+#: The number of ids of Stops that are kept to recognise a second copy (ours).
 NAMED = 64
 #: Why a release older than the latest Stop is refused.
-STOP_SINCE = "Stop has been pressed since; release the body again to go on."
+STOP_SINCE = "Stop was pressed after that release; release the body again to go on."
 
 Result = TypeVar("Result")
 Command = Callable[[], Any]
@@ -87,9 +87,9 @@ class Commands:
         return self.ask(run)
 
     def stop(self, press: Press) -> Future[None]:
-        """Stop the body before any other command runs; presses until then share one future.
+        """Stop the body before any other command runs; Stops until it is done share one future.
 
-        A second copy of a press that was obeyed changes nothing.
+        A second copy of a Stop that has been carried out has no effect.
         """
         with self._lock:
             if self._next_stop is not None:
@@ -109,7 +109,7 @@ class Commands:
     def run(self) -> None:
         """Stop the body if somebody asked for that, then run the commands that wait.
 
-        A command that finds the body unsettled is tried again at the next call.
+        A command that fails because the body is between two states is tried again at the next call.
         """
         with self._lock:
             stop, press, self._next_stop = self._next_stop, self._press, None

@@ -1,6 +1,6 @@
-"""Turn the place of a face in the camera's pictures into where the robot should turn.
+"""Convert the position of a face in the camera's pictures into a direction for the robot.
 
-A page says where in its pictures a face is; the pictures never leave it. On a real robot the
+A page reports where in its pictures a face is; the pictures stay on the page. On a real robot the
 phone's camera turns with the waist, so a face's bearing is relative to the waist's angle. A
 simulated robot has no camera on its head: there the bearing is measured from straight ahead.
 """
@@ -12,7 +12,7 @@ from miburi.robot import JOINTS
 
 __all__ = ["FORGOTTEN", "Gaze"]
 
-#: Time in s after its last report at which a face counts as gone (ours); pages report every 2 s.
+#: A face without reports for this long, s, counts as gone (ours); pages report every 2 s.
 FORGOTTEN = 5.0
 #: Half the horizontal field of view of a common phone camera, rad (ours).
 _HALF = radians(32)
@@ -37,7 +37,8 @@ class Gaze:
         Parameters
         ----------
         x
-            The face's middle, 0 to 1 of the picture's width from the left; None: nobody is there.
+            The face's centre as a share of the picture's width from the left, 0 to 1; None without
+            a face.
         body
             The present state; its time and the angle of its waist are used.
         """
@@ -49,7 +50,7 @@ class Gaze:
             self._seen = (bearing + waist if self._rides else bearing, body.time)
 
     def turn(self, time: float) -> float:
-        """Return where somebody is, rad to the left of straight ahead; 0 if nobody is there."""
+        """Return the direction of the face in rad, positive to the left; 0 without a face."""
         if self._seen is None or time > self._seen[1] + FORGOTTEN:
             return 0.0
         return self._seen[0]

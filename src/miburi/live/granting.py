@@ -58,7 +58,7 @@ class Inside:
     paused
         Whether the partner is paused.
     serial, stop_seen_in
-        The step's number, and that of the first state that showed the last Stop.
+        The number of the present step, and that of the first state that shows the latest Stop.
     felt
         Stimuli since the last step.
     """
@@ -116,7 +116,7 @@ class Inside:
         )
 
     def sense(self, impression: Impression) -> tuple[Stimulus, ...]:
-        """Apply the stimuli that the temperament derives from an impression."""
+        """Turn an impression, something noticed, into stimuli by the temperament, and feel them."""
         for stimulus in (felt := stimuli(impression, self.feelings.temperament)):
             self.feel(stimulus, impression)
         return felt
@@ -267,7 +267,7 @@ def _change_temperament(wish: wishes.ChangeTemperament, inside: Inside) -> Comma
 def _change_body(wish: wishes.ChangeBody, inside: Inside) -> Command:
     name, port = wish.name, wish.port
     if port is not None and port == inside.port:
-        raise BodyError(f"the card at {port} is in use; if it is lost, it is looked for again.")
+        raise BodyError(f"the card at {port} is in use already; if it is lost, the partner reconnects to it.")
     if port is not None and port not in inside.ports:
         check_port(port)
     body = make_body(name, inside.robot, port, inside.rule)

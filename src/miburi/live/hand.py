@@ -1,4 +1,4 @@
-"""The simulated human hand of a live partner: it goes where it is asked to, as fast as a person."""
+"""The simulated human hand: it moves to the requested position at a human hand's speed."""
 
 from collections import deque
 
@@ -12,12 +12,12 @@ __all__ = ["FASTEST", "FEELING", "GIVES_WAY", "GuidedHand"]
 
 #: The hand's greatest speed, m/s (ours): it cannot jump into the robot.
 FASTEST = 1.2
-#: Its speed while it touches the robot, m/s, and how long it keeps to that afterwards, s (ours). A
-#: faster hand that is caught between an arm and the trunk would be deep inside the arm before the
-#: arm could give way.
+#: Its speed while it touches the robot, m/s, and the time for which it stays slow afterwards, s
+#: (ours). A faster hand, caught between an arm and the trunk, would go deep into the arm before it
+#: yields.
 FEELING, WARY = 0.3, 0.5
 #: A hand that meets more than this force, N, backs off at its greatest speed (ours). The servos
-#: press with less force than this, and a bruise takes far more.
+#: press with less force than this; a bruise needs far more.
 GIVES_WAY = 40.0
 #: Steps of its path that it remembers, so as to back off along them (ours).
 REMEMBERED = 200
@@ -44,7 +44,7 @@ class GuidedHand:
         Raises
         ------
         BodyError
-            The body is None: there is none that can be touched.
+            The present body cannot be touched.
         InputError
             The direction has no length.
         """
@@ -58,15 +58,15 @@ class GuidedHand:
         self.goal = position
 
     def step(self, body: Touchable | None, dt: float) -> None:
-        """Let ``dt`` seconds pass; a body that nobody can touch leaves the hand where it is."""
+        """Advance by ``dt`` seconds; the hand does not move if the body cannot be touched."""
         if self.goal is None or body is None:
             return
         here = body.configuration[1][:3].copy()
         force = body.touch.force
         self._wary = WARY if force > 0 else self._wary - dt
         if force > GIVES_WAY:
-            # The path that it came by was free. A path directly away from the goal may not be free:
-            # if the goal lies further out, that path leads into the robot.
+            # The path that it came by was free. The way straight back from the goal may not be
+            # free: with a goal inside the robot, it could lead through the robot.
             place = self._back(here, FASTEST * dt)
         else:
             if not (self._came and np.array_equal(here, self._came[-1])):

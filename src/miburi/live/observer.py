@@ -1,4 +1,4 @@
-"""Observe a partner for its viewers: make states, and reasons for stops, from events and body."""
+"""Observe a partner for its viewers: states, and explanations of stops."""
 
 from collections import deque
 from typing import Any
@@ -17,12 +17,13 @@ from miburi.safety.stop import Phase, StopReason
 
 __all__ = ["Observer"]
 
-#: The force of a touch without a stop fades by this factor a step: within a second it is gone.
+#: The displayed force of a touch that caused no stop fades by this factor per step, within a
+#: second.
 _FADING = 0.9
 #: The angle that the eyes reach by themselves, without the head, rad (ours).
 _ASIDE = 0.35
-#: Steps over which the hands' speed is averaged, because a card's reports do not keep time with
-#: ours.
+#: Steps over which the hands' speed is averaged, because a card's reports are not synchronous with
+#: the steps.
 _SPEED_STEPS = 5
 
 
@@ -116,7 +117,7 @@ class Observer:
         return self._computed[1]
 
     def _hand(self, body: Touchable | None) -> Hand | None:
-        """Return the human hand, which mostly rests where it was."""
+        """Return the simulated hand's state, which is usually that of the last step."""
         if body is None:
             return None
         pose = body.configuration[1]
@@ -159,7 +160,7 @@ class Observer:
         )
 
     def _explain(self, event: Stopped) -> StopOut:
-        """Describe a stop; travel is from the rule's window, force from the physics."""
+        """Explain a stop: the travel is from the contact rule, the force from the physics."""
         stop, body = event.stop, self._partner.body
         moved = due = measured = expected = None
         if stop.reason is StopReason.CONTACT and stop.motor is not None:
@@ -171,7 +172,7 @@ class Observer:
                     seconds = float(body.window.length[motor]) / SECOND
                     measured, expected = moved / seconds, due / seconds
             if stop.sign == Sign.TRACKING and self._sent is not None:
-                # The present speed, and the speed that was sent.
+                # The measured speed, and the commanded one.
                 measured = abs(float(body.state.velocities[motor]))
                 expected = float(self._sent[motor])
         return StopOut(
@@ -209,7 +210,8 @@ class Observer:
             self._stop = self._stop.model_copy(update={"force": round(self._peak, 2)})
 
     def _current(self, shown: Expression | None) -> Expression | None:
-        """Return what the body shows: at the mood asked for, if any, else at the present mood."""
+        """Return the expression shown, at the requested mood if there is one, else at the present.
+        """
         if shown is None or self._partner.asked:
             return shown
         return Expression(shown.feeling, float(self._feelings.mood[FEELINGS.index(shown.feeling)]))
@@ -217,8 +219,8 @@ class Observer:
     def _face(self, felt: Expression | None, shown: Expression | None) -> list[float]:
         """Return how much of each feeling the face shows, 0 to 1.
 
-        A requested gesture shows its own feeling alone. Otherwise each feeling shows its mood,
-        times the square of the ratio of its emotion to the strongest emotion.
+        A requested gesture shows its own feeling alone. Otherwise each feeling shows at its mood
+        times (its emotion / the strongest emotion)².
         """
         weights = np.zeros(len(FEELINGS))
         if shown is not None and self._partner.asked:
@@ -229,9 +231,10 @@ class Observer:
         return [float(weight) for weight in weights.round(3)]
 
     def _ratios(self) -> list[float | None]:
-        """Return each motor's ratio in its latest window, at most 1; None if not judged.
+        """Return the contact rule's latest ratio of each motor, at most 1; None if not evaluated.
 
-        The ratio includes the slack, so it crosses the limit where the rule stops the body.
+        The ratio includes the rule's slack, so it crosses the limit exactly where the rule stops
+        the body.
         """
         window = self._partner.body.window
         if window is None:
@@ -257,5 +260,5 @@ def _expressed(expression: Expression | None) -> Expressed | None:
 
 
 def _share(angle: float) -> float:
-    """Return how far the eyes go for an angle, -1 to 1."""
+    """Return the deflection of the eyes for an angle, -1 to 1."""
     return max(-1.0, min(1.0, angle / _ASIDE))

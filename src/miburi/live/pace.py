@@ -31,11 +31,11 @@ class Paced(Protocol):
         """Say that a step has failed."""
 
     def rest(self) -> None:
-        """Begin to come home."""
+        """Start returning to the neutral pose."""
 
     @property
     def settled(self) -> bool:
-        """Whether it is home, or somebody holds it where it is."""
+        """Whether it has reached neutral, or is held where it is."""
 
 
 class Pace:
@@ -60,7 +60,7 @@ class Pace:
         self.failure: str | None = None
 
     def start(self, on_failure: Callable[[], None]) -> None:
-        """Start both threads; any of them calls ``on_failure`` if the loop is given up on."""
+        """Start both threads; either calls ``on_failure`` if the loop is abandoned."""
         self._on_failure = on_failure
         self._watchdog.beat()
         self._thread = threading.Thread(target=self._run, name="partner", daemon=True)
@@ -68,7 +68,7 @@ class Pace:
         threading.Thread(target=self._watchdog.watch, args=(self._over,), daemon=True).start()
 
     def end(self, patience: float) -> None:
-        """Come home within ``patience`` s, and end both threads."""
+        """Return to neutral within ``patience`` s, and end both threads."""
         if self._thread is None:
             return
         self._patience = patience

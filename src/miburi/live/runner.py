@@ -1,8 +1,8 @@
-"""The one clock of a live partner.
+"""The loop of a running partner, which alone reads the clock.
 
-A thread paces the partner's deterministic steps. Wishes are granted between two steps; a Stop is
-obeyed before any of them (:mod:`miburi.live.commands`). Viewers read the latest snapshot, which is
-never changed, and so cannot make the loop wait.
+A thread paces the partner's deterministic steps. Requests are carried out between two steps; a Stop
+goes before all of them (:mod:`miburi.live.commands`). Viewers read the latest snapshot, which is
+immutable, so they never make the loop wait.
 """
 
 import time
@@ -43,8 +43,8 @@ from miburi.version import __version__
 
 __all__ = ["SAMPLED", "STEP", "STEPPED", "Runner"]
 
-#: The ``period`` of a live :class:`Partner`'s gestures, s, and the time within which a repeated
-#: refusal is noted only once, s (ours).
+#: The ``period`` of a running :class:`Partner`'s gestures, s, and the time within which a repeated
+#: refusal is logged only once, s (ours).
 _PERIOD, _REPEATS = 0.5, 60.0
 #: How many samples and states are kept.
 SAMPLED, STEPPED = 1200, 250
@@ -61,7 +61,7 @@ class Runner:
     feelings
         The emotional model.
     body, port
-        The kind of body to begin with, and a card's serial port.
+        The first kind of body, and the serial port of an Arduino card.
     recordings
         Where recordings are kept.
     seed
@@ -74,7 +74,7 @@ class Runner:
         How late a step may be before the watchdog stops the body; ``hold`` says who may end a Stop:
         by default, only a person may end a person's Stop.
     events, boot
-        Where events outlive the partner, by default nowhere; and the id of this start, 8 hex
+        The store in which events survive a restart, by default none; and the id of this run, 8 hex
         digits, by default a new one.
     """
 
@@ -125,12 +125,12 @@ class Runner:
 
     @property
     def failure(self) -> str | None:
-        """Why the loop was given up; None while it lives."""
+        """Why the loop was abandoned; None while it runs."""
         return self._pace.failure
 
     @property
     def reachable(self) -> bool:
-        """Whether the loop lives."""
+        """Whether the loop is running."""
         return self.failure is None
 
     @property
@@ -165,12 +165,12 @@ class Runner:
 
     @property
     def temperaments(self) -> list[str]:
-        """The temperaments to choose from: those that ship, and the one that it began with."""
+        """The temperaments to choose from: those that ship with Miburi, and the partner's first."""
         return [*dict.fromkeys((*TEMPERAMENTS, self.own_temperament.name))]
 
     @property
     def read_until(self) -> float:
-        """The present time: a runner is called directly, so no message is on its way."""
+        """The present time, because calls within a process leave no messages on the way."""
         return time.monotonic()
 
     @property
@@ -183,11 +183,12 @@ class Runner:
         return newer(self._steps, serial, attrgetter("serial"))
 
     def samples_after(self, serial: int) -> list[tuple[int, Sample]]:
-        """Return the samples since a step, with their steps' serials; two minutes are kept."""
+        """Return the samples after a step, with their steps' serial numbers; two minutes are kept.
+        """
         return newer(self._samples, serial, itemgetter(0))
 
     def ask(self, wish: Wish[Granted]) -> Future[Granted]:
-        """Let the loop grant a wish between two steps; the future brings the answer or an error.
+        """Queue a request for the time between two steps; the future holds the answer or an error.
 
         Raises
         ------
@@ -262,7 +263,7 @@ class Runner:
         self._commands.settle()
 
     def start(self, on_failure: Callable[[], None] = lambda: None) -> None:
-        """Start the thread that paces the steps, and the watchdog's.
+        """Start the loop's thread and the watchdog's thread.
 
         ``on_failure`` is called once, from any thread, if the loop is given up (:attr:`failure`).
         """
@@ -284,16 +285,16 @@ class Runner:
             self._inside.partner.body.close()
 
     def rest(self) -> None:
-        """Begin to come home; only the thread that paces the steps calls this."""
+        """Start returning to neutral; only the loop's thread calls this."""
         self._inside.partner.rest()
 
     @property
     def settled(self) -> bool:
-        """Whether the body is home, or somebody holds it where it is."""
+        """Whether the body is at neutral, or is held where it is."""
         return self._inside.partner.at_rest or self._inside.partner.held
 
     def halt(self) -> None:
-        """Stop the body without the loop, and let viewers see it; any thread may call this."""
+        """Stop the body without the loop, and show that it is stopped; any thread may call this."""
         self._was_late = True
         self._inside.partner.halt()
         self._snapshot = self._snapshot.halted()
@@ -331,14 +332,14 @@ class Runner:
         self._snapshot = Snapshot(state)
 
     def _record(self, events: list[Event], stopped: StopOut | None, sampled: bool) -> None:
-        """Hand the step to the recording, if one is on; note what became of recordings."""
+        """Pass the step to the recording, if one is on; log recordings that ended or failed."""
         for kind, name, reason, detail in self.recordings.news():
             self._inside.note(kind, name=name, reason=reason, detail=detail or None)
         felt, self._inside.felt, body = self._inside.felt, [], self._inside.partner.body
         self._tape.write(self.recordings, body, events, felt, stopped, sampled=sampled)
 
     def excuse(self, error: Exception, kind: str = "trouble") -> None:
-        """Note that an observer, or the loop itself, has failed; repeats are noted once."""
+        """Log that an observer, or the loop itself, has failed; repeats are not logged."""
         name = f"{type(error).__name__}: {error}"
         if not self._inside.log.holds(kind, name):
             log_once(f"{name} in the partner's loop", error)

@@ -18,22 +18,22 @@ __all__ = ["CALM", "Speaker"]
 #: its own.
 CALM = 600.0
 
-#: Sentences and tunes shorter than this, s, go without arm movements.
+#: Sentences and tunes that are shorter than this have no arm movements, s.
 _SHORT = 2.0
 
 
 class Speaker:
-    """Keeps the latest sentence; pages speak it if their voice is switched on."""
+    """Keeps the latest sentence, which web pages say aloud if their voice is on."""
 
     def __init__(self) -> None:
         #: The latest sentence.
         self.spoken: Spoken | None = None
-        #: The latest distress, while the partner stays calm because of it.
+        #: The latest alarm of distress, while the partner stays calm because of it.
         self.distress: DistressOut | None = None
         self._calm = 0.0  # s left
         self._left: float | None = None  # s until the latest sentence has ended
         self._rhythm, self._chirp, self._long = Rhythm((), 0.0), 0.0, False
-        #: The wish that the sentence being said belongs to.
+        #: The request that led to the present sentence.
         self.wish: str | None = None
 
     @property
@@ -42,7 +42,7 @@ class Speaker:
         return self._left is not None
 
     def attend(self, event: LiveEvent) -> None:
-        """Be calm for a while, because of a distress in the log."""
+        """Stay calm for a while after an alarm of distress in the log."""
         heard = {"kind": event.name, "words": event.text}
         numbers = {"number": event.number, "time": event.time}
         self.distress, self._calm = DistressOut.model_validate(heard | numbers), CALM
@@ -57,9 +57,9 @@ class Speaker:
         return ended
 
     def sounds(self, number: int, rhythm: Rhythm) -> bool:
-        """Take the rhythm of a sentence's sound; return whether that sentence is being said.
+        """Keep the rhythm of a sentence's sound; return whether that sentence is the present one.
 
-        The sound is heard when the chirp before it has ended, or now if that has ended already.
+        The sound begins when the chirp that introduces it has ended, or now if that is over.
         """
         spoken = self.spoken
         if self._left is None or spoken is None or spoken.number != number or spoken.tune:
@@ -71,7 +71,7 @@ class Speaker:
         return True
 
     def beats(self) -> tuple[float, ...]:
-        """Return the times for beats to the latest sentence, s from now, ascending.
+        """Return the times of arm beats for the latest sentence, s from now, ascending.
 
         Beats fall on prominent syllables or on a tune's notes. There are none if the sentence is
         short, or while the partner is calm after distress.
@@ -85,7 +85,7 @@ class Speaker:
         wish: str | None = None,
         tune: Tune | None = None,
     ) -> Spoken:
-        """Say a text in the voice of a feeling, or play a tune instead."""
+        """Say a text with the voice coloured by a feeling, or play a tune instead."""
         number = self.spoken.number + 1 if self.spoken else 1
         feeling = None if felt is None or self.distress is not None else felt.feeling
         language = language_of(text)

@@ -1,4 +1,4 @@
-"""Performances: gestures, looks and sentences in an order that somebody has written.
+"""Performances: scripted sequences of gestures, looks and sentences.
 
 A performance is a list of acts, each with its due time, s from the performance's start. Acts of the
 body follow one another, since there is one body; sentences run alongside. One performance is on at
@@ -81,7 +81,7 @@ class Stage:
         return ended
 
     def leave(self) -> None:
-        """End the present performance alone."""
+        """End only the present performance."""
         self.current = None
 
     def begin(self) -> Play | None:
@@ -98,8 +98,8 @@ class Stage:
     def step(self, dt: float) -> list[Act]:
         """Let ``dt`` s pass; return the acts that are due now.
 
-        While the body ends what it was doing, the performance's time stands still, so that acts
-        that belong together begin together.
+        The performance's clock stands still while the body finishes something else, so that acts
+        meant to begin together do.
         """
         due: list[Act] = []
         if self.current is None or self._waits:
@@ -119,7 +119,7 @@ class Stage:
             self._waits = False
 
     def end_act(self, wish: str | None, *, body: bool) -> None:
-        """Take in that an act of the body, or a sentence, has ended."""
+        """Record that an act of the body, or a sentence, has ended."""
         if self.current is not None and wish == self.current.wish:
             if body:
                 self._moves = False
@@ -127,7 +127,7 @@ class Stage:
                 self._speaks = False
 
     def finish(self) -> str | None:
-        """Return the present wish if all of its acts have ended, and end it."""
+        """If all acts have ended, end the performance and return the request that it was."""
         busy = self._left or self._words or self._moves or self._speaks
         if self.current is None or busy:
             return None

@@ -5,17 +5,17 @@ from collections.abc import Callable
 
 __all__ = ["LATE", "Stamps"]
 
-#: Stamps that lag behind the clock by more than this, in ns, follow it again (ours): a step may
-#: be reported this late on a busy computer.
+#: If a stamp lags behind the clock by more than this, ns, it is set to the clock (ours). A smaller
+#: lag is normal on a busy computer.
 LATE = 1_000_000_000
 
 
 class Stamps:
     """Gives each state a time by the computer's clock.
 
-    Two stamps are as far apart as the body's times, so that speeds computed from them are right.
-    Where the body's time halts, or another body begins, the stamps follow the computer's clock;
-    they are never ahead of it, and go back only with it.
+    Differences between stamps equal those of the body's clock, so that speeds computed from them
+    are right. If the body's clock halts or the body is replaced, the stamps are set to the
+    computer's clock. They are never ahead of that clock, and go back only if it does.
 
     Parameters
     ----------

@@ -48,7 +48,7 @@ class Expressed(BaseModel):
     """A feeling that is shown, with the mood as its intensity μ."""
 
     feeling: TheirFeeling = Field(description="The feeling.")
-    mood: Share = Field(description="Its mood, the intensity μ.")
+    mood: Share = Field(description="The mood of that feeling, used as the intensity μ.")
 
 
 class StopOut(BaseModel):
@@ -58,18 +58,19 @@ class StopOut(BaseModel):
     reason: StopReason = Field(description="A contact, a request, or a fault.")
     motor: str | None = Field(default=None, description="The motor that met something.")
     sign: str | None = Field(
-        default=None, description="What the rule noticed: speed, tracking or arrival."
+        default=None, description="The test of the contact rule that failed: speed, tracking or arrival."
     )
     ratio: float | None = Field(
         default=None,
-        description="Measured over expected travel. If `sign` is `speed`, both are those of the "
-        "judged window, and the rule's limit applies; otherwise, those since the move began.",
+        description="The ratio of measured to expected travel: in the window that failed the test, "
+        "if `sign` is `speed`, and otherwise since the move began.",
     )
     moved: float | None = Field(default=None, description="The measured travel in that ratio, rad.")
     due: float | None = Field(default=None, description="The expected travel in that ratio, rad.")
     measured: float | None = Field(
         default=None,
-        description="Speed, rad/s: in the judged window (sign speed), or at the stop (tracking).",
+        description="Speed, rad/s: over that window if `sign` is `speed`, at the stop if it is "
+        "`tracking`.",
     )
     expected: float | None = Field(
         default=None, description="The commanded speed at that time, rad/s."
@@ -94,7 +95,7 @@ class Spoken(BaseModel):
     number: int = Field(description="A new number means a new sentence.")
     text: str = Field(description="The sentence.")
     language: Language = Field(description="Its code, such as `en`.")
-    feeling: TheirFeeling | None = Field(description="What it felt then: it colours the voice.")
+    feeling: TheirFeeling | None = Field(description="The partner's feeling then, which colours the voice.")
     tune: Tune | None = Field(
         default=None, description="[Hz, s] notes that are played instead of the words."
     )
@@ -106,11 +107,11 @@ class DistressOut(BaseModel):
     number: int = Field(description="Number of its entry in the log.")
     time: float = Field(description="Time on the body's clock, s.")
     kind: Distress = Field(description="What somebody needs help with.")
-    words: str | None = Field(description="What was said, if the user lets others hear it.")
+    words: str | None = Field(description="What was said, if the user allows events to include it.")
 
 
 class EndReason(StrEnum):
-    """Why a recording ended by itself; the languages' files have the words."""
+    """Why a recording ended without a request; the languages' files have the sentences."""
 
     FULL = "full"
     SLOW = "slow"
@@ -152,7 +153,7 @@ class State(BaseModel):
     )
     paused: bool = Field(description="Whether it rests at neutral until somebody lets it go on.")
     temperament: str = Field(description="The present one.")
-    rest: RestLevel = Field(description="How much it moves while it shows nothing.")
+    rest: RestLevel = Field(description="How much the partner moves while it shows no feeling.")
     recording: str | None = Field(description="The file of the present recording.")
     recording_end: RecordingEnd | None = Field(
         description="Why the latest recording ended by itself; null when another begins."
@@ -166,10 +167,11 @@ class State(BaseModel):
     expressed: Expressed | None = Field(description="The present gesture; null between gestures.")
     asked: bool = Field(description="Whether somebody asked for the present gesture.")
     hand_speed: float = Field(description="Mean speed of both hands in the last 0.1 s, m/s.")
-    extent: float = Field(description="The farther hand's distance from its neutral place, m.")
+    extent: float = Field(description="The larger of the two hands' distances from neutral, m.")
     ratios: list[float | None] = Field(
-        description="Measured over expected travel in the latest window; null if not judged. "
-        "A card reports only that of the motor that stopped it."
+        description="The ratio of measured to expected travel in the latest window; null if there "
+        "is none. "
+        "A card reports only the ratio of the motor that caused the stop."
     )
     rule: RuleOut = Field(description="The contact rule in force.")
     stop: StopOut | None = Field(description="Why the body is stopped; null while it is not.")
@@ -179,7 +181,7 @@ class State(BaseModel):
     force: float | None = Field(description="Force on the human hand now, N; simulation only.")
     hand: Hand | None = Field(description="The simulated human hand; null on a card.")
     hand_out: bool = Field(
-        description="Whether the hand reaches in; else it waits beside the table."
+        description="Whether the simulated hand is at the robot; otherwise it waits beside the table."
     )
     face: Levels = Field(description="How much of each feeling the face shows.")
     spoken: Spoken | None = Field(description="The latest sentence that it says.")
@@ -188,19 +190,19 @@ class State(BaseModel):
     )
     eyes: tuple[float, float] = Field(
         default=(0.0, 0.0),
-        description="Where the eyes look, to the face's right and down, -1 to 1: they go "
-        "first, and come back as the head follows.",
+        description="Where the eyes look, to the face's right and down, -1 to 1. They move before "
+        "the head, and return to the middle as it follows.",
     )
     distress: DistressOut | None = Field(
         default=None, description="The latest distress, for ten minutes after it was heard."
     )
     words: bool = Field(
-        description="Whether the user lets events tell what is said to the partner."
+        description="Whether the user allows events to include what people say to the partner."
     )
     boot: str = Field(description="The id of this start of the partner.")
     latest: int = Field(
         description="Number of the latest event; `boot:latest` is the cursor of a client that "
-        "knows all."
+        "is up to date."
     )
 
     @property
@@ -240,7 +242,7 @@ class MotorOut(BaseModel):
     answers: bool | None = Field(description="Whether it answers on the bus.")
     temperature: float | None = Field(description="°C")
     voltage: float | None = Field(description="V")
-    guards: Guards[float] = Field(description="What the contact rule grants this motor.")
+    guards: Guards[float] = Field(description="The contact rule's tolerances for this motor.")
 
 
 class MotorsOut(BaseModel):
@@ -249,21 +251,21 @@ class MotorsOut(BaseModel):
     body: str = Field(description="The kind of body.")
     port: str | None = Field(description="A card's serial port.")
     calibrated: bool = Field(
-        description="Whether the guards differ from those that ship with the robot."
+        description="Whether the tolerances differ from those that ship with the robot."
     )
     settings: str | None = Field(description="The checksum of a card's settings.")
     hottest: float | None = Field(description="Temperature above which a motor stops the body, °C.")
-    lowest: float | None = Field(description="Voltage below which the supply stops the body, V.")
+    lowest: float | None = Field(description="Supply voltage below which the body is stopped, V.")
     rule: RuleOut = Field(description="The contact rule in force.")
     motors: list[MotorOut] = Field(description="Each motor, in the order of the joints.")
 
 
 class Snapshot:
-    """One state as an object and as JSON; the missing form is made once, for all viewers."""
+    """A state as an object and as JSON; a missing form is made on demand, once for all viewers."""
 
     def __init__(self, state: State | None = None, json: str = "", serial: int = -1) -> None:
         self._given, self._json = state, json
-        #: The same field of the state.
+        #: The state's serial number, so that JSON need not be parsed for it.
         self.serial = serial if state is None else state.serial
 
     @cached_property
@@ -277,7 +279,7 @@ class Snapshot:
         return self._json or self.state.model_dump_json()
 
     def at_least(self, serial: int, body: BodyState, held: bool, latest: int) -> "Snapshot":
-        """Return this state with fields that must be right even if the observer fails."""
+        """Return a copy with present values of what matters for safety, if the observer fails."""
         update = {
             "serial": serial,
             "time": round(body.time, 3),
@@ -288,7 +290,8 @@ class Snapshot:
         return Snapshot(self.state.model_copy(update=update))
 
     def halted(self) -> "Snapshot":
-        """Return this state as it is after the watchdog has stopped the body for a late loop."""
+        """Return a copy that says that the watchdog has stopped the body because the loop was late.
+        """
         if self.state.phase == "stopped":
             return self
         none = dict.fromkeys(("motor", "sign", "ratio", "moved", "due", "measured", "expected"))

@@ -76,7 +76,7 @@ class LivePartner(Protocol):
 
     @property
     def temperaments(self) -> list[str]:
-        """The temperaments to choose from: those that ship, and the partner's first one."""
+        """The temperaments to choose from: those that ship with Miburi, and the partner's first."""
 
     @property
     def own_temperament(self) -> Temperament:
@@ -107,7 +107,8 @@ class LivePartner(Protocol):
         """What has happened, across restarts."""
 
     def samples_after(self, serial: int) -> list[tuple[int, Sample]]:
-        """Return the samples since a step, with their steps' serials; two minutes are kept."""
+        """Return the samples after a step, with their steps' serial numbers; two minutes are kept.
+        """
 
     def steps_after(self, serial: int) -> list[Snapshot]:
         """Return the states after a serial, oldest first; only the last five seconds are kept."""
@@ -115,7 +116,7 @@ class LivePartner(Protocol):
     def ask(self, wish: Wish[Granted]) -> Future[Granted]:
         """Ask for something; return a future for the answer, or for the error if it is refused.
 
-        A ``slow`` wish may hold up the asker's thread. What is clearly impossible is refused at
+        A ``slow`` request may block the caller's thread. What is clearly impossible is refused at
         once.
         """
 

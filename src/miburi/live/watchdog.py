@@ -1,8 +1,7 @@
 """The watchdog: it notices from outside the loop that the loop is late, and stops the body.
 
-The loop calls :meth:`Watchdog.beat` at every step; a thread of its own calls
-:meth:`Watchdog.look`. The functions that the watchdog calls when the loop is late must work without
-the loop.
+The loop calls :meth:`Watchdog.beat` at every step; a separate thread calls :meth:`Watchdog.look`.
+The functions that the watchdog calls when the loop is late must work without the loop.
 """
 
 import threading
@@ -42,7 +41,7 @@ class Watchdog:
         ``lateness.stop``; ``dead`` is called only once, in a delay longer than
         ``lateness.give_up``.
     lateness
-        How much is too late.
+        The least delay that counts as too late.
     clock
         Returns the time in s.
     apart

@@ -1,7 +1,7 @@
-"""Wishes: what a live partner can be asked for, as data; each class names its answer's type.
+"""Requests to a running partner, as data; each class names the type of its answer.
 
-To add one, add a class here and a function in :mod:`miburi.live.granting`; doors may then ask for
-it. Stop is not a wish: it has a lane of its own.
+To add one, add a class here and a function in :mod:`miburi.live.granting`; all interfaces can then
+use it. Stop is not a wish: it has a lane of its own.
 """
 
 from collections.abc import Sequence
@@ -61,7 +61,7 @@ class Feel(Wish[str]):
 
 @dataclass(frozen=True)
 class Sense(Wish[tuple[Stimulus, ...]]):
-    """Take in what somebody showed; the answer is what the temperament makes of it.
+    """Notice what somebody showed; the answer is the stimuli that the temperament makes of it.
 
     Distress is an event and changes no feeling; nor does anything heard in the ten minutes after
     it. Events include the ``words`` only if the user allows that.
@@ -75,7 +75,7 @@ class Sense(Wish[tuple[Stimulus, ...]]):
 class Lean(Wish[None]):
     """While a person is there, shift the moods' resting values by ``leaning`` (n,).
 
-    None ends that.
+    None removes the leaning.
     """
 
     leaning: Array | None
@@ -90,14 +90,15 @@ class See(Wish[None]):
 
 @dataclass(frozen=True)
 class Attend(Wish[None]):
-    """Face somebody who is about to speak, or waits for an answer; repeat it while that lasts."""
+    """Face somebody who is about to speak or waits for an answer; send this again while that lasts.
+    """
 
     turn: Turn
 
 
 @dataclass(frozen=True)
 class NoteTalk(Wish[LiveEvent]):
-    """Note which endpoint gets people's words from now on, or why it did not reply."""
+    """Log which endpoint gets people's words from now on, or why it failed."""
 
     where: str
     failure: str | None = None
@@ -119,7 +120,7 @@ class Speak(Wish[str]):
 
 @dataclass(frozen=True)
 class KeepTime(Wish[None]):
-    """Beat to the sentence with this number; its sound begins soon and has this rhythm."""
+    """Beat with the arms during this sentence, whose sound is about to start with this rhythm."""
 
     number: int
     rhythm: Rhythm
@@ -137,7 +138,7 @@ class Perform(Wish[str]):
 
 @dataclass(frozen=True)
 class PerformActs(Wish[str]):
-    """Perform acts in their order, after the waiting ones or instead of the current ones."""
+    """Perform acts in their order, after those that wait or in place of the present ones."""
 
     acts: Sequence[Act]
     queued: bool
@@ -146,7 +147,7 @@ class PerformActs(Wish[str]):
 
 @dataclass(frozen=True)
 class AllowWords(Wish[LiveEvent]):
-    """Include people's words in events from now on; or stop, and delete them."""
+    """Include people's words in events from now on, or leave them out and delete those stored."""
 
     allowed: bool
     slow = True
@@ -158,9 +159,9 @@ class Release(Wish[None]):
 
     A person who looks at the body (``by_person``) may end any stop at any time. A program may not
     end a person's Stop, nor the pause after a contact. The release is refused if Stop has been
-    pressed since the state with the serial ``seen``. Without ``seen``, it is refused if Stop has
-    been pressed since the time ``came`` at which the wish came, s on the clock that all processes
-    share; None stands for the earliest possible time, :attr:`LivePartner.read_until`.
+    pressed since the state with the serial ``seen``. Without ``seen``, it is refused if Stop was
+    pressed after ``came``, the time at which this request arrived, s on the clock that all
+    processes share. None stands for the earliest possible time, :attr:`LivePartner.read_until`.
     """
 
     by_person: bool = False
@@ -188,7 +189,7 @@ class MoveHand(Wish[None]):
 
 @dataclass(frozen=True)
 class ChangeTemperament(Wish[None]):
-    """Go on with another of the partner's temperaments, or with another way to rest."""
+    """Change to another of the partner's temperaments, or to another level of idle motion."""
 
     name: str
     rest: RestLevel | None = None
@@ -196,7 +197,7 @@ class ChangeTemperament(Wish[None]):
 
 @dataclass(frozen=True)
 class ChangeBody(Wish[None]):
-    """Move another body from now on; making it may take seconds."""
+    """Change to another body; creating it may take seconds."""
 
     name: str
     port: str | None = None

@@ -24,7 +24,7 @@ __all__ = ["Arbiter", "Company"]
 
 #: A beat may begin this much later than it should, s (ours).
 _LATE = 0.05
-#: The choice among gestures draws from its own stream of random numbers.
+#: The number of the stream of random numbers that chooses gestures.
 _CHOICES = 1
 
 
@@ -35,10 +35,11 @@ class Company:
     Attributes
     ----------
     gaze
-        Where somebody is, rad to its left. At rest it turns there, as far and as fast as its
-        temperament lets it.
+        The person's direction, rad to the partner's left. At rest it turns there, as far and as
+        fast as its temperament lets it.
     calm
-        Whether somebody is in distress. The partner then shows no feeling, and rests.
+        Whether the partner must stay calm because somebody is in distress. The partner then shows
+        no feeling, and rests.
     attends
         Its role in a conversation, in which it faces the person; None if there is no conversation.
     """
@@ -60,7 +61,7 @@ class Arbiter:
     repertoire
         The gestures.
     life
-        The seed of rest and variation; None: there is neither, as in the paper's experiment.
+        The seed of idle motion and variation; None switches both off, as in the paper's experiment.
 
     Attributes
     ----------
@@ -71,7 +72,7 @@ class Arbiter:
     asked
         The performance that somebody asked for, until it begins.
     asked_at
-        When that was, s.
+        When the request was made, s.
     """
 
     def __init__(
@@ -137,21 +138,22 @@ class Arbiter:
         return self.asked is not None or self._is_new(felt) or attends or self._beats(time)
 
     def breaks_in(self, performance: Performance | None, time: float) -> bool:
-        """Whether something more urgent interrupts the current performance within a move."""
+        """Whether something more urgent interrupts the present performance in mid-move."""
         self._drop_strokes(time)
         if performance is not None:
             return self.gives_way(performance, time)
         return self.asked is not None or self._is_new(self._felt(time))
 
     def choose(self, time: float, turned: float) -> Performance | None:
-        """Return the performance that begins now, if any; the waist is ``turned`` rad left."""
+        """Return the performance that begins now, if any; the waist is ``turned`` left, in rad."""
         chosen = self._chosen(time, turned)
         if chosen is not None:
             self.facing = chosen.turn
         return chosen
 
     def gives_way(self, performance: Performance, time: float) -> bool:
-        """Whether a performance is broken off: for calm, a request, a feeling or a beat."""
+        """Whether to cut a performance short, because of distress, a request, a feeling or a beat.
+        """
         shows = performance.expression is not None
         if self.asked is not None and (not shows or self._interrupts):
             return True
@@ -203,7 +205,7 @@ class Arbiter:
         return None if time < self._beats_until and self._emotion.shown else left
 
     def _drop_strokes(self, time: float) -> None:
-        """Forget strokes that would be late; while somebody is in distress, forget all of them."""
+        """Drop beats whose time has passed, or all of them while somebody is in distress."""
         soonest = np.inf if self.company.calm else time + gestures.BEAT_LEAD - _LATE
         while self._strokes and self._strokes[0] < soonest:
             self._strokes.popleft()
@@ -211,7 +213,7 @@ class Arbiter:
             self._beats_until = -np.inf
 
     def _beats(self, time: float) -> bool:
-        """Whether a beat must begin now to reach its turning point on the next stroke."""
+        """Whether to begin a beat now so that it turns at the next stressed syllable."""
         return bool(self._strokes) and self._strokes[0] <= time + gestures.BEAT_LEAD
 
     def _is_new(self, felt: Expression | None) -> bool:

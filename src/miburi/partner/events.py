@@ -33,7 +33,7 @@ class GestureStarted:
     gesture
         The function's name; None if a caller gave the key poses.
     wish
-        What the caller of :meth:`Partner.perform` named it.
+        The name that the caller of :meth:`Partner.perform` gave the request.
     """
 
     time: float

@@ -37,7 +37,8 @@ from miburi.safety.stop import Phase, Stop, StopReason
 __all__ = ["LAPSES", "Partner"]
 
 #: A wish is dropped after waiting this long, s, for a stopped body: after that, a person who
-#: releases the body no longer expects it. The pause after a contact is shorter (ours).
+#: releases the body no longer expects it. A pause after a contact ends before a request lapses
+#: (ours).
 LAPSES = 8.0
 
 
@@ -56,7 +57,7 @@ class Partner:
     period
         A gesture starts at each multiple of this period, s, if the body is at rest then (Section 5:
         2 s). A gesture that is longer than a period skips the multiples that it covers. With
-        ``life``, a new emotion shows at once, and in three gestures at most.
+        ``life``, a new emotion shows at once, in at most three gestures.
     solve
         The inverse kinematics: it takes robot, target (9,), m, and present angles (8,), rad, and
         returns a solution.
@@ -84,8 +85,8 @@ class Partner:
         self._lively = life is not None
         repertoire = repertoire or gestures.shipped_repertoire()
         self._arbiter = Arbiter(body.robot, feelings, repertoire, life)
-        #: The people around the partner: set this object's attributes when they move, speak or need
-        #: calm.
+        #: The people around the partner: update its attributes as they move, speak, or are in
+        #: distress.
         self.company: Company = self._arbiter.company
         self._performance: Performance | None = None
         self._untold: list[Event] = []  # since the last step
@@ -100,7 +101,7 @@ class Partner:
 
     @property
     def ahead(self) -> tuple[float, float]:
-        """How far a moving head has to go, rad: the turn to the robot's left, and the rise."""
+        """The remaining motion of a moving head, rad: turn to the robot's left, and rise."""
         return self._mover.ahead
 
     @property
@@ -138,7 +139,7 @@ class Partner:
         self._paused = False
 
     def gesticulate(self, strokes: Sequence[float]) -> None:
-        """Accompany speech with beats of the arms that turn back at some of the ``strokes``.
+        """Beat with the arms so that they turn at some of the times in ``strokes``.
 
         The first gesture of a feeling takes precedence over beats; after it, the posture shows the
         feeling. There are no beats if the partner has no ``life``, rests, or is stopped. The
@@ -163,13 +164,16 @@ class Partner:
         ----------
         expression
             The feeling, and the mood. The mood is the intensity from the first key pose to the
-            last. None: the poses show no feeling, like a look, and give way to the next wish.
+            last. If None, the poses show no feeling, as in a glance, and any later request replaces
+            them.
         poses
-            Key poses to perform instead of the feeling's own gesture, such as a blend.
+            Key poses to perform instead of the feeling's own gesture, such as a blend of two
+            gestures.
         wish
             A name for this wish; the events that it causes carry it.
         interrupt
-            Whether the present gesture is broken off: at its next key pose, or at once with life.
+            Whether to cut the present gesture short: at its next key pose, or with ``life`` at
+            once.
 
         Raises
         ------
@@ -209,7 +213,7 @@ class Partner:
             self.body.stop()
 
     def halt(self) -> None:
-        """Stop the body because the loop does not respond; it goes on after a pause.
+        """Stop the body because the loop does not respond; the body resumes after a pause.
 
         Any thread may call it while another uses the body. If this does not reach the body,
         :meth:`make_sure` stops it.

@@ -49,7 +49,7 @@ class Mover:
 
     @property
     def ahead(self) -> tuple[float, float]:
-        """How far a moving head has to go, rad: the turn to the robot's left, and the rise."""
+        """The remaining motion of a moving head, rad: turn to the robot's left, and rise."""
         state = self._body.state
         if state.phase in (Phase.STOPPED, Phase.IDLE):
             return 0.0, 0.0
@@ -70,10 +70,10 @@ class Mover:
         return sent
 
     def go_on(self, performance: Performance, mood: float, time: float) -> list[MoveSent] | None:
-        """Send the next key pose of the performance, if one moves the body.
+        """Send the performance's next key pose that moves the body, if there is one.
 
-        The returned list is empty if a moving body did not accept the pose; it is sent again at
-        rest.
+        The returned list is empty if a moving body did not accept the pose, which is sent again
+        once the body rests.
         """
         robot = self._body.robot
         for index, pose in performance.go_on(mood):

@@ -21,7 +21,7 @@ class Performance:
     Parameters
     ----------
     poses
-        The key poses at a mood from 0 to 1; their number does not depend on it.
+        Returns the key poses at a mood from 0 to 1, always the same number of them.
     expression
         What it shows; None for an act at rest.
     gesture
@@ -34,7 +34,7 @@ class Performance:
     wish
         The name given to it by whoever asked for it.
     turn
-        rad to the robot's left by which all its key poses are turned, towards somebody.
+        The angle by which all key poses are turned towards somebody, rad to the robot's left.
     """
 
     def __init__(
@@ -66,7 +66,7 @@ class Performance:
         variation: int | None,
         turn: float = 0.0,
     ) -> "Performance":
-        """Perform a gesture at the mood of each moment; see :func:`miburi.gestures.key_poses`."""
+        """Return a performance at the present mood; see :func:`miburi.gestures.key_poses`."""
 
         def poses(mood: float) -> list[KeyPose]:
             return gestures.key_poses(robot, function, mood, variation=variation)
@@ -89,7 +89,7 @@ class Performance:
 
     @property
     def tells(self) -> bool:
-        """Whether its beginning and its end are events; those of beats and acts at rest are not."""
+        """Whether its beginning and end are reported as events; not for beats and idle acts."""
         return self.expression is not None or self.wish is not None
 
     @property
@@ -108,7 +108,8 @@ class Performance:
     def sent(self, pose: KeyPose, slows_at: float | None) -> None:
         """Note the key pose that was just sent, which the body will hold or pass.
 
-        ``slows_at`` is when the body slows down for it, s; None for a body that stops at each.
+        ``slows_at`` is when the body slows down for the key pose, s; None for a body that stops at
+        every one.
         """
         self._hold, self._hold_until = pose.hold, None
         self._passes_at = slows_at if pose.passes else None

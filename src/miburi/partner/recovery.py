@@ -3,10 +3,10 @@
 A :class:`Recovery` is told of stops and gestures, and answers whether the body is to be released.
 
 - In all cases only after it has come to rest. Otherwise the contact rule would mistake the end of
-the old motion, and the swing of loads, for a new contact.
+  the old motion, and the swinging of the arms, for a new contact.
 - After a contact: by itself, after a pause. The pause doubles with each encounter until a gesture
   goes through without one.
-- Moved by a hand: by itself, once it has been still for a while.
+- Moved by a hand: the body is released automatically once it has been still for a while.
 - After any other stop, and while a person holds the body: only when a person releases it.
 """
 
@@ -32,11 +32,11 @@ __all__ = [
 #: Seconds from a contact stop to the release: the first pause, and the longest (ours).
 FIRST_PAUSE, LONGEST_PAUSE = 1.0, 16.0
 #: A body is at rest once no motor has exceeded this speed, rad/s, for this time, s (ours). The
-#: speed is two encoder steps in the window over which velocities are measured; the time is longer
-#: than a stopped motor waits before it yields.
+#: speed is two encoder steps in the window over which velocities are measured; the time exceeds the
+#: delay after which a stopped motor yields.
 REST_SPEED, REST_TIME = 0.1, 0.25
-#: A body that is led slowly counts as moving whenever a motor has come further than this, rad,
-#: since it last counted as moving (ours): more than one step of an encoder.
+#: Slow guiding by hand counts as motion once a motor has moved further than this, rad, since it
+#: last counted as moving (ours): more than one step of an encoder.
 _MOVED_ON = 0.004
 #: A hand that moved the body has let go once the body has been still this long, s (ours).
 LET_GO = 2.0
@@ -70,7 +70,7 @@ class Recovery:
         return new
 
     def take_in(self, stop: Stop, time: float) -> Stop:
-        """Plan what follows a new stop; return it, with the partner's own reason if any."""
+        """Plan the release after a new stop; return the stop, with the partner's reason if any."""
         late = self.halted and stop.reason is StopReason.ASKED
         self.halted = False
         if late or stop.reason is StopReason.CONTACT:
@@ -155,7 +155,7 @@ class Recovery:
         self._release_at = time + FIRST_PAUSE
 
     def forget_release(self) -> None:
-        """Plan no release any more, because the body has been released."""
+        """Cancel the planned release, because the body has been released."""
         self._release_at, self._pause_ends, self.held = None, 0.0, False
 
     def forget_stop(self) -> None:
@@ -163,5 +163,5 @@ class Recovery:
         self._stop = None
 
     def forget_encounters(self) -> None:
-        """Forget the encounters, because a gesture has gone through."""
+        """Reset the count of contacts, because a gesture was completed."""
         self._encounters = 0

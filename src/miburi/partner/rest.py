@@ -30,20 +30,21 @@ Attention = Literal["listening", "thinking", "speaking"]
 _ANEW = 2.0
 #: How long a turn to a face takes, s, and the angle up to which it is not worth making, rad (ours).
 _TURNING, _FACED = 1.4, 0.02
-#: Together, moods make acts deeper and quicker by at most e to the power of this (ours).
+#: Moods scale the depth and speed of acts by at most exp(±this) (ours).
 _LIVELIEST = 0.3
 #: Ranges of the factors by which the size and tempo of an act vary (ours).
 _SIZES, _TEMPOS = (0.8, 1.2), (0.85, 1.1)
-#: The smallest and the largest beat, the range of the other hand's share of it, and the share of
-#: strokes that the partner beats to, since nobody beats to all of them (all ours).
+#: Sizes of the smallest and the largest beat, the range of the other hand's size relative to it,
+#: and the share of stressed syllables that get a beat, since people do not beat to all (all ours).
 _BEATS, _OTHERS, _TRIED = (0.5, 1.5), (0.0, 0.5, 0.9), 0.8
-#: The only act while somebody is in distress, or is talking with the partner.
+#: The only act while somebody is in distress or talks with the partner.
 _CALM = "breath"
 #: The name of a turn to a face.
 _TURNS = "turn"
 #: The shortest look aside, s (ours).
 _BRIEFEST = 0.1
-#: The head's turn and rise, as in ``gestures.coordinates.COORDINATES``; and the arms, mirrored.
+#: Indices of the head's turn and rise in ``gestures.coordinates.COORDINATES``, and the permutation
+#: that exchanges the arms.
 _TURN, _RISE, _MIRRORED = 6, 7, [3, 4, 5, 0, 1, 2, 6, 7]
 
 _Seconds = Annotated[float, Field(gt=0, le=600)]
@@ -139,7 +140,7 @@ class Rest:
             The emotional model: its mood shows in the act; its temperament says how often one
             comes.
         turned, gaze
-            rad to its left: how far the body is turned, and where somebody is.
+            The turn of the body and the direction of the person, both rad to the partner's left.
         calm
             Whether somebody is in distress: then it only breathes.
         attends
@@ -199,7 +200,7 @@ class Rest:
     def _avert(
         self, time: float, feelings: FeelingModel, attends: Attention | None
     ) -> Performance | None:
-        """Return a look aside from the person it attends to, if one is due at ``time`` s."""
+        """Return a glance away from the person, if one is due at ``time`` s."""
         aversion = None if attends is None else _shipped().aversion.get(attends)
         if attends != self._attends:
             self._attends, self._averts = attends, float("inf")
@@ -224,11 +225,11 @@ class Rest:
         return max(mean + deviation * float(self._eyes.standard_normal()), _BRIEFEST)
 
     def choose(self, strokes: Sequence[float]) -> list[float]:
-        """Return the strokes that the arms make, in order, including the first."""
+        """Return a random part of the strokes in order, always with the first."""
         return [at for k, at in enumerate(strokes) if self._hands.random() < _TRIED or k == 0]
 
     def beat(self, feelings: FeelingModel, turn: float) -> Performance:
-        """Return one beat of the arms, for a body that is turned like this one.
+        """Return one beat of the arms for a body that is turned by ``turn``.
 
         Mood shows in its size and in how the head is held.
         """

@@ -1,7 +1,7 @@
 """How much of an emotion a partner with ``life`` shows: at once, a few gestures, and then rest.
 
-As long as an emotion lasted, the same gesture used to repeat: fourteen times for one remark.
-The paper's experiment still does so; a partner with life does not.
+Without this, a gesture repeats while its emotion lasts: fourteen times for one remark. The paper's
+experiment still does so; a partner with life does not.
 """
 
 from miburi.feelings import FEELINGS, Expression, FeelingModel
@@ -13,12 +13,12 @@ __all__ = ["MOST", "ShownEmotion"]
 MOST = 3
 #: An emotion that rises by more than this above where it was counts as a new one (ours).
 _RISES = 0.05
-#: A feeling that rose last shows if it has at least this share of the strongest emotion (ours).
+#: The newest feeling shows if it is at least this share of the strongest emotion (ours).
 _NEAR = 0.9
 
 
 class ShownEmotion:
-    """One emotion, from its rise on.
+    """An emotion, tracked from its onset.
 
     Attributes
     ----------
@@ -36,8 +36,8 @@ class ShownEmotion:
     def left(self, felt: Expression | None, feelings: FeelingModel) -> Expression | None:
         """Return what is felt if some of it is still to be shown, else None.
 
-        Of nearly equal emotions the one that rose last shows first: a fright raises an older fear
-        a little above itself, and yet it is the fright that is new.
+        Of nearly equal emotions the newest shows first: a fright also raises an older fear,
+        slightly above the fright itself, and yet the fright is what is new.
         """
         emotion = feelings.emotion
         before, self._before = self._before, emotion.copy()
@@ -75,5 +75,5 @@ class ShownEmotion:
 
     @property
     def rises(self) -> bool:
-        """Whether this emotion is unshown, and has risen rather than outlasted a stronger one."""
+        """Whether no gesture has shown this emotion, and it became the strongest by rising."""
         return self._rose and self.shown == 0

@@ -1,9 +1,9 @@
-"""People whom the partner knows, if they allow it: their names, their facts, their kindness.
+"""People who let the partner remember them: names, facts, and how they have treated it.
 
-    records      the file of people: who they are and what they told it
-    memory       that file on the user's own disk, and who is there
-    remarks      what they have said in this talk
-    recall       which of the facts told answers a question
+    records      the file of people and of the facts that they told
+    memory       that file on the user's own disk, and who is present
+    remarks      what was said in the present conversation
+    recall       which stored fact answers a question
     attachment   how somebody has treated the partner, over weeks
 
 None of it is in the experiment, nor in the library's default partner.

@@ -38,11 +38,11 @@ __all__ = ["MOST_FACTS", "MOST_PEOPLE", "Memory"]
 #: The most people that are kept, and the most things told by each; beyond that, the oldest things
 #: go (ours).
 MOST_PEOPLE, MOST_FACTS = 50, 500
-#: The share of a question's weight that an answer must have if it was only said by the way, and if
-#: it must be sure (ours).
+#: The share of a question's weight that an answer must match: if the fact was only mentioned in
+#: passing, and if the answer must be sure (ours).
 _SURER, _SUREST = 0.6, 0.7
-#: The share of a correction's weight that a fact must have to be corrected by it; and for how long
-#: a correction may refer to the fact that was kept last (both ours).
+#: The share of a correction's weight that a fact must match to be corrected by it, and how long a
+#: correction may refer to the latest fact (both ours).
 _SAME, _JUST = 0.25, timedelta(minutes=1)
 #: How many of the latest facts are told to somebody who asks for all of them (ours).
 _LATEST = 3
@@ -54,7 +54,7 @@ class Memory:
     Parameters
     ----------
     path
-        The file. It exists while somebody allows that people are remembered.
+        The file. It exists while somebody permits that people are remembered.
     temperament
         The partner's own.
     clock
@@ -78,8 +78,8 @@ class Memory:
         #: What was told by somebody who has not said who they are; it is never written.
         self._untold: list[Fact] = []
         self._remarks = Remarks()
-        #: How often something was deleted; other parts of the program that remember the talk watch
-        #: this, to forget it, too.
+        #: The number of deletions; other parts that remember the conversation watch it, and forget,
+        #: too.
         self.deleted = 0
         self._until = clock()
         self._attachment: Attachment | None = None
@@ -108,7 +108,7 @@ class Memory:
         return Attachment(self._temperament, person.attachment).leaning
 
     def allow(self, allowed: bool) -> None:
-        """Keep people on the disk from now on, or forget them all."""
+        """Start keeping facts about people on the disk, or delete them all."""
         self.allowed = allowed and self._path is not None
         if allowed:
             self._write()
@@ -162,7 +162,7 @@ class Memory:
         *,
         more: bool = False,
     ) -> None:
-        """Keep a remark for the rest of the talk, with whom "he" or "she" means named before it."""
+        """Keep a remark during the conversation, preceded by the name that "he" or "she" means."""
         if told:
             first, about = told[0], self._remarks.about if more else None
             named = self.with_whom(first, language)
@@ -171,25 +171,25 @@ class Memory:
         self._remarks.note(self._clock(), said, told, more=more)
 
     def with_whom(self, told: str, language: Language) -> str:
-        """Return what was told, with the person before it whom "he" or "she" means, if known."""
+        """Return a sentence, preceded by the person that "he" or "she" means, if known."""
         named = tells_name(told, language)
         return with_whom(told, self._remarks.sentences(self._clock(), named=named), language)
 
     def last_noted(self) -> str | None:
-        """Return the latest remark that tells something, if it is recent."""
+        """Return the latest remark that states a fact, if it is recent."""
         return next(self._remarks.latest_told(self._clock()), None)
 
     def last_told(self) -> str | None:
-        """Return the latest sentence of the talk that tells something, if it is recent."""
+        """Return the latest sentence of the conversation that states a fact, if it is recent."""
         return self._remarks.last_told(self._clock())
 
     def forget_noted(self) -> None:
-        """Forget what was said of late."""
+        """Forget the recent remarks."""
         self._remarks.clear()
         self.deleted += 1
 
     def hear(self, stimuli: tuple[Stimulus, ...] = (), contacts: int = 0) -> None:
-        """Count what the person who is there has done, and the contacts since then."""
+        """Count what the person present has done, and the contacts, since the last call."""
         person, now = self.present, self._clock()
         if person is None or self._attachment is None:
             return
@@ -210,7 +210,7 @@ class Memory:
         *,
         asked: bool = False,
     ) -> Fact | None:
-        """Keep a fact for the person who is there, or until they say who they are."""
+        """Keep a fact for the person present, or until somebody says who they are."""
         person, text = self.present, " ".join(text.split())[:LONGEST_FACT]
         facts = self._facts_now()
         same = next((fact for fact in facts if fact.text == text), None)
@@ -229,7 +229,7 @@ class Memory:
         return fact
 
     def recall(self, question: str, language: Language, *, surely: bool = False) -> str | None:
-        """Return what the person there has told that answers a question, ``surely`` or not."""
+        """Return the fact by the person present that answers a question, ``surely`` or perhaps."""
         facts = [fact for fact in self._facts_now() if fact.language == language]
         if facts and asks_for_everything(question, language):
             return _together(_most_telling(facts, language), language)
@@ -238,7 +238,7 @@ class Memory:
         for asked in ways_to_ask(question, self._remarks.sentences(self._clock()), language):
             mentioned = recall(asked, said, language, by_the_way)
             if found := recall(asked, told, language, enough):
-                # "I have a geranium", which is a fact, and then "He is called Gerald".
+                # An example: "I have a geranium", which is a fact, and then "He is called Gerald".
                 longer = [each for each in said if found.rstrip(".!").split(": ")[-1] in each]
                 either = [*([mentioned] if mentioned else []), found, *longer]
                 found = recall(asked, either, language, 0.0)
@@ -292,7 +292,8 @@ class Memory:
     def due(
         self, now: datetime, but: Set[tuple[str, int]] = frozenset()
     ) -> tuple[Acquaintance, Fact] | None:
-        """Return the person who is there, and a fact due today that is not among ``but``."""
+        """Return the person present, and a fact whose day is today and that is not among ``but``.
+        """
         person = self.present
         for fact in [] if person is None else person.facts:
             today = fact.due is not None and fact.due.date() == now.date() and fact.due <= now
@@ -349,7 +350,8 @@ class Memory:
 
 
 def _most_telling(facts: list[Fact], language: Language) -> list[str]:
-    """Return the latest facts, those first that it was asked to keep, in the order of telling."""
+    """Return the latest facts in the order of telling, preferring those that it was asked to keep.
+    """
     ranked = sorted(facts, key=lambda fact: (fact.asked, tells_of_oneself(fact.text, language)))
     return [fact.text for fact in sorted(ranked[-_LATEST:], key=lambda fact: fact.number)]
 

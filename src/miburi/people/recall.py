@@ -1,10 +1,10 @@
-"""Recall: which of the things that somebody told answers a question.
+"""Recall: find which of the things that somebody told the partner answers a question.
 
-Of the things told, the one that shares most of the question's rare words is the answer; there may
-be none. Whatever the question is about ("my dog") must be in it. Words are compared by their
-beginnings, and words that ask the same thing, such as "comes" and "coming", count as one; a
-language without spaces is compared by pairs of letters. For some questions a clue
-counts as a shared word: "I was a cook for ten years" answers "What was my job?"
+The fact with the most rare words in common with the question is the answer; there may be no answer.
+An answer must mention the subject of the question, such as "my dog". Words are compared by their
+beginnings, and forms such as "comes" and "coming" count as one word. Text in a language without
+spaces is compared by pairs of characters. For some questions a clue counts as a shared word: "I was
+a cook for ten years" answers "What was my job?"
 """
 
 import re
@@ -27,16 +27,17 @@ from miburi.languages import (
 
 __all__ = ["ENOUGH", "recall", "ways_to_ask"]
 
-#: The share of a question's weight that an answer must have (ours).
+#: The share of a question's weight that an answer must match (ours).
 ENOUGH = 0.45
-#: Letters of a word that count; the relative weight of a word that is in no fact, "time" (ours).
+#: How many letters of a word are compared, and the relative weight of a word such as "time" that is
+#: in no fact (ours).
 _STEM, _UNTOLD = 6, 0.3
 #: The sentences of a remark that are written as questions.
 _ASKED = re.compile(r"[^.!?。！？]+[?？]")
-#: For a language without spaces: letters other than hiragana, which mostly write endings; and a
+#: For a language without spaces: characters other than hiragana, which mostly spell endings; and a
 #: single ideogram, which is a word or part of one.
 _WRITTEN, _IDEOGRAM = re.compile(r"[^\s\u3040-\u309f]+"), re.compile(r"[\u4e00-\u9fff]")
-#: The ending of a word, which a question may change.
+#: The ending of a word, which may differ between question and fact.
 _ENDING = re.compile(r"(?<=\w{4})(ing|ed|es|e|s)$|(?<=\w{2})s$")
 #: The last clause of a question, and how many words are enough for a question (ours).
 _LAST = re.compile(r"(?<=[,、])[^,、.!?。！？]+[?？]?\s*$")
@@ -51,10 +52,10 @@ def recall(
     *,
     corrects: bool = False,
 ) -> str | None:
-    """Return the fact that answers a question, the latest of equals; None if no fact does.
+    """Return the fact that answers a question, the most recent on a tie; None if no fact does.
 
-    It must have at least a share of the question's weight, ``enough``. If the words correct a fact
-    ("Not on the third, on the fourth"), the fact need not contain all their subjects.
+    It must match at least the share ``enough`` of the question's weight. If the words are a
+    correction ("Not on the third, on the fourth"), the fact need not mention every subject in them.
 
     >>> told = ["My daughter Anna comes on Sunday.", "I take my tablets at eight."]
     >>> recall("When does Anna come?", told, "en")
@@ -96,7 +97,8 @@ def recall(
 
 
 def ways_to_ask(question: str, earlier: Iterable[str], language: Language) -> Iterator[str]:
-    """Yield a question, the same with the person it means, its sentences, and its last clause.
+    """Yield a question, the question with its pronoun replaced by the person, its sentences, its
+    last clause.
 
     ``earlier`` has what was said before it, the newest first.
     """

@@ -1,4 +1,4 @@
-"""The file of people: who they are, and what they told the partner."""
+"""The file of people: their names, and the facts that they told the partner."""
 
 import json
 from datetime import datetime
@@ -12,12 +12,12 @@ from miburi.languages import Language
 
 __all__ = ["LONGEST_FACT", "LONGEST_NAME", "Acquaintance", "Fact", "People", "read_people"]
 
-#: Letters of a name and of a fact, at most (ours).
+#: Greatest number of letters in a name and in a fact (ours).
 LONGEST_NAME, LONGEST_FACT = 40, 200
 
 
 class Fact(BaseModel):
-    """Something that somebody told; ``asked`` says whether they asked to have it kept."""
+    """A fact that somebody told; ``asked`` says whether they asked the partner to remember it."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -46,7 +46,7 @@ class People(BaseModel):
     people: list[Acquaintance] = Field(default_factory=list)
 
     def find(self, name: str) -> Acquaintance | None:
-        """Return somebody by name, whatever its capitals; None if nobody has it."""
+        """Return a person by name, ignoring case; None if there is no such person."""
         same = (one for one in self.people if one.name.casefold() == name.casefold())
         return next(same, None)
 
@@ -63,6 +63,6 @@ def read_people(path: Path) -> People:
         return People.model_validate(json.loads(path.read_text(encoding="utf-8")))
     except (OSError, ValueError, RecursionError, ValidationError) as error:
         raise InputError(
-            f"{path}: this is no file of people ({type(error).__name__}); if you move it away, "
+            f"{path}: this is not a file of people ({type(error).__name__}); if you move it away, "
             "the partner starts over with nobody known."
         ) from error

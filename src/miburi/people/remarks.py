@@ -1,4 +1,4 @@
-"""The remarks of the talk that is going on; they are never written."""
+"""What was said in the present conversation; it is kept in memory alone."""
 
 import re
 from collections import deque
@@ -8,21 +8,22 @@ from itertools import takewhile
 
 __all__ = ["STAYS", "Remarks"]
 
-#: How long somebody counts as there after they last spoke (ours).
+#: How long after last speaking somebody counts as present (ours).
 STAYS = timedelta(hours=2)
-#: How many remarks are kept while somebody is there; how many of the latest "that" and "she" may
-#: refer to, and how many a name; and for how long (ours).
+#: The number of remarks that are kept; how many of the latest a pronoun can refer to, and how many
+#: a name; and for how long (ours).
 _KEPT, _FEW, _SOME, _MEANT = 60, 3, 12, timedelta(minutes=5)
-#: A remark of at most this many letters is repeated whole, a longer one by the sentence (ours).
+#: A remark of at most this many characters is repeated whole, a longer one sentence by sentence
+#: (ours).
 _SHORT = 120
 
 
 class Remarks:
-    """What the person at the table has said: each remark, its time, and the sentences that tell."""
+    """What the person at the table has said: each remark, its time, and its statements."""
 
     def __init__(self) -> None:
         self._all: deque[tuple[datetime, str, list[str]]] = deque(maxlen=_KEPT)
-        #: The sentence to which the next may belong.
+        #: The statement that the next sentence may continue.
         self.about: str | None = None
 
     def clear(self) -> None:
@@ -31,9 +32,9 @@ class Remarks:
         self.about = None
 
     def note(self, now: datetime, said: str, told: Sequence[str], *, more: bool) -> None:
-        """Keep a remark, and its sentences that ask nothing.
+        """Keep a remark, and those of its sentences that are not questions.
 
-        If it tells ``more`` of what the remark before it is about, it is kept together with that.
+        With ``more``, the remark continues the one before it, and is kept together with that.
         """
         about = self.about if more else None
         self.about = about or next(reversed(told), self.about)
@@ -41,12 +42,12 @@ class Remarks:
         self._all.append((now, said, [*first, *told[1:]]))
 
     def latest(self, now: datetime, most: int = _FEW) -> Iterator[str]:
-        """Yield the latest few remarks to which words may refer, newest first."""
+        """Yield the latest few remarks that a pronoun may refer to, newest first."""
         few = [*self._all][-most:]
         return (said for when, said, _ in reversed(few) if when >= now - _MEANT)
 
     def latest_told(self, now: datetime) -> Iterator[str]:
-        """Yield what the latest few remarks told, newest first, as far back as an empty one.
+        """Yield the statements in the latest few remarks, newest first, until a remark without any.
 
         Remarks that only ask something are left out.
         """
@@ -54,22 +55,22 @@ class Remarks:
         return (" ".join(told) for when, _, told in few if told and when >= now - _MEANT)
 
     def sentences(self, now: datetime, *, named: bool = True) -> Iterator[str]:
-        """Yield the sentences in which somebody may be spoken of, newest first.
+        """Yield the sentences that may mention the person meant, newest first.
 
-        A name may belong to somebody who was spoken of several remarks before; "she" alone, if not
-        ``named``, hardly ever does.
+        A name may refer to a person mentioned several remarks ago; a pronoun alone (not ``named``)
+        rarely does.
         """
         for said in self.latest(now, _SOME if named else _FEW):
             yield from reversed(re.split(r"[.!?]+", said))
 
     def last_told(self, now: datetime) -> str | None:
-        """Return the latest sentence that tells something, if it is among the latest remarks."""
+        """Return the latest statement, if it is among the latest few remarks."""
         few = [*self._all][-_FEW:]
         told = (each for when, _, all_told in few if when >= now - _MEANT for each in all_told)
         return next(reversed([*told]), None)
 
     def told(self, now: datetime) -> list[str]:
-        """Return what they told: each in whole if it is short."""
+        """Return what they said: short remarks whole, and the statements of long ones."""
         said = []
         for when, _, told in self._all:
             whole = " ".join(told)

@@ -1,9 +1,9 @@
 """Closed-form inverse kinematics: all exact solutions for a target.
 
 It relies on the structure of this body: the head alone fixes the waist, and each arm is then a
-planar two-link chain that swings about its shoulder. Tests use it as the truth, and benchmarks as
-the fastest possible solver; nothing else uses it. The Bacterial Memetic Algorithm needs no such
-structure.
+planar two-link chain that swings about its shoulder. Tests use it as ground truth, and benchmarks
+as the fastest possible solver; nothing else uses it. The project's own solver, the Bacterial
+Memetic Algorithm, does not need this structure.
 """
 
 from itertools import product
@@ -34,13 +34,11 @@ def inverse(robot: Robot, target: ArrayLike, tolerance: float = 1e-6) -> Array:
     tolerance
         Largest distance of an extremity from its target, in m.
 
-    Returns
-    -------
-    (k, 8) rad, k from 0 (out of reach) to 32. The paper expects a single solution, but with a
-    fingertip angle below 0.174 rad the arm with the mirrored elbow is inside the limits too; and if
-    the head can nod over, by more than a quarter of a turn, the pose with the waist turned by π is
-    inside them as well. If a hand
-    lies on the shoulder axis, any shoulder angle solves it; the neutral one is returned.
+    Returns ------- (k, 8) rad, k from 0 (out of reach) to 32. The paper expects a single solution.
+    Yet with a fingertip angle below 0.174 rad the arm with the mirrored elbow is inside the limits
+    too, and if the head can tilt by more than a quarter of a turn, so is the pose with the waist
+    turned by π. If a hand lies on the shoulder axis, any shoulder angle solves it; the neutral one
+    is returned.
 
     Raises
     ------

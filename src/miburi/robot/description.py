@@ -108,7 +108,7 @@ def _servo(value: object, info: ValidationInfo) -> object:
 
 
 class ServoTable(Table):
-    """The motor of all joints, and what this robot asks of it: rad/s, rad/s², N·m at the horn."""
+    """The servo of every joint, and the limits in this robot: rad/s, rad/s², N·m at the horn."""
 
     model: Annotated[Servo, BeforeValidator(_servo)]
     max_speed: Annotated[float, Field(gt=0, le=20)]
@@ -192,7 +192,7 @@ class Robot(Table):
         return self._of_joints("neutral")
 
     def with_servo(self, servo: Servo) -> "Robot":
-        """Return this robot with another kind of motor; its guards stay, and may not fit."""
+        """Return this robot with another servo; its guards do not change, and may no longer fit."""
         table = self.servo.model_copy(update={"model": servo})
         return self.model_copy(update={"servo": table})
 

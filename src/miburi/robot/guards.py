@@ -1,9 +1,9 @@
 """The guards of the contact rule: names, order, units and ranges, all in one table.
 
-No servo follows its command exactly. A guard is the deviation that the rule allows a motor beyond
-the paper's ratio; :mod:`miburi.safety.contact` says what each does. The robot's description, the
-rule, the card's settings, the calibration file and the wire are all derived from
-:class:`Guards`.
+No servo follows its command exactly. A guard is a tolerance of the contact rule, beyond the ratio
+that the paper gives; :mod:`miburi.safety.contact` says what each does. The format of a robot's
+description, the rule, the settings of an Arduino card, the calibration file and the link's messages
+all derive from :class:`Guards`.
 
 To add a guard, add a field to :class:`Guards`, use it in ``safety/contact.py`` and
 ``calibration/free_motion.py``, add it to the firmware (``contact.h`` and ``settings.h``; a test
@@ -34,20 +34,20 @@ __all__ = [
 Value = TypeVar("Value")
 Other = TypeVar("Other")
 _Integers = NDArray[np.int64]
-#: The angle of an encoder step of the XL330 servos that a card drives, rad; the ranges are in
-#: such steps, whatever encoder a simulated servo has.
+#: One encoder step of the XL330 servos on a card, rad. Ranges are in these steps, whatever encoder
+#: a simulated servo has.
 CARD_STEP = 2 * np.pi / 4096
 
 
 class Unit(NamedTuple):
-    """A unit: SI name (files, wire), name of the whole unit (rule, card), ``struct`` code."""
+    """A unit: its SI name (files, wire), the integer unit (rule, card), and the ``struct`` code."""
 
     si: str
     whole: str
     code: str
 
     def size(self, step: float) -> float:
-        """Return one whole unit in SI; ``step`` is the angle of an encoder step, rad."""
+        """Return the integer unit in SI; ``step`` is the angle of an encoder step, rad."""
         return step if self.whole == "steps" else 1e-6
 
 
@@ -70,8 +70,8 @@ class Guard:
         The value for a card whose servos have not been measured, in whole units. All generous
         values together let a lag of up to 50 ms pass.
     floor
-        The least value that a calibration gives, rad, because a few moves do not show everything
-        that a servo needs; 0 if the guard is not measured in free motion.
+        The lower bound of a calibrated value, rad, because a few moves may not show a servo's
+        largest deviation; 0 if the guard is not measured in free moves.
     """
 
     grants: str
@@ -100,9 +100,9 @@ class Guards(Generic[Value]):
 
     lag: Annotated[Value, Guard("Delay behind its profile", TIME, 0, 100_000, 5_500)]
     slack: Annotated[Value, Guard("How much travel may be missing", ANGLE, 0, 40, 40, 0.006)]
-    least: Annotated[Value, Guard("Expected travel below this is judged later", ANGLE, 1, 100, 16)]
+    least: Annotated[Value, Guard("With less expected travel the test waits", ANGLE, 1, 100, 16)]
     behind: Annotated[
-        Value, Guard("How far it may be behind its profile", ANGLE, 1, 300, 150, 0.0092)
+        Value, Guard("How far a motor may lag behind its profile", ANGLE, 1, 300, 150, 0.0092)
     ]
     ahead: Annotated[
         Value, Guard("How far it may be ahead of its profile", ANGLE, 1, 300, 150, 0.0092)

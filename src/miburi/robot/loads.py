@@ -27,8 +27,8 @@ class Loads(NamedTuple):
     gravity
         (..., 8) N·m that each motor must give to hold its joint.
     inertia
-        (..., 8) (..., 8) kg·m², the inertia that each motor moves while all other joints are held,
-        without rotors.
+        (..., 8) kg·m², the inertia that each motor moves with all other joints fixed, without the
+        motors' rotors.
     """
 
     gravity: Array
@@ -36,7 +36,7 @@ class Loads(NamedTuple):
 
 
 class _Solids(NamedTuple):
-    """The constants of a robot's body in every pose: 8 links, and n parts with masses."""
+    """What does not depend on the pose of a robot: its 8 links, and n parts with masses."""
 
     order: list[int]  # the links' joints
     parents: list[int]  # the links' parents; -1 for the base
@@ -57,7 +57,7 @@ def link_poses(robot: Robot, angles: Array) -> tuple[Array, Array]:
     turns = _turns(body.axes, angles[..., body.order])
     axles = np.zeros((*angles.shape[:-1], len(JOINTS), 3))
     for link, parent in enumerate(body.parents):
-        # The torso, the first, turns about the base.
+        # The torso, the first link, turns about the base.
         if parent >= 0:
             above = turns[..., parent, :, :]
             axles[..., link, :] = axles[..., parent, :] + above @ body.offsets[link]
@@ -145,7 +145,8 @@ def _spread(part: Part) -> Array:
 
 
 def _turns(axes: Array, angles: Array) -> Array:
-    """Return the turns by ``angles`` (..., n) about ``axes`` (n, 3) of length 1, (..., n, 3, 3)."""
+    """Return rotation matrices by ``angles`` (..., n) about unit ``axes`` (n, 3): (..., n, 3, 3).
+    """
     (x, y, z), zero = axes.T, np.zeros(len(axes))
     cross = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(2, 0, 1)
     sine, rest = np.sin(angles)[..., None, None], (1 - np.cos(angles))[..., None, None]

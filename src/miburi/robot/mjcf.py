@@ -21,8 +21,8 @@ __all__ = [
     "to_mjcf",
 ]
 
-#: The share of a servo's dry friction that acts at the horn, after gears with play (ours): with no
-#: friction there, a joint without a load would never come to rest within the play.
+#: The share of a servo's dry friction that acts at the horn, behind the backlash (ours). Without
+#: it, an unloaded joint would swing within the backlash for ever.
 HORN = 0.1
 #: The stiffness of the teeth where the play ends; with MuJoCo's defaults it would be as low as a
 #: servo's.
@@ -147,7 +147,8 @@ def to_mjcf(
 
 
 def _horns(root: ET.Element, servo: Servo) -> None:
-    """Add friction behind gears that have play: a tendon spans motor and play."""
+    """Add friction on the output side of gears with backlash, by a tendon over motor and backlash.
+    """
     if not servo.loop.backlash:
         return
     tendons = ET.SubElement(root, "tendon")
@@ -207,7 +208,8 @@ def _hand(world: ET.Element) -> None:
 
 
 def _sprung_hand(root: ET.Element, world: ET.Element) -> None:
-    """Add the human hand on springs, as an arm holds it; its joints measure world positions."""
+    """Add the human hand on springs, which yield as an arm does; its joints are in world positions.
+    """
     hand = ET.SubElement(world, "body", name="hand", gravcomp="1", pos=_text(HAND_AWAY))
     for name, axis, away in zip("xyz", np.eye(3), HAND_AWAY, strict=True):
         ET.SubElement(
@@ -237,8 +239,8 @@ def _face(robot: Robot, asset: ET.Element, head: ET.Element) -> None:
             asset, "texture", name=name, type="cube", builtin="flat", rgb1="1 1 1",
             width=pixels, height=pixels,
         )  # fmt: skip
-    # Both take their colour from a texture, so that light changes both in the same way. At 0.8 a
-    # lit texture keeps its colour.
+    # Both take their colour from a texture, so that light changes both in the same way. With a
+    # colour of 0.8 a lit texture keeps its colour.
     for material in asset.findall("material[@name='screen']"):
         material.attrib |= {"texture": "tint", "rgba": "0.8 0.8 0.8 1"}
         ET.SubElement(asset, "material", material.attrib | {"name": "face", "texture": "face"})

@@ -25,7 +25,8 @@ def drawing_backend(
 ) -> str | None:
     """Return MuJoCo's name for a graphics backend that works here without a screen, or None.
 
-    On Linux that is EGL, else OSMesa, else ``off``: physics runs, and pictures are refused.
+    On Linux that is EGL, else OSMesa, else ``off``: then physics runs, and drawing pictures is an
+    error.
     """
     if platform != "linux":
         return None

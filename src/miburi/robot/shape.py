@@ -1,7 +1,8 @@
 """Links and parts: which link turns about which joint, and which solids it consists of.
 
-A robot's description yields two tables, from which the physical model, the URDF file and the pages
-are made. At zero angles the arms point straight out to the sides and the head link points forward.
+A robot's description yields two tables, from which the physical model and the URDF file are made,
+and the robot that the studio's pages draw. At zero angles the arms point straight out to the sides
+and the head link points forward.
 """
 
 from collections.abc import Sequence
@@ -109,7 +110,7 @@ class Part:
 
     @property
     def of_the_phone(self) -> bool:
-        """Whether it is a part of the phone; other parts may be drawn in their printed shapes."""
+        """Whether it is a part of the phone. Other parts can be drawn with their printed shapes."""
         return self.name.startswith(("phone", "screen"))
 
     @property
@@ -257,7 +258,7 @@ def _slab(
 ) -> list[Part]:
     """Return a box with round corners, tilted like the phone: two crossing boxes and four discs.
 
-    ``ahead`` is the distance of its middle in front of the phone's, ``corner`` the radius of the
+    ``ahead`` is how far the box's centre is in front of the phone's, ``corner`` the radius of the
     corners.
     """
     tilt = -robot.shape.phone_level

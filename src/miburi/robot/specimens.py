@@ -2,7 +2,7 @@
 
 A description and a seed give robots whose servos and masses vary as widely as may be expected of
 such servos, new and worn. Whoever drives them knows only the description. All ranges are ours. The
-P gain has one of two divisors: that of the e-manual, or the one that was identified.
+divisor of the P gain is either the manual's, or the one that was measured on real servos.
 """
 
 from dataclasses import dataclass
@@ -33,7 +33,7 @@ class Specimen:
     robot
         With the true constants of its servos, all eight alike, and its true masses.
     start_delay
-        s from a command to the start of a servo's profile.
+        Delay in s from a command to the start of a servo's profile.
     clock
         How many seconds pass on a servo's clock in a second.
     """

@@ -1,1 +1,2 @@
-"""Moves, profiles, the contact rule and stops; all but the printed rule have a firmware twin."""
+"""Moves, profiles, the contact rule and stops, as in the firmware; and the paper's rule as printed.
+"""

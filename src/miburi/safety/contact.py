@@ -1,4 +1,6 @@
-"""The contact rule of Section 2: has the robot met something? Then all its motors must stop.
+"""The contact rule (the paper's Section 2): has the robot run into something?
+
+Then all its motors must stop.
 
 The rule takes the commanded profile of one move and then, at every reading of the encoders (10 ms
 apart in simulation, 20 ms on the card), the eight motors' positions. It returns a :class:`Contact`,
@@ -9,7 +11,7 @@ The paper's rule: every p = 0.1 s, work out the speed of each motor from its pos
 motor is slower than 0.9372 of the speed sent to it, the robot has met an obstacle and all motors
 stop (Eqs. 1 and 2, Fig. 1).
 
-This rule compares travels instead of speeds. A motor passes if, in the current window::
+Miburi's rule compares distances instead of speeds. A motor passes if, in the current window::
 
     measured travel + slack ≥ 0.9372 × expected travel
 
@@ -22,8 +24,8 @@ For a motor that cruises at 800 steps/s, with a slack of 5 steps::
     expected travel [steps]         8       16            80   |      8       16
     measured travel, at least       3       10            70   |      3       10
 
-So a motor that is blocked at the start of a period stops the robot at the next reading. It need
-not wait for the period to end.
+So a motor that is blocked at the start of a period stops the robot at the next reading. The rule
+need not wait for the period to end.
 
 Each motor has six guards, which calibration derives from free motion. The figures here are those
 of the iphonoid's right shoulder; a step is 0.088°.
@@ -31,16 +33,15 @@ of the iphonoid's right shoulder; a step is 0.088°.
 1. ``lag``, 5.5 ms: the delay with which the motor follows its profile.
 2. ``slack``, 10 steps: the travel that may always be missing from a window, because encoders count
 whole steps and gears have play. 3. ``least``, 8 steps: a window is judged only if at least this
-travel is expected, because one step is too coarse a measure for a slow motion. If that is still so
-when the period ends, the window
-   runs on: at 50 steps/s it is judged after 160 ms.
+travel is expected, because one step is too coarse a measure for a slow motion. If less is expected
+until the end of the period, the window is extended: at 50 steps/s it is judged after 160 ms.
 4. ``behind``, 12 steps: the motor may never be further than this behind the delayed profile. 5.
 ``ahead``, 12 steps: it may never be further than this ahead of the delayed profile. 6. ``arrival``,
 9 steps: one period after the delayed profile has ended, the motor must be this
    close to its goal.
 
 Guards 4 and 5 widen with the speed of the move. A lag varies from move to move by up to
-``LAG_DOUBT`` = 2 ms, which at a top speed of 3000 steps/s are 6 steps more.
+``LAG_DOUBT`` = 2 ms, which at 3000 steps/s, a top speed, adds 6 steps.
 
 What the rule cannot see: an obstacle that holds a motor back by less than its guards. Contacts
 that are slow, soft or near a joint's axis are noticed late (docs/safety.md has the figures).
@@ -93,7 +94,7 @@ _READINGS = np.arange(20, dtype=np.int64) * (SECOND // 100)
 
 @dataclass(frozen=True)
 class Loading:
-    """The loads on the motors during one move, along each motor's direction: (8,) in 1/256 steps.
+    """The loads' effects on motors in one move, along their directions: (8,) in 1/256 steps.
 
     Attributes
     ----------
@@ -143,7 +144,8 @@ class Rule:
     def of(cls, robot: Robot) -> "Rule":
         """Return the paper's period and ratio with the guards of the robot's description.
 
-        These guards fit the rule that expects a free servo, :class:`miburi.safety.free.FreeRule`.
+        These guards are for the rule with a model of the unhindered servo,
+        :class:`miburi.safety.free.FreeRule`.
         """
         return cls(in_whole_units(robot.guards, robot.servo.step))
 
@@ -160,7 +162,7 @@ class Rule:
 
 
 class Sign(StrEnum):
-    """The part of the rule that saw a contact: the window, or one of the two backstops."""
+    """The test of the rule that found a contact: the window, or one of two others behind it."""
 
     SPEED = "speed"
     TRACKING = "tracking"
@@ -216,7 +218,8 @@ class Window:
     granted
         (8,) measured travel plus slack, which the rule compares with the expected travel.
     judged
-        (8,) whether the motor was judged; in a window, whether at least ``least`` was expected.
+        (8,) whether the motor was judged; in a window, whether the expected travel reached
+        ``least``.
     length
         (8,) duration of the travel, µs.
     """
@@ -283,7 +286,7 @@ class Watch:
         self._end = int(np.max(self.profile.total + self.rule.guards.lag))
 
     def go_on(self, before: "Watch", seen: int, elapsed: int) -> None:
-        """Continue the watch over a move that was replaced: nothing is forgotten.
+        """Take over what was seen during the move that this one replaces.
 
         A hand that holds a motor back is noticed, however often moves replace one another. Only the
         window of a motor that turns round starts again, at its turning point: otherwise travel in
@@ -359,7 +362,7 @@ class Watch:
     def expected_travel(self, time: int) -> Steps:
         """Return the travel of the delayed profile since the move began, (8,) in 1/256 steps."""
         if time not in self._upcoming:
-            # To compute twenty regular readings at once takes hardly longer than to compute one.
+            # Computing twenty regular readings at once takes hardly longer than one.
             times = time + _READINGS
             travels = self.profile.position(times[:, None] - self.rule.guards.lag) + self._offset
             self._upcoming = dict(zip(times.tolist(), travels, strict=True))
@@ -375,7 +378,7 @@ def lag_doubt(profile: Profile) -> Steps:
 
 
 def worst(sign: Sign, suspects: Flags, window: Window) -> Contact:
-    """Return the contact of the suspected motor that deviates most; of equals, the first."""
+    """Return the contact of the suspected motor that deviates most; on a tie, the first."""
     deviation = np.where(suspects, np.abs(window.expected - window.measured), -1)
     motor = int(np.argmax(deviation))
     measured, expected, length = (

@@ -13,8 +13,7 @@ The controller knows no more than a card does: encoder steps and a clock. The fi
     any phase ──stop──▶ STOPPED
     STOPPED ──release──▶ RETURNING ──neutral reached──▶ IDLE
 
-A move that comes while another runs replaces it: motors go on at the speeds that they have, and
-the rule goes on with what it has seen.
+A new move replaces a running one: motors keep their present speeds, and the rule keeps its state.
 
 A stop latches: only a release ends it. A stop that somebody asked for holds the motors where they
 are. After a contact the body first gives way, since a motor that holds where it was blocked goes
@@ -26,12 +25,13 @@ on pressing (all figures are ours):
    where it is and does not push back. This happens once for each contact, so that a load cannot
    pull a motor further and further.
 
-A body at rest can be led by hand. If a motor is held away from its resting place for
-``YIELD_AFTER``, by more than its ``slack`` and its ``arrival``, the body stops as ``TOUCHED``. All
-motors then hold softly where they are, yield every ``YIELD_AFTER``, and go back slowly when they
-are released. After giving way ``YIELDS`` times in a row, they wait until nothing keeps them from
-their places. Otherwise a motor that turns the wrong way would turn for ever. If a limb was led to a
-place where its weight pulls more, it sinks a little each time that it yields.
+A body at rest can be led by hand. If something holds a motor away from its resting place for
+``YIELD_AFTER``, further than its ``slack`` plus its ``arrival``, the body stops with the reason
+``TOUCHED``. All motors then hold gently where they are, give way to what displaces them every
+``YIELD_AFTER``, and return slowly when the body is released. After yielding ``YIELDS`` times in a
+row, they yield no more until nothing displaces them. Without this limit, a motor that turns the
+wrong way would turn for ever. If a limb was led to a place where its weight pulls more, it sinks a
+little each time that it yields.
 """
 
 from dataclasses import dataclass, replace
@@ -76,7 +76,7 @@ YIELDS = 20
 
 
 def return_speed(usual: int, *, led: bool) -> int:
-    """Return the speed for going back, which is two fifths as high after a touch (ours)."""
+    """Return the speed of the return, which is 40 % as high after a touch (ours)."""
     return usual * 2 // 5 if led else usual
 
 
@@ -168,7 +168,8 @@ class Controller:
     def stop(self, positions: Steps, time: int, reason: StopReason = StopReason.ASKED) -> None:
         """Stop and hold the motors where they are; a stopped body keeps its first reason.
 
-        The exception is a touch, which the partner ends by itself: any other reason replaces it.
+        The exception is a touch, which the partner releases by itself: any other reason replaces
+        it.
         """
         if self.phase is not Phase.STOPPED:
             self._hold(Stop(time / SECOND, reason), positions)
@@ -239,7 +240,7 @@ class Controller:
         return self.origin * FINE + self.watch.direction * travel
 
     def speed(self, time: int) -> Steps:
-        """Return how fast the profiles are, (8,) 1/256 steps/s."""
+        """Return the velocities on the profiles, (8,) in 1/256 steps/s."""
         velocity: Steps = self.watch.direction * self.watch.profile.velocity(time - self.began)
         return velocity
 
@@ -249,7 +250,7 @@ class Controller:
         return needs.ceiling if time - self.began < needs.eases_at else needs.cruise
 
     def note(self, positions: Steps, time: int) -> None:
-        """Take a reading in, without judging it: two in a row tell how fast the motors are."""
+        """Record a reading without judging it; two consecutive ones give the motors' speeds."""
         if time > self._seen_at:
             self._moved, self._gap = positions - self._seen, time - self._seen_at
             self._seen, self._seen_at = positions, time
@@ -258,7 +259,7 @@ class Controller:
         """Return how fast the motors are, and how far they have gone since the latest reading.
 
         Both are 0 for motors that do not start from the position in that reading. They are (8,)
-        along ``direction``, as :class:`~miburi.safety.contact.Loading` has them.
+        along ``direction``, in the units of :class:`~miburi.safety.contact.Loading`.
         """
         age = time - self._seen_at
         if max(age, self._gap) > TELLS:
@@ -297,8 +298,8 @@ class Controller:
         travel = np.maximum((positions - self.watch.start) * direction + self.watch.came, 0)
         most = round(GIVE_WAY / step)
         if self.watch.turned[motor] and travel[motor] < most:
-            # The motor has hardly come back yet. So the obstacle is further along the free servo's
-            # path than the motor is.
+            # The motor has hardly come back yet. The obstacle is then further along the modelled
+            # servo's path than the motor is.
             stays = positions.copy()
             stays[motor] -= direction[motor] * (
                 most if contact.measured < contact.expected else -most
@@ -314,7 +315,7 @@ class Controller:
         return back
 
     def _measure_sag(self, positions: Steps) -> Steps:
-        """Return how far motors at rest sag off their goals under their loads.
+        """Return how far motors at rest sag below their goals under their loads.
 
         The goals of stopped motors stay this far above their positions. Without that, the motors
         would sink onto the person whom they touch.
@@ -344,8 +345,8 @@ class Controller:
             return
         self._yields_at = time + YIELD_AFTER if self._is_led else None
         here = positions + self._sag
-        # Whether a motor is held away: by more than it may stray at rest, or by only a little while
-        # a hand leads the body.
+        # Whether a motor is displaced: by more than its tolerance at rest, or by very little if a
+        # hand guides the body.
         most = 2 if self._is_led else self.rule.guards.slack
         blocked = 2 * np.abs(here - self.origin) > most
         if not blocked.any():

@@ -1,10 +1,11 @@
 """Settings of the servos for a move: goals that allow for sag, and a ceiling for the force.
 
-A position control without an integral is a spring: a motor hangs below its goal by its load over
-its stiffness. The load is known from the description, so goals are aimed that much higher. The
-torque of a move is known, too, so the duty (Goal PWM) is limited to a little more than the move
-needs. A person who holds a motor then feels no more force than that, whatever else fails. Speeding
-up takes the most, so there are two ceilings: one while motors speed up, and a lower one after that.
+A position controller without an integral term acts like a spring: a motor sags below its goal by
+its load over its stiffness. The load is known from the description, so goals are aimed that much
+higher. The torque of a move is known, too, so the duty (Goal PWM) is limited to a little more than
+the move needs. A person who holds a motor then feels no more force than that, whatever else fails.
+Speeding up takes the most, so there are two ceilings: one while motors speed up, and a lower one
+after that.
 """
 
 from typing import NamedTuple
@@ -19,19 +20,19 @@ from miburi.servos import required_torque
 
 __all__ = ["EASES_AFTER", "Demand", "aim", "demand", "uneased"]
 
-#: Ceilings leave room for this many times the links' inertia, because it is unknown what the hands
-#: carry (ours). With 10 g in each hand, the waist's inertia is up to 1.3 times as large, and an
+#: The duty limits allow for this many times the links' inertia, because the load in the hands is
+#: unknown (ours). With 10 g in each hand, the waist's inertia is up to 1.3 times as large, and an
 #: arm's 1.4 to 1.6 times.
 LADEN = 1.6
 #: For this long after the longest ramp, µs, motors may still push as hard as when they speed up:
 #: they lag behind their profiles, and what they carry swings (ours).
 EASES_AFTER = 60_000
-#: The shares of the way at which the loads are computed.
+#: The fractions of the path at which loads are computed.
 _SHARES = np.linspace(0.0, 1.0, 9)
 
 
 def aim(robot: Robot, angles: Array) -> Array:
-    """Return the goals at which loaded motors come to ``angles``, within the limits.
+    """Return the goals with which loaded motors end at ``angles``, clipped to the limits.
 
     Both are (..., 8) rad.
     """
@@ -57,8 +58,7 @@ class Demand(NamedTuple):
     Attributes
     ----------
     ceiling
-        (8,), N·m, the largest torque allowed, given as the torque of a motor at rest at the largest
-        duty allowed.
+        (8,), N·m, the largest torque allowed, as the stall torque at the largest duty allowed.
     cruise
         (8,), the same after ``eases_at``; no more than ``ceiling``.
     eases_at
@@ -105,31 +105,32 @@ def demand(robot: Robot, start: Steps, origin: Steps, profile: Profile, directio
             offset=(origin - start) * direction * FINE,
             begin=error(gravity[0]) * direction,
             end=error(gravity[-1]) * direction,
-            # A D gain makes the duty depend on the speed, too, so there is no error that reaches
-            # the limit at every speed.
+            # With a D gain, the duty depends on the speed too, so no single error marks the limit
+            # of the duty.
             most=UNLOADED.most if servo.control_damping else error(ceiling),
         ),
     )
 
 
 def _needed(robot: Robot, profile: Profile, along: Array, inertia: Array) -> Array:
-    """Return the most that motors need on their way, and after they have sped up.
+    """Return the greatest torque that motors need over the whole move, and after acceleration.
 
-    The result, (2, 8) N·m, is the torque that the same duty gives in a motor at rest. ``along`` (9,
-    8) N·m is the weight against the motion, and ``inertia`` (9, 8) what is moved.
+    The result, (2, 8) N·m, is the stall torque at the duty that is needed. ``along``, (9, 8) N·m,
+    is the torque of gravity against the motion at nine points, and ``inertia``, (9, 8), the moving
+    inertia there.
     """
     servo, step, ramp = robot.servo.model, robot.servo.step, robot.servo.acceleration
     moves = (profile.distance != 0) | (profile.initial != 0)
     fastest = np.where(moves, profile.fastest, 0) * step / FINE
-    # A motor that rests must hold out while the others ramp, whichever way its weight pulls.
+    # A motor at rest must hold its load while the others accelerate, whichever way gravity pulls.
     against = np.where(moves, along, np.abs(along))
-    # A motor speeds up over the first part of its way, rounded up to the next of the shares, and
-    # slows down over the last.
+    # A motor accelerates over the first part of its path, rounded up to the next of those points,
+    # and slows down over the last part.
     way = np.where(profile.distance != 0, np.abs(profile.distance) * step, 1.0)
     part = fastest**2 / (2 * ramp) / way
     rises = _SHARES[:, None] < part + _SHARES[1]
     after = _SHARES[:, None] > part - _SHARES[1]
-    # One that is under way already may do any of these anywhere.
+    # A motor that already moves may do either anywhere on its path.
     under_way = profile.initial != 0
     rises, after = rises | under_way, after | under_way
     accelerations = np.array([0.0, ramp, -ramp])[:, None, None]

@@ -6,11 +6,10 @@ is in its way. The model assumes the nominal voltage, each joint's inertia at th
 range, and a load that varies linearly from the move's start to its end. The model begins with the
 motor's own speed, because a motor that still swings after its last move has not hit anything.
 
-What the model misses grows with the speed, up to some 500 steps/s. So the guards ``slack``,
-``behind`` and ``ahead`` are those of a motor that reaches ``FAST`` in its move. A motor at rest is
-granted half of each guard, and a slow motor a share in proportion to its speed; until ``SETTLES``,
-the speed with which a motor swings at the start counts in the same way. With a
-slack of 10 steps::
+The model's error grows with the speed, up to some 500 steps/s. So the guards ``slack``, ``behind``
+and ``ahead`` are those of a motor that reaches ``FAST`` in its move. A motor at rest has half of
+each guard; a slow motor has more, in proportion to its speed. Until ``SETTLES``, the speed with
+which a motor swings at the start counts as well. With a slack of 10 steps::
 
     top speed in the move [steps/s]     0   128   256   384   512   1000
     slack [steps]                       5  6.25   7.5  8.75    10     10
@@ -41,17 +40,17 @@ SETTLES = 200_000
 class FreeRule(Rule):
     """The paper's period and ratio, applied to the speed of the free servo.
 
-    The lag is the one with which the model fits the servo best. For the identified XL330 that is
-    5.5 ms: half of it makes up for the steps of the model, which runs early by half a step of 5 ms;
-    the rest is the servo's own delay.
+    The lag is the one with which the model fits the servo best. For the XL330, as measured, that is
+    5.5 ms. Half of it makes up for the model's time steps of 5 ms, since the model is early by half
+    a step; the rest is the servo's own delay.
 
     Attributes
     ----------
     servo
         The motors, as they move if nobody is in their way.
     sag
-        (8,), in units of 1/256: a factor for each motor, applied to the error that the described
-        weight causes.
+        (8,), in units of 1/256: a factor for each motor's sag, as the masses in the robot's
+        description predict it.
     """
 
     servo: FreeServo = field(kw_only=True)
@@ -103,12 +102,12 @@ class _FreeWatch(Watch):
         self._behind, self._ahead = guards.behind * share + doubt, guards.ahead * share + doubt
 
     def go_on(self, before: Watch, seen: int, elapsed: int) -> None:
-        """Go on from an earlier watch over the motors, with the free servo's place and speed."""
+        """Continue from an earlier watch, with the position and speed of its modelled servo."""
         goal = self._goal
         super().go_on(before, seen, elapsed)
         self._goal = goal  # it has the offset already
         if not isinstance(before, _FreeWatch):
-            raise TypeError(f"a free servo goes on from a free servo's watch, got {before!r}.")
+            raise TypeError(f"a watch with a servo model can only continue from another, got {before!r}.")
         turned = before.direction * self.direction
         moved = (before.start - self.start) * self.direction * FINE
         self._x, self._v = turned * before._x + moved * FINE, turned * before._v

@@ -1,4 +1,4 @@
-"""Moves: the final positions and speeds that the paper's phone sends to the card (Section 2).
+"""Moves: final positions and speeds, which the paper's phone sends to the card (Section 2).
 
 :func:`plan_move` takes two poses and a duration and returns a :class:`Move`, in which all motors
 start and arrive together. :func:`plan_on` does the same for motors that are under way already.
@@ -51,7 +51,7 @@ class Move:
 
 
 class Course(NamedTuple):
-    """Where the motors' commanded profiles are, and how fast they are there.
+    """The motors' commanded positions and velocities at present, on their profiles.
 
     Attributes
     ----------

@@ -1,11 +1,11 @@
 """The contact rule exactly as the paper prints it (Eqs. 1 and 2), for comparison.
 
-:class:`PrintedRule` takes the place of :class:`~miburi.safety.contact.Rule`: at the end of each
-period for each motor that has not arrived, it compares the measured speed with the speed sent. In
-its first window a motor that follows with a lag, and with a ramp a, covers v (p − lag − v / 2a): it
-passes only if lag + v / 2a is at most 0.0628 p, 6.28 ms. Real servos need more, and brake too, so
-the rule stops nearly every free move; ``docs/paper.md`` shows the share of moves that it stops,
-over lag and ramp.
+:class:`PrintedRule` replaces :class:`~miburi.safety.contact.Rule`. At the end of each period it
+compares, for each motor that is still moving, the measured speed with the commanded speed. With a
+lag and an acceleration a, a motor covers v (p − lag − v / 2a) in the first period p at speed v, so
+it passes only if lag + v / 2a is at most 0.0628 p, 6.28 ms. Real servos lag more, and brake as
+well, so the rule stops nearly every free move; ``docs/paper.md`` shows the share of stopped moves
+for many lags and accelerations.
 """
 
 import numpy as np
@@ -41,11 +41,10 @@ def is_slow_as_printed(
     elapsed
         Length of the window in µs.
     ratio
-        The limit in parts of 10 000.
+        The limit in ten-thousandths.
 
-    Returns
-    -------
-    (8,) bool; True in the first and last window of every free move of a ramped servo.
+    (8,) bool; for a real servo it is True in the first and last period even of a free move, a false
+    stop.
     """
     slow: Flags = np.abs(travel) * 10_000 * SECOND < speed * ratio * elapsed
     return slow
@@ -69,7 +68,7 @@ class _PrintedWatch(Watch):
         travel = self._travel(positions)
         moved = travel - self._measured
         self._measured = travel
-        # A motor that has arrived, or had nowhere to go, has no speed to keep.
+        # Motors that have arrived, or that were not asked to move, are not checked.
         going = self._goal - travel > self._arrival
         sent = np.where(going, self.profile.speed // FINE, 0)
         slow = is_slow_as_printed(moved // FINE, sent, self.rule.period, self.rule.ratio)

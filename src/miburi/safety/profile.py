@@ -1,11 +1,11 @@
-"""Profiles: the ramped motion that the servos make of a move.
+"""Profiles: the ramped motion with which the servos carry out a move.
 
-The start, goal and speed of each motor give a :class:`Profile`, which has the commanded position
-at any time. Positions are whole encoder steps and times whole µs. All arithmetic is
-integer, so that the firmware, in C++ on an 8-bit card, gets the same numbers to the last bit.
+A :class:`Profile` follows from each motor's start, goal and speed, and gives the commanded position
+at any time. Positions are whole encoder steps and times whole µs. All arithmetic is integer, so
+that the firmware on an 8-bit processor computes exactly the same numbers.
 
-A move that begins before the last one has ended goes on with the speed that each motor has. So does
-the servo: its manual calls it *velocity override*.
+A move that replaces another starts at each motor's present speed. So does the servo: its manual
+calls it *velocity override*.
 """
 
 from dataclasses import dataclass, field
@@ -66,11 +66,12 @@ class Profile:
     speed, acceleration
         (n,) the cruising speed in 1/256 steps/s, and the ramps' acceleration in steps/s².
     ramp, fall, total
-        (n,) how long a motor takes to reach cruising speed, from there to rest, and in all, µs.
+        (n,) durations in µs: of the acceleration, of the time until braking ends after it, and of
+        the whole.
     initial
         (n,) speed at the start, 1/256 steps/s along the direction; 0 from rest.
     shift
-        (n,) twice the delay, µs, of each motor compared with one that begins at the cruising speed.
+        (n,) twice the time, µs, that a motor loses by accelerating, against starting at full speed.
     fastest
         (n,) the top speed that each motor reaches, 1/256 steps/s; a triangle's is at its tip.
     """
@@ -100,8 +101,8 @@ class Profile:
     ) -> "Profile":
         """Compute ramps and total time; speeds and accelerations must be at least 1.
 
-        A motor with an ``initial`` speed must not need to go beyond ``distance`` to stop. If that
-        speed is negative, it stops on the other side, so ``distance`` may be negative, too.
+        ``distance`` must be at least the stopping distance of a motor with an ``initial`` speed. A
+        motor that moves backwards stops behind its start, so ``distance`` may be negative.
         """
         initial = np.zeros_like(distance) if initial is None else initial
         full = speed * SECOND // (acceleration * FINE)
@@ -121,7 +122,7 @@ class Profile:
     def position(self, time: Steps | int) -> Steps:
         """Return the travel in 1/256 steps after ``time`` µs, broadcast against the motors.
 
-        Times before the start assume that the motor came with its initial speed.
+        Before the start, the motor counts as moving at its initial speed.
         """
         t: Steps = np.minimum(np.maximum(time, 0), self.total)
         left = self.total - t
@@ -166,7 +167,7 @@ class Motion(NamedTuple):
 
 
 def whole(places: Steps) -> Steps:
-    """Return the whole steps nearest to places in 1/256 steps."""
+    """Round positions in 1/256 steps to whole steps."""
     steps: Steps = (places + FINE // 2) >> 8
     return steps
 

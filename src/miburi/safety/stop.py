@@ -16,7 +16,7 @@ class Phase(StrEnum):
 
 
 class StopReason(StrEnum):
-    """Why a body stopped; pages say it in the words of their language."""
+    """The reason for a stop; pages show it in their language."""
 
     CONTACT = "contact"
     TOUCHED = "touched"
@@ -35,7 +35,7 @@ class StopReason(StrEnum):
 
     @property
     def passes(self) -> bool:
-        """Whether the partner ends a stop with this reason by itself, if nobody holds the body."""
+        """Whether the partner releases such a stop by itself once nobody holds the body."""
         return self in (StopReason.CONTACT, StopReason.TOUCHED, StopReason.LOOP_LATE)
 
     @property

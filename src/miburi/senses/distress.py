@@ -1,15 +1,15 @@
 """Distress: whether somebody says that they, or somebody with them, need help now.
 
-In goes a sentence; out comes a kind of distress, or None. It is judged before the feelings, on the
-plain words: punctuation and capitals, which speech recognisers omit, change nothing.
+In goes a sentence; out comes a kind of distress, or None. Distress is judged before the feelings,
+on text without punctuation and capitals, which speech recognisers omit.
 
-Patterns written by hand (a language's ``distress.toml``) find the plainest words, and words around
-them that make them harmless. For English and Japanese a small linear model (``distress.npz``,
-trained by ``tools/train_distress.py`` on sentences written for it, ours and those of strangers)
-weighs the patterns that match together with groups of words and letters, and a small network weighs
-the words in their order (:mod:`miburi.senses.network`): what the two agree on counts. In other
-languages the patterns decide. No expert has reviewed the patterns or the models. This is no alarm
-and no medical device.
+Hand-written patterns (a language's ``distress.toml``) match the plainest phrases, and others that
+show that no distress is meant. For English and Japanese there are two models. A small linear model
+(``distress.npz``, trained by ``tools/train_distress.py`` on sentences that we and strangers wrote
+for it) weighs the patterns together with groups of words and letters. A small network
+(:mod:`miburi.senses.network`) weighs the words in their order. Both must agree. In other languages
+the patterns decide. No expert has reviewed the patterns or the models. This is neither an alarm nor
+a medical device.
 """
 
 import re
@@ -40,35 +40,37 @@ from miburi.senses.network import agreed, load_network
 __all__ = ["Doubt", "Heard", "features", "hear_distress", "judge_distress"]
 
 
-#: Likelihoods of distress above which there is a slight sign of it, and above which it is asked
-#: about. They are ours, chosen on lines that the models were not taught.
+#: Thresholds of the likelihood of distress: a slight sign above the first, a question to the person
+#: above the second. The numbers are ours, chosen on lines on which the models were not trained.
 _HINTS, _WONDERS = 0.45, 0.5
-#: Likelihood above which a kind of distress that is asked about is named (ours).
+#: Above this likelihood, the question names the kind of distress (ours).
 _NAMES = 0.35
-#: Likelihoods above which a death wish without any plain word is asked about, and reported: hidden
-#: ones look like small talk ("Give us a song before I go"). Of 2,138 remarks of strangers' talks, 8
-#: were above 0.75 and none above 0.95, before the models were taught them.
+#: Thresholds for a death wish without any explicit word, for asking and for reporting; veiled ones
+#: look like small talk ("Give us a song before I go"). Of 2,138 remarks in strangers'
+#: conversations, 8 were above 0.75 and none above 0.95, before the models were trained on them.
 _WORRIES, _SURE = 0.75, 0.95
-#: Likelihoods above which distress is asked about, and reported, in a long text without any plain
-#: word. The gravest of its parts is judged, and of many parts one is grave by chance. The third
-#: says from which number on there are many parts. In Japanese this rule lost cries for help,
-#: because even a plain sentence has several parts there (ours).
+#: Thresholds for asking and for reporting in a long text without any explicit word. The part with
+#: the highest score counts, and among many parts one scores high by chance. The third number is how
+#: many parts count as many. For Japanese there is no such rule, because even a plain sentence has
+#: several parts, and cries for help were lost (ours).
 _CHATTERS, _SURE_OF_CHATTER, _MANY = 0.65, 0.9, 5
-#: Longest text that is judged only as a whole, the length of the parts of a longer one, and the
-#: distance between two parts (ours). A cry for help has little weight in a minute's chatter.
+#: Lengths of the longest text that is not split, of the parts of a longer one, and from one part to
+#: the next, in words and in characters (ours). A cry for help has little weight in a minute's
+#: chatter.
 _LONG_WORDS, _LONG_LETTERS = (24, 14, 4), (34, 24, 6)
 _LATIN = re.compile(r"[A-Za-z][A-Za-z'’]*")
-#: Number of features for each pattern that fits: a single feature would hardly count beside a
-#: hundred groups of letters (ours).
+#: Each pattern that matches counts as this many features, since one alone would hardly weigh
+#: against a hundred groups of letters (ours).
 _MARKS = 3
 #: Kinds of distress where somebody who says "he's fine" may be wrong.
 _MISJUDGED = frozenset({"child", "breathing", "heart", "stroke", "poison"})
-#: The words that fit each kind's patterns, and the names of the excuses that fit.
+#: The words that matched, by kind, and the names of the patterns that mean no distress.
 _Fitting = tuple[dict[Distress, str], set[str]]
 
 
 class _Patterns(Table):
-    """One language's ``distress.toml``; ``finds`` is the likelihood above which it is reported."""
+    """One language's ``distress.toml``; ``finds`` is the likelihood above which distress is
+    reported."""
 
     finds: float = 0.66
     words: dict[str, str]
@@ -77,10 +79,10 @@ class _Patterns(Table):
 
 
 class Doubt(IntEnum):
-    """How doubtful it is that words tell of distress."""
+    """How uncertain it is that words mean distress."""
 
     NONE = 0
-    #: It may be a false alarm; only asking tells.
+    #: It may be a false alarm; only asking the person can tell.
     WORTH_A_QUESTION = 1
     #: Only a second sign, soon after, is worth a question.
     SLIGHT_SIGN = 2
@@ -122,7 +124,7 @@ def _compiled(
 
 
 def features(said: str, language: Language) -> list[int]:
-    """Return the numbers of the groups of words and letters, and of the patterns that fit."""
+    """Return the hashed ids of groups of words and letters, and of the patterns that match."""
     return _features(said, language, _fitting(said, language))
 
 
@@ -132,7 +134,7 @@ def _features(said: str, language: Language, fitting: _Fitting) -> list[int]:
 
 
 def _parts(said: str, language: Language) -> list[str]:
-    """Return the overlapping parts of a text in which a cry for help would be lost."""
+    """Split a text so long that a cry for help would be lost in it into overlapping parts."""
     spaced = is_spaced(language)
     longest, size, step = _LONG_WORDS if spaced else _LONG_LETTERS
     units = said.split() if spaced else list(said)
@@ -143,7 +145,7 @@ def _parts(said: str, language: Language) -> list[str]:
 
 
 def _marks(found: dict[Distress, str], excuses: set[str]) -> set[str]:
-    """Return marks for the kinds' patterns that fit, and for the excuses."""
+    """Return the names of the features for patterns that match, of distress and of none."""
     marks = {f"~{name}" for name in excuses}
     denied = "~" if excuses - {"idioms"} else ""
     return marks | {f"={kind}{denied}" for kind in found} | ({f"={denied}"} if found else set())
@@ -161,8 +163,8 @@ def _model(language: Language) -> Callable[[str], Heard | None] | None:
     def weigh(said: str) -> NDArray[np.float64]:
         fitting = _fitting(said, language)
         linear = likelihoods(_features(said, language, fitting))
-        # Only the linear model knows what makes words harmless: "years ago I wanted to die", or an
-        # idiom with nothing grave beside it.
+        # The network cannot see what makes words harmless, such as "years ago I wanted to die" or
+        # an idiom, so the linear model decides alone there.
         excused = fitting[1] - ({"idioms"} if fitting[0] else set())
         return linear if network is None or excused else agreed(linear, network(said))
 
@@ -173,7 +175,7 @@ def _model(language: Language) -> Callable[[str], Heard | None] | None:
         found, excuses = _fitting(said, language)
         misjudged = excuses == {"fine"} and not _MISJUDGED.isdisjoint(found)
         if misjudged and network is not None and distress <= _WONDERS:
-            # "She swallowed a battery, but she's fine."
+            # An example: "She swallowed a battery, but she's fine."
             alone = network(said)
             if 1 - alone[-1] > finds:
                 return Heard(KINDS[int(alone[:-1].argmax())], "", Doubt.WORTH_A_QUESTION)
@@ -196,7 +198,7 @@ def _model(language: Language) -> Callable[[str], Heard | None] | None:
 
 
 def hear_distress(text: str, usual: Language = FALLBACK) -> Heard | None:
-    """Return the distress that somebody speaks of, as their own or as that of somebody present.
+    """Return the distress that somebody speaks of, their own or that of somebody with them.
 
     Stories, past or denied distress, general questions and turns of phrase do not count. A
     text that could be in any language counts as ``usual``.
@@ -209,7 +211,8 @@ def judge_distress(text: str, usual: Language = FALLBACK) -> Heard | None:
     """Return the distress in somebody's words, and how doubtful it is.
 
     People may hint at distress ("I've been saving my tablets up"), or speak of something else in
-    similar words, and only a question can find out. Without a model, there is no doubt.
+    similar words, and only a question can find out. Without a model for the language, the result is
+    None.
     """
     heard = [one for part in _by_language(text, usual) if (one := _judge(*part)) is not None]
     return min(heard, key=lambda one: one.doubt, default=None)

@@ -22,7 +22,7 @@ from miburi.senses.impression import Brought, Impression
 __all__ = ["MAKES_UP", "Happening", "Kind", "happenings", "notice"]
 
 _Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,39}$")]
-#: A caress within this time after a contact stop makes up for it, s (ours).
+#: Time after a contact stop within which a caress counts as an apology, s (ours).
 MAKES_UP = 60.0
 
 
@@ -62,7 +62,7 @@ def _check_kind(kind: str) -> str:
 
 
 class _Listed:
-    """Lists the kinds in a schema when it is made: a client needs no file of its own."""
+    """Puts the kinds into the JSON schema, so that a client needs no file of kinds."""
 
     @classmethod
     def __get_pydantic_json_schema__(
@@ -83,9 +83,9 @@ def notice(kind: str, clearness: float = 1.0, *, since_contact: float | None = N
     kind
         What happened.
     clearness
-        How clear, or how sudden, it was, 0 to 1; the strength is multiplied by it.
+        How clear it was, or how sudden, 0 to 1; a factor of the strength.
     since_contact
-        s since the latest contact stop; None: there was none.
+        Time since the latest contact stop, s; None without one.
 
     Raises
     ------

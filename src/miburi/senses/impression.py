@@ -1,4 +1,5 @@
-"""What every sense yields: an impression of somebody; and how a partner takes it.
+"""The output of every sense, an impression of what somebody showed, and the partner's reaction to
+it.
 
 A sense is a function from what somebody did (words, a sound, a face, a touch) to an
 :class:`Impression`: the feeling that it showed, how strongly, and why. The temperament's table
@@ -21,15 +22,15 @@ __all__ = ["Brought", "Impression", "stimuli"]
 class Brought:
     """One piece of evidence for a feeling."""
 
-    what: Annotated[str, Field(description="In words: a word of the sentence, say.")]
+    what: Annotated[str, Field(description="The evidence, such as a word of the sentence.")]
     weight: Annotated[
-        float, Field(description="Evidence for the feeling over no feeling; log-odds, above 0.")
+        float, Field(description="Log-odds of the feeling against no feeling, above 0.")
     ]
 
 
 @dataclass(frozen=True)
 class Impression:
-    """What somebody showed.
+    """What a person showed: feelings, with the evidence for them.
 
     Parameters
     ----------
@@ -93,12 +94,12 @@ class Impression:
 
 
 def stimuli(impression: Impression, temperament: Temperament) -> tuple[Stimulus, ...]:
-    """Return what an impression does to a partner: nothing, or one stimulus or more.
+    """Return the stimuli, if any, that an impression causes in a partner.
 
     A feeling without a row in the temperament's ``empathy`` is contagious: the partner gets the
     same feeling with the same strength (Section 4: "when speaking to a happy user, the robot will
-    automatically get a happy emotion"). A row names the partner's feelings instead, each with its
-    share.
+    automatically get a happy emotion"). If the temperament has a row for the feeling, the row lists
+    the partner's feelings, each with a share of the strength.
     """
     if impression.feeling is None:
         return ()

@@ -1,4 +1,4 @@
-"""Small linear models of words: from groups of words and letters to each meaning's likelihood.
+"""Small linear models: from groups of words and letters to the likelihood of each meaning.
 
 ``tools/linear_model.py`` trains them. A model is a file of arrays: the hashes by which it knows the
 groups, their weights in eight bits, and a bias for each meaning.
@@ -35,7 +35,7 @@ def groups_of(said: str, language: Language) -> set[str]:
 
 
 def numbered(groups: Iterable[str]) -> list[int]:
-    """Return the numbers by which a model knows some groups, in ascending order."""
+    """Return the ids of groups of letters and words, in ascending order."""
     return sorted({crc32(group.encode()) for group in groups})
 
 

@@ -1,10 +1,10 @@
-"""A small convolutional network of words (Kim 2014), beside the linear models of words.
+"""A small convolutional network of words (Kim 2014), used alongside the linear models.
 
 A linear model knows only what it was trained on. For English, the network starts from word vectors
 that others trained (GloVe 6B, Pennington et al. 2014, public domain), so it knows that a "forearm"
-is much like a "wrist". For Japanese, it learns vectors of characters and of pairs of them. The
-two kinds of model err in different sentences: :func:`agreed` joins them.
-``tools/train_network.py`` trains it, on the same lines as the linear models.
+is much like a "wrist". For Japanese, it learns vectors of characters and of pairs of them. The two
+models make different mistakes, so :func:`agreed` combines them. ``tools/train_network.py`` trains
+it on the same sentences as the linear models.
 """
 
 from collections.abc import Callable
@@ -22,11 +22,12 @@ from miburi.languages import Language, is_spaced
 __all__ = ["MARGIN", "agreed", "load_network", "steps_of"]
 
 _FILE = resources.files(__package__) / "network.npz"
-#: Longest filter, and how many empty places stand before a sentence and after it: its edges count.
+#: The widest filter, and the number of empty places before and after a sentence, so that filters
+#: see its first and last words.
 MARGIN = 4
 _WIDTHS = range(1, MARGIN + 1)
-#: Filters that are multiplied at once: so few that OpenBLAS starts no threads for a sentence, which
-#: would take twice the processor's time and save none.
+#: The number of filters that are multiplied at once. With so few, OpenBLAS starts no threads, which
+#: would take twice the processor's time without a gain.
 _PIECE = 64
 
 Likelihoods = NDArray[np.float64]
@@ -34,9 +35,10 @@ Floats = NDArray[np.float32]
 
 
 def steps_of(said: str, language: Language) -> list[list[int]]:
-    """Return the numbers of what stands at each place of plain words.
+    """Return the ids of the tokens at each place of normalised text.
 
-    That is a word or, where words are not spaced, a character, and the pair that begins with it.
+    A token is a word or, in a language without spaces, a character, together with the pair that
+    begins with it.
     """
     spaced = is_spaced(language)
     parts = said.split() if spaced else list(said)
@@ -87,8 +89,8 @@ def load_network(
 def _strongest(fits: Floats, biases: list[Floats]) -> list[Floats]:
     """Return how well each filter fits where it fits best, (n,) for each width.
 
-    ``fits``, (places, n for each place of each width's filters), tells how well each of a filter's
-    places fits each place of the sentence.
+    ``fits``, (places of the sentence, n), is the response of each filter's places, for all widths,
+    at each place of the sentence.
     """
     strongest, begin = [], 0
     for width, bias in zip(_WIDTHS, biases, strict=True):
@@ -100,7 +102,7 @@ def _strongest(fits: Floats, biases: list[Floats]) -> list[Floats]:
 
 
 def _stored(file: Traversable, language: Language) -> dict[str, NDArray[Any]]:
-    """Return a language's arrays; those of whole numbers are multiplied by their scales."""
+    """Return a language's arrays; integers are multiplied by their scales."""
     with file.open("rb") as opened:
         arrays = np.load(opened)
         mine = {name: arrays[name] for name in arrays.files if name.startswith(f"{language}_")}

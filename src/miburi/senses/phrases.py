@@ -1,8 +1,7 @@
 """Lists written by hand: questions, cries of alarm, smileys, and Japanese word stems.
 
-A sentence gives an impression, with the phrase or the stems that it is based on. The lists are
-``asked.toml``, ``alarms.toml``, ``smileys.toml`` and ``stems-ja.toml``, beside
-this module.
+Each sentence yields an impression, with the phrase or the stems on which it is based. The lists are
+``asked.toml``, ``alarms.toml``, ``smileys.toml`` and ``stems-ja.toml``, beside this module.
 """
 
 import re
@@ -128,7 +127,8 @@ def alarm_in(text: str) -> Impression | None:
 
 
 def smiley_weight() -> float:
-    """Return the evidence of a smiley next to words: log-odds of each feeling against none."""
+    """Return the evidence of a smiley that accompanies words: log-odds of each feeling against
+    none."""
     return _smileys()[0].weight
 
 

@@ -130,7 +130,7 @@ class PhraseRecogniser:
         unknown = [word for word in phrases.words if self._phrases.lookup_word(word) is None]
         if unknown:
             raise InputError(
-                f"{', '.join(unknown)} must be in the CMU dictionary of English; use words that "
+                f"{', '.join(unknown)} are not in the CMU dictionary of English; use words that "
                 "are."
             )
         self._phrases.add_jsgf_string("phrases", phrases.grammar)

@@ -1,4 +1,4 @@
-"""Text as the words sense sees it: tokens, and the numbered word and letter groups of each.
+"""Text as tokens, each with the ids of its groups of words and letters.
 
 Training and use share this module, so that both see the same groups.
 """
@@ -41,13 +41,14 @@ def without_punctuation(text: str) -> str:
 
 
 def numbers_of(words: list[str]) -> list[int]:
-    """Return the number of each word, then of each pair of neighbouring words (one fewer)."""
+    """Return the ids of the words, followed by the ids of the pairs of neighbouring words."""
     pairs = [f"{first} {second}" for first, second in pairwise(words)]
     return [crc32(text.encode()) for text in words + pairs]
 
 
 def letters(word: str) -> list[int]:
-    """Return the numbers of all groups of two to five letters of a word with its borders."""
+    """Return the ids of all groups of two to five letters in a word with marks for its beginning
+    and end."""
     if not word[0].isalpha():
         return []
     bordered = f"^{word}$".encode()

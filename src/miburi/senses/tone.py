@@ -1,8 +1,8 @@
 """How something was said: in a raised voice, softly, or plainly.
 
 It takes the sound of utterances, one after the other, and gives the tone of each, by comparing its
-loudness and pitch with what is usual. A tone only changes what the words say, and does nothing
-without them: ``tone.toml``, beside this module, says how.
+loudness and pitch with what is usual. The tone of voice only modifies the impression of the words,
+as ``tone.toml`` says.
 """
 
 import tomllib
@@ -34,7 +34,7 @@ __all__ = [
 ]
 
 Tone = Literal["plain", "raised", "soft"]
-#: A reason for a feeling besides the words; pages translate it.
+#: The reason that is shown if the tone of voice contributed; pages translate it.
 RAISED = "a raised voice"
 
 _RATE = 16_000

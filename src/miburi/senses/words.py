@@ -1,7 +1,7 @@
-"""Words: a sentence in, an impression out, with what each word brought.
+"""Words: turn a sentence into an impression, with each word's contribution.
 
-A sentence is judged by a model and by lists. The first list that finds its words decides, else the
-model:
+A sentence is judged by a model and by lists. The lists are tried in order, and the first that
+matches decides; if none does, the model decides:
 
 - a linear model of the eight feelings and of no feeling, for English (``words.npz``, trained by
   ``tools/train_words.py``): a weight for each word, each pair of words, each group of letters and
@@ -67,7 +67,7 @@ _NEUTRAL = LABELS.index("neutral")
 _GLAD = [LABELS.index(name) for name in ("happiness", "thrill")]
 _SAD = LABELS.index("sadness")
 
-# Denial: the evidence of the clearest of the next few words is removed after one of these words.
+# Negation: after one of these words, the evidence of the clearest of the next few words is removed.
 _DENIALS = frozenset({"not", "never", "no", "nor", "nobody", "hardly"})
 _NO_DENIAL = frozenset(
     {"only", "just", "wait", "so", "been", "forget", "idea", "way", "wonder", "expect", "believe"}
@@ -105,7 +105,7 @@ class WordTable:
         return root * np.abs(root) * self.scale
 
     def evidence(self, numbers: list[int]) -> tuple[NDArray[np.intp], Array]:
-        """Return which numbers are known, and what each occurrence brings, (known, 9).
+        """Return which ids are known, and the contribution of each occurrence, (known, 9).
 
         TF-IDF with sublinear counts, normalised for the sentence's length.
         """
@@ -242,9 +242,9 @@ def judge(text: str) -> tuple[list[str], Array, Array]:
 def deny(words: list[str], evidence: Array) -> Array:
     """Remove the evidence of denied words: "I am not happy" is no sign of happiness.
 
-    The word of denial itself, which quarrels are full of, counts half. The next words are searched
-    up to a punctuation mark or a "but". The clearest of them, if it is clear enough, loses its
-    evidence and more: half of that goes to ``neutral`` and, if the feeling was a glad one, half to
+    The negation itself counts half, because quarrels are full of negations. The next words are
+    searched up to a punctuation mark or a "but". The clearest of them, if it is clear enough, loses
+    its evidence. Half as much is added to ``neutral`` and, if the feeling was a glad one, half to
     sadness.
     """
     evidence = evidence.copy()

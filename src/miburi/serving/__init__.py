@@ -1,1 +1,4 @@
-"""Connections: access, encryption, and Stop before all else. This room knows no robot."""
+"""Connections: access control, encryption, and priority for Stop.
+
+This package depends on nothing about robots.
+"""

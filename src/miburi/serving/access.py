@@ -2,9 +2,9 @@
 
 On the loopback address anybody at this computer may do so; on any other address a token is needed
 everywhere but on the pairing and privacy pages. Requests from other sites' pages are refused in
-both cases, unless the user lets an origin use the interface. If the server also listens by https,
-it accepts no token unencrypted: plain http is for this computer itself; to others it only tells the
-address for https.
+both cases, unless the user lets an origin use the interface. If the server also serves https, it
+accepts no token unencrypted: plain http is for this computer alone, and only gives other devices
+the address for https.
 """
 
 import asyncio
@@ -60,12 +60,12 @@ __all__ = [
 #: The only paths that answer without a token: how to pair, what happens to the words that people
 #: say and, if there is https, which authority to trust.
 PAIRING, PRIVACY, AUTHORITY = "/pair", "/privacy", "/ca.pem"
-#: The path of Stop: no limit delays it, for those who may use the partner.
+#: The path of Stop, which no limit delays for authorised clients.
 STOP = "/api/v1/stop"
 #: A stream of events, which stays open as a WebSocket does.
 EVENTS = "/api/v1/events"
-#: Key in a request's state for the time it came, in s on the clock that all processes share; it
-#: is there only if a reception knows it.
+#: Key in a request's state for its time of arrival, s on the clock that all processes share; set
+#: only if the reception (the process that accepts connections) recorded it.
 CAME = "came"
 #: The path at which agents connect, if the partner lets them.
 AGENTS = "/mcp"
@@ -83,16 +83,17 @@ HEADERS, HEADER_TIME = 16_384, 10.0
 CONNECTIONS = 200
 #: Limits on requests from one address: per second, and in a burst.
 RATE, BURST = 50.0, 150.0
-#: The limit of pages to one address, a second and in a burst; the server builds each one afresh.
+#: The limit on pages for one address, per second and in a burst, because the server builds each
+#: page anew.
 PAGE_RATE, PAGE_BURST = 1.0, 12.0
-#: The same to all addresses together: a page takes about 0.8 MB for some seconds (ours).
+#: The same limit for all addresses together: building a page takes about 0.8 MB for a few seconds
+#: (ours).
 _PAGES_RATE, _PAGES_BURST = 1.5, 15.0
-#: s between finishing one page and starting the next: a Stop may be waiting meanwhile (ours).
+#: The pause between two pages, s, in which a waiting Stop is handled (ours).
 PAGE_BREATH = 0.05
-#: The longest time for which one page may make others wait, s, because a client may receive it
-#: slowly.
+#: The longest time for which a client that receives its page slowly may delay others, s.
 _PAGE_TIME = 1.0
-#: The limit of wrong tokens from one address, a second and in a burst.
+#: The limit on wrong tokens from one address, per second and in a burst.
 WRONG_RATE, WRONG_BURST = 0.2, 10.0
 #: WebSockets and streams of events that may be open at the same time.
 SOCKETS = 200
@@ -103,7 +104,7 @@ _KEY_LOOK = 1.0
 _FORGOTTEN = "this device was forgotten; pair it again."
 _PAGES = ("/", "/face")
 _METHODS = ("GET", "HEAD", "POST", "DELETE")
-#: Headers, in every answer, that forbid a browser certain things.
+#: Security headers, sent with every response.
 SAFE_HEADERS = (
     (b"x-content-type-options", b"nosniff"),
     (b"referrer-policy", b"no-referrer"),
@@ -236,7 +237,7 @@ class Gate:
             self._next_page = loop.time() + PAGE_BREATH
 
     def origin_of(self, path: str, headers: Mapping[bytes, str]) -> str | None:
-        """Return the other origin whose page asks, if it may use the interface."""
+        """Return the origin of another site's page, if it may use the interface."""
         return allowed_origin(path, headers, self._origins)
 
     def check(self, scope: Scope) -> str | None:
@@ -310,7 +311,7 @@ class Gate:
         async def guarded(message: Message) -> None:
             nonlocal began
             if received > LARGEST and not began:
-                # The code that reads the body may have taken our refusal for an error of the body.
+                # The code that parses the body may have taken the refusal for a parse error.
                 raise RefusedError(413, f"a request may have {LARGEST} bytes at most.")
             if message["type"] == "http.response.start":
                 began = True

@@ -34,7 +34,7 @@ def add_announcement(app: FastAPI, name: str, address: str) -> None:
 
 
 async def announce(name: str, address: str) -> None:
-    """Announce a partner until cancelled; a failure is logged, and the partner is not found.
+    """Announce a partner on the network until cancelled; a failure is logged.
 
     Parameters
     ----------

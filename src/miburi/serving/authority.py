@@ -1,10 +1,10 @@
-"""A home authority, made on this computer, that vouches for its pages on a phone.
+"""A local certificate authority (CA), made on this computer, whose certificates phones can trust.
 
 A browser grants camera, microphone and motion only to pages over https, and no public authority
-vouches for an address at home. So this computer makes an authority of its own, which a phone can
-be told to trust, and with it a certificate for the addresses that it has now. X.509 name
-constraints bind the authority to names and networks at home: a stolen key cannot imitate any site
-on the internet.
+vouches for an address at home. So this computer makes an authority of its own, which a phone can be
+told to trust, and with it a certificate for the addresses that it has now. X.509 name constraints
+limit the authority to names and networks at home, so a stolen key cannot be used to impersonate
+sites on the internet.
 
 This module needs the extra ``https``; it is loaded only when needed.
 """
@@ -38,8 +38,8 @@ __all__ = ["NAMES", "NETWORKS", "Certificates", "is_at_home", "kept_certificates
 
 #: Domains that the authority may vouch for, each with its subdomains.
 NAMES = ("local", "localhost")
-#: Networks at home (RFC 1918, 4193), of one's own VPN (RFC 6598), of this link and computer, and
-#: of test machines (RFC 5737). None of them leads to the internet.
+#: Private networks (RFC 1918, 4193), shared address space as of a VPN (RFC 6598), link-local and
+#: loopback addresses, and those for tests (RFC 5737). None of them leads to the internet.
 NETWORKS = tuple(
     ip_network(text)
     for text in (
@@ -49,7 +49,7 @@ NETWORKS = tuple(
 )
 #: How long each is valid. Phones refuse a certificate of more than 398 days; the rest is ours.
 _AUTHORITY_LASTS, _CERTIFICATE_LASTS = timedelta(days=3650), timedelta(days=396)
-#: A certificate is renewed when less than this is left, also while the partner runs.
+#: A certificate is renewed when less time than this is left, even while the partner runs.
 _LEFT = timedelta(days=60)
 #: The clocks of two devices at home may differ by this much.
 _SKEW = timedelta(days=1)
@@ -91,7 +91,7 @@ class Certificates:
     fingerprint
         SHA-256 of the authority, as phones show it.
     news
-        A sentence for people if an authority that was there had to be replaced; else None.
+        A message for the user if an existing authority had to be replaced; else None.
     """
 
     server: Path
@@ -212,9 +212,9 @@ def _load(path: Path) -> _Identity:
         certificate = x509.load_pem_x509_certificate(content)
         whole = certificate.public_key() == key.public_key()
     except (ValueError, TypeError) as error:
-        raise _UnfitError("holds no key with its certificate") from error
+        raise _UnfitError("does not hold a key and its certificate") from error
     if not whole or not isinstance(key, ec.EllipticCurvePrivateKey):
-        raise _UnfitError("holds a key and another's certificate")
+        raise _UnfitError("holds a certificate that does not match its key")
     return _Identity(key, certificate)
 
 
@@ -228,7 +228,7 @@ def _check_authority(found: _Identity, now: datetime) -> None:
     except (ValueError, TypeError, InvalidSignature, x509.ExtensionNotFound):
         bound = False
     if not bound:
-        raise _UnfitError("is not an authority bound to this home")
+        raise _UnfitError("is not an authority limited to this home")
     if certificate.not_valid_before_utc > now:
         raise _UnfitError("is not valid yet")
     if certificate.not_valid_after_utc < now + _CERTIFICATE_LASTS:
@@ -308,7 +308,7 @@ def _pem(identity: _Identity) -> bytes:
 
 
 def _write(path: Path, content: bytes, mode: int) -> None:
-    """Write a file that is complete at every moment, and never more open than ``mode``."""
+    """Write a file atomically, with permissions never wider than ``mode``."""
     draft = path.with_name(f".{path.name}.new")
     draft.unlink(missing_ok=True)
     with os.fdopen(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode), "wb") as file:

@@ -25,7 +25,7 @@ def beside(app: FastAPI, work: Callable[[], AbstractAsyncContextManager[None]]) 
 
 
 def live_beside(app: FastAPI, life: Callable[[], Coroutine[None, None, None]]) -> None:
-    """Let ``life`` run for as long as the server of an application serves."""
+    """Run the background task ``life`` while the server of an application is up."""
 
     @asynccontextmanager
     async def living() -> AsyncIterator[None]:

@@ -1,4 +1,4 @@
-"""The connections that are open in the reception, by address, and which one has to give way."""
+"""The open connections by address, in the process that accepts them, and which to drop."""
 
 import errno
 from collections import defaultdict
@@ -15,7 +15,7 @@ GRACE = 0.5
 #: The most HTTPS handshakes, from all addresses, that may be under way: each takes 0.33 MB of the
 #: server's memory (ours).
 HANDSHAKES = 100
-#: At most this many connections are read from, to find one that may be closed.
+#: At most this many connections are read from, to find one without a Stop that may be closed.
 _READ = 64
 
 _ByAddress = defaultdict[str, dict[Guest, None]]
@@ -81,7 +81,8 @@ class Crowd:
         _leave(self._addresses, guest)
 
     def take_file(self) -> None:
-        """Count a file; where there are too many, the address that has the most gives some back."""
+        """Count a file descriptor; above the limit, close connections of the address that has the
+        most."""
         self._files += 1
         while self._files > self._most and self.make_room():
             pass
@@ -91,17 +92,19 @@ class Crowd:
         self._files -= 1
 
     def make_room(self, error: OSError | None = None) -> bool:
-        """Close a guest of the address with the most, if ``error`` means that files ran out."""
+        """Close a connection of the address that has the most, if ``error`` means that no file
+        descriptors are left."""
         if error is not None and error.errno not in (errno.EMFILE, errno.ENFILE):
             return False
         return self._make_room(_largest(self._addresses))
 
     def _make_room(self, crowd: dict[Guest, None]) -> bool:
-        """Close one: a silent stranger, else a silent guest, else a busy one, else a new one.
+        """Close one connection: the first choice is silent and unknown, then silent, then busy,
+        then new.
 
-        If more than half are new, somebody is flooding, and the oldest new one is closed before any
-        guest. Its bytes are read first, because they may be a Stop; a Stop that is being answered
-        is closed last.
+        If more than half are new, somebody is flooding, and the oldest new connection is closed
+        first. Its bytes are read first, because they may contain a Stop; a connection whose Stop is
+        being answered is closed last.
         """
         now = self._clock()
         new = [g for g in crowd if g.silent and not g.known and now - g.since < GRACE]

@@ -64,7 +64,7 @@ def check_site(headers: dict[bytes, str], *, encrypted: bool) -> None:
         # Over plain http, anybody between client and server can forge a page of this server.
         foreign |= page.netloc != host or (encrypted and page.scheme != "https")
     if foreign:
-        named = "; `miburi run --allow-origin` lets the pages that you name use the interface"
+        named = "; `miburi run --allow-origin` lets pages of the sites that you list use the interface"
         raise RefusedError(403, f"requests from other sites' pages are refused{named}.")
 
 
@@ -86,7 +86,7 @@ def is_own(scope: Scope) -> bool:
 def tokens_of(headers: dict[bytes, str]) -> list[str]:
     """Return the tokens that a request brings, in its header or in cookies with our name.
 
-    This host's other cookies are skipped: whatever is in them, ours is found.
+    Other cookies on this host are skipped, even malformed ones.
     """
     scheme, _, value = headers.get(b"authorization", "").partition(" ")
     if scheme.lower() == "bearer" and value:

@@ -5,8 +5,9 @@ connections. A further connection closes the oldest silent one of its address, s
 others out by opening many and saying nothing. An encrypted connection counts from its first moment,
 not from the end of its handshake, so the same holds for it.
 
-If a :mod:`reception <miburi.serving.reception>` listens for the server, each request by http comes
-through a :class:`Passage` with a connection of its own, which ends with the answer.
+If a :mod:`reception <miburi.serving.reception>`, a process that accepts connections, runs before
+the server, each http request arrives through a :class:`Passage` on a connection of its own, which
+is closed after the answer.
 """
 
 import asyncio
@@ -32,11 +33,11 @@ from miburi.serving.passing import ENCRYPTED, Note, Passed, taken_in
 
 __all__ = ["Passage", "configure", "encryption", "listen_encrypted"]
 
-#: How long, s, a connection that we close waits for the other side, which may be asleep, to close
-#: it, too. It must be shorter than the server's own shutdown may take.
+#: How long to wait for the other side to close a connection after we close it, s; it may be asleep.
+#: It must be shorter than the server's own shutdown may take.
 _FAREWELL = 0.5
 _BACKLOG = 2048
-#: Key in a request's state: what a reception knows of it.
+#: Key in a request's state for what the reception knows about it.
 _NOTE = "note"
 #: Connections that are taken in at once; between such batches, whatever is waiting is served.
 _AT_ONCE = 16
@@ -209,7 +210,7 @@ class Passage:
     server
         The server, already started.
     context
-        Encrypts connections by https; None if none come.
+        Encrypts https connections; None without https.
     """
 
     def __init__(

@@ -25,7 +25,7 @@ __all__ = ["LIFE", "MOST", "Device", "Keys", "kept_token", "same"]
 LIFE, MOST = 30 * 24 * 3600, 50
 #: Interval between two updates of a device's last visit, s (ours).
 _NOTED = 600.0
-#: Time that the clock may have run ahead when a device was paired, s (ours).
+#: Tolerance for a clock that was ahead when a device was paired, s (ours).
 _CLOCK = 86_400.0
 _TOKEN = re.compile(r"[A-Za-z0-9_-]{32,}")
 _KEY = re.compile(r"([0-9a-f]{8})\.([A-Za-z0-9_-]{43})")
@@ -45,7 +45,7 @@ _BROWSERS = {"Edg": "Edge", "Firefox": "Firefox", "FxiOS": "Firefox", "Chrome": 
 
 
 def same(given: str, token: str) -> bool:
-    """Compare two tokens in a time that tells nothing about them."""
+    """Compare two tokens in constant time."""
     return hmac.compare_digest(given.encode("utf-8", "replace"), token.encode())
 
 
@@ -79,7 +79,8 @@ class Device:
     kind
         Machine and browser, in our words, from the browser's User-Agent.
     paired, seen
-        Times of pairing and of the last visit, the latter within ten minutes; s since 1970.
+        Times of the pairing and of the last visit, s since 1970; the latter is exact to ten
+        minutes.
     """
 
     name: str
@@ -104,7 +105,7 @@ class Keys:
 
     @property
     def token(self) -> str:
-        """The current token; empty if the file is gone, and then nothing fits."""
+        """The current token; empty if the file is gone, and then no token is accepted."""
         with suppress(OSError):
             token = _read(self._token)
             self._latest = token if _TOKEN.fullmatch(token) else ""
@@ -205,7 +206,7 @@ class Keys:
         folder = self._token.parent
         if not self._token.is_file():
             raise InputError(
-                f"{folder}: no partner has kept a token there; name its folder with --folder."
+                f"{folder}: there is no token there; give the partner's folder with --folder."
             )
         if name is not None and name not in {device.name for device in self.devices()}:
             raise InputError(
@@ -233,7 +234,8 @@ class _Kept(NamedTuple):
     hash: str
 
     def lives(self, now: float) -> bool:
-        """Whether the key is good; a clock that was set back a little does not end it."""
+        """Whether the key is still valid; a clock that was set back a little does not invalidate
+        it."""
         return -_CLOCK <= now - self.paired < LIFE
 
 

@@ -1,1 +1,1 @@
-"""Between the partner's process and the others: pipes, messages, and who answers them."""
+"""Communication between the partner's process and the others: pipes, messages, answers."""

@@ -1,4 +1,4 @@
-"""The partner's side of the crossing: answers what the server's process asks of the runner."""
+"""The partner's side of the pipes: answers what the server's process asks of the runner."""
 
 import math
 import sys
@@ -33,7 +33,7 @@ from miburi.serving.press import Press
 
 __all__ = ["UNSERVED", "answer"]
 
-#: How long the server, or the reception, may hang, s (ours).
+#: How long the server, or the process that receives Stops, may hang, s (ours).
 UNSERVED = 3.0
 _SLOW_THREADS = 4
 
@@ -47,8 +47,9 @@ def answer(
 ) -> None:
     """Answer the server from now on, in separate threads, until it has gone.
 
-    If the server hangs once it has started, nobody can watch the body on a page; if the reception
-    (which takes Stops) hangs, nobody can press Stop. After 3 s of either, the body is stopped.
+    If the server hangs after its start, nobody can watch the body on a page. If the process that
+    receives Stops (the reception) hangs, nobody can press Stop. After 3 s of either, the body is
+    stopped.
 
     Parameters
     ----------
@@ -105,11 +106,11 @@ class _Answering:
         )
 
     def _stop(self, who: str) -> None:
-        print(f"miburi: the {who} hangs, so the body was stopped.", file=sys.stderr)
+        print(f"miburi: the {who} does not respond, so the body was stopped.", file=sys.stderr)
         self._runner.stop(Press("partner"))
 
     def stop_all(self, stopping: Connection) -> None:
-        """Stop the body whenever the other side says so; None is only its heartbeat."""
+        """Stop the body when a message says so; a None is only a heartbeat."""
         watchdog = None
 
         def tell(_done: Future[None] | None = None) -> None:
@@ -133,7 +134,7 @@ class _Answering:
                     self._watch("reception", watchdog)
 
     def _watch(self, who: str, watchdog: Watchdog) -> None:
-        """Watch the process ``who``, which has started; the partner is ready once all have."""
+        """Watch a process ``who`` that has started; the partner is ready once all have started."""
         threading.Thread(target=watchdog.watch, args=(self._over,), daemon=True).start()
         with self._arriving:
             self._awaited.discard(who)
@@ -160,7 +161,7 @@ class _Answering:
                         self._watchdog.beat()
                         self._watch("server", self._watchdog)
                     case Cancel(number):
-                        # The runner may be answering it at this moment.
+                        # The runner may already be answering the request.
                         if (future := self._open.get(number)) is not None:
                             future.cancel()
         self._over.set()

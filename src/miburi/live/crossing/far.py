@@ -40,7 +40,8 @@ __all__ = ["SILENCE", "FarPartner"]
 #: The partner counts as unreachable after this time without an answer, s (ours).
 SILENCE = 1.0
 #: The partner counts as silent after this many waits in a row without news. If this process itself
-#: sleeps (a closed laptop), only one wait passes, and its question may not even have been sent.
+#: sleeps, as on a closed laptop, only one wait has passed, and its request may not even have been
+#: sent.
 _WAITS = 10
 
 
@@ -54,8 +55,8 @@ class FarPartner:
     clock
         Returns the time in s, the same in all processes.
     open_store
-        Opens the store of the partner's events, once the partner is there; by default only the
-        latest events are known here.
+        Opens the store of events once the partner runs; without it, only the latest events are
+        known.
 
     Raises
     ------
@@ -119,11 +120,12 @@ class FarPartner:
 
     @property
     def read_until(self) -> float:
-        """The time of the server's last beat but one: everything sent before it has been read."""
+        """The time of the server's heartbeat before the last; all before it has been read."""
         return self._ticks[0]
 
     def samples_after(self, serial: int) -> list[tuple[int, Sample]]:
-        """Return the samples after a step (two minutes are kept), with their steps' serials."""
+        """Return the samples after a step, with their steps' serial numbers; two minutes are kept.
+        """
         return newer(self._samples, serial, itemgetter(0))
 
     def steps_after(self, serial: int) -> list[Snapshot]:
@@ -133,8 +135,9 @@ class FarPartner:
     def stop(self, press: Press = PRESSED) -> Future[None]:
         """Stop the body before anything else is done.
 
-        At most one Stop is on its way: requests made meanwhile share the next one, which goes
-        out as soon as the first is answered. So a flood of Stops fills no pipe, and none is lost.
+        At most one Stop is on its way: requests made meanwhile share the next one, which goes out
+        as soon as the first is answered. So a flood of Stops cannot fill the pipe, and no Stop is
+        lost.
 
         Raises
         ------
@@ -154,7 +157,7 @@ class FarPartner:
         return future
 
     def ask(self, wish: Wish[Granted]) -> Future[Granted]:
-        """Send the runner a wish; the future brings its answer.
+        """Send the runner a request; the future resolves to the answer.
 
         Raises
         ------
@@ -186,7 +189,8 @@ class FarPartner:
         self._post.send(Ready())
 
     def beat(self) -> None:
-        """Record that the server serves; :func:`miburi.live.crossing.answering.answer` says why."""
+        """Record that the server is alive; :func:`miburi.live.crossing.answering.answer` says why.
+        """
         self._beats += 1
         self._ticks.append(self._clock())
 
@@ -287,7 +291,7 @@ class FarPartner:
             future.set_exception(error)
 
     def _lose(self) -> None:
-        """End every wait for a partner that has gone."""
+        """Fail all waiting requests because the partner has ended."""
         self.over.set()
         with self._lock:
             left = [*self._open]

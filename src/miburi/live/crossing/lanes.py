@@ -71,7 +71,7 @@ class Hello(NamedTuple):
 
 
 class Ask(NamedTuple):
-    """A wish; ``came`` is when it came, s on all processes' clock."""
+    """A request; ``came`` is its time of arrival in s, on the clock that all processes share."""
 
     number: int
     wish: Wish[Any]
@@ -79,7 +79,8 @@ class Ask(NamedTuple):
 
 
 class AskRecordings(NamedTuple):
-    """A call of a method of the recordings, by its name; the partner's loop has no part in it."""
+    """A call of a method of the recordings, by name; it does not pass through the partner's loop.
+    """
 
     number: int
     what: str
@@ -87,7 +88,7 @@ class AskRecordings(NamedTuple):
 
 
 class Cancel(NamedTuple):
-    """Nobody waits for an answer any more."""
+    """Cancels a request whose sender has gone."""
 
     number: int
 
@@ -108,7 +109,7 @@ class Ready(NamedTuple):
 class Look(NamedTuple):
     """Ask for news: everything after the numbers given here is new.
 
-    ``beats`` grows as long as the server serves; if it stops growing, the server hangs.
+    ``beats`` counts up while the server is alive; if it stops rising, the server has hung.
     """
 
     event: int
@@ -120,7 +121,7 @@ class Look(NamedTuple):
 class Latest(NamedTuple):
     """The latest state as JSON, and other news; ``motors`` is None if it has not changed.
 
-    ``steps`` are the states before it that have not been seen, by their serials.
+    ``steps`` are earlier states that were not sent, with their serial numbers.
     """
 
     serial: int
@@ -132,7 +133,7 @@ class Latest(NamedTuple):
 
 
 def lanes() -> tuple[Lanes, Lanes]:
-    """Return the partner's ends and the server's."""
+    """Return the ends of the pipes on the partner's side and on the server's."""
     (asking, asked), (stopping, stopped) = Pipe(), Pipe()
     return Lanes(asked, stopped), Lanes(asking, stopping)
 

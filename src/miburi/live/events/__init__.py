@@ -1,1 +1,1 @@
-"""What happened to a live partner: one model, one log and one file, which every door reads."""
+"""What happened to a running partner: one model, one log and one file for all interfaces."""

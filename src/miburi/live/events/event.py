@@ -42,7 +42,7 @@ CURSOR = r"^(?:([0-9a-f]{8}):)?([0-9]{1,15})$"
 
 
 class Cursor(NamedTuple):
-    """The latest event that somebody has heard: its number, and the start that it belongs to.
+    """The latest event that a reader has received: its number, and the run that it belongs to.
 
     ``boot`` is None for a bare number.
     """
@@ -74,21 +74,21 @@ class LiveEvent(BaseModel):
     """Something that happened; fields that its kind does not need are null."""
 
     boot: str = Field(
-        description="Which start of the partner it belongs to.", examples=["5f2c9a10"]
+        description="The id of the partner's run that it belongs to.", examples=["5f2c9a10"]
     )
     number: int = Field(
-        ge=0, description="Counts up by one, across starts with the same folder.", examples=[42]
+        ge=0, description="Counts up by one, even across restarts that use the same folder.", examples=[42]
     )
     wall: Wall = Field(description="When, by the computer's clock, UTC.")
     time: float = Field(description="When, by the robot's clock, s since this start.")
     kind: EventKind = Field(description="What happened.")
     by: By | None = Field(
         default=None,
-        description="Who caused it: a person, a home's button, an agent (MCP), ROS, a program; or "
+        description="Who caused it: a person, a smart home's button, an agent (MCP), ROS, a program; or "
         "the partner itself, while nobody could reach it.",
     )
     wish: str | None = Field(
-        default=None, description="The id of the wish that it belongs to, if somebody asked."
+        default=None, description="The id of the request that led to it, if any."
     )
     feeling: str | None = Field(default=None, description="The feeling that is felt or shown.")
     mood: float | None = Field(default=None, description="The mood with which it is shown, 0 to 1.")
@@ -106,10 +106,10 @@ class LiveEvent(BaseModel):
     reason: EndReason | None = Field(default=None, description="Why a recording ended by itself.")
     detail: str | None = Field(default=None, description="More about it, in words.")
     why: tuple[Brought, ...] | None = Field(
-        default=None, description="What indicated the stimulus: words, or the name of a sign."
+        default=None, description="What indicated the stimulus: words, or the name of what was noticed."
     )
     stop: StopOut | None = Field(default=None, description="What is known about a stop.")
-    limit: float | None = Field(default=None, description="The rule's limit at that stop.")
+    limit: float | None = Field(default=None, description="The contact rule's limit at that stop.")
 
     @computed_field(description="BOOT:NUMBER, which identifies it across restarts.")  # type: ignore[prop-decorator]
     @property
@@ -141,7 +141,7 @@ class EndOfWish:
     Raises
     ------
     InputError
-        It is not such an id.
+        The string is not the id of a request.
     """
 
     def __init__(self, wish: str) -> None:
@@ -159,7 +159,7 @@ class EndOfWish:
             ended.
         """
         if event.boot != self._boot:
-            raise BodyError("the partner was restarted, so nobody knows how that wish ended.")
+            raise BodyError("the partner was restarted, so it is unknown how that request ended.")
         if event.kind == "gap":
             raise BodyError(f"nobody knows how that wish ended: {event.detail}.")
         if event.wish != self._wish:

@@ -27,7 +27,7 @@ __all__ = ["LOGGED", "History", "Log"]
 LOGGED = 300
 _LOST = "events before this one are no longer kept"
 _UNKNOWN = (
-    "this partner does not know that event: it keeps its events in another folder, or has begun to "
+    "this partner does not know that event: its events are in another folder, or it has begun to "
     "keep them anew"
 )
 #: A note in the store: whether events may contain people's words.
@@ -46,9 +46,9 @@ class History:
     Parameters
     ----------
     boot, first
-        The id of the present start, and the number of its first event.
+        The id of the current run, and the number of its first event.
     store
-        Where older events are; None: there are none.
+        The store of older events; None if there is none.
     """
 
     def __init__(self, boot: str, first: int, store: EventStore | None = None) -> None:
@@ -73,7 +73,7 @@ class History:
         return self._events[-1] if self._events else None
 
     def after(self, number: int) -> list[LiveEvent]:
-        """Return the events in memory above a number, the oldest first."""
+        """Return the events in memory with greater numbers, oldest first."""
         return newer(self._events, number, attrgetter("number"))
 
     def reaches(self, cursor: Cursor) -> bool:
@@ -84,8 +84,8 @@ class History:
     def since(self, cursor: Cursor, most: int) -> list[LiveEvent]:
         """Return at most ``most`` events after a cursor, the oldest first.
 
-        If some that followed the cursor are no longer kept, or it belongs to another folder, the
-        first is a ``gap``.
+        If events after the cursor are no longer kept, or the cursor is from another folder, the
+        list begins with a ``gap``.
         """
         if self.reaches(cursor):
             return self.after(cursor.number)[:most]
@@ -108,7 +108,8 @@ class History:
         return told
 
     def recall(self, who: str) -> Cursor | None:
-        """Return the cursor up to which a reader has all events, if :meth:`remember` kept one."""
+        """Return the cursor that :meth:`remember` kept for a reader, which has read all up to it.
+        """
         kept = self._store.note(f"told {who}") if self._store else None
         return None if kept is None else Cursor.of(kept)
 
@@ -175,7 +176,7 @@ class Log:
 
     @property
     def words(self) -> bool:
-        """Whether what is said to the partner may be told and kept."""
+        """Whether words said to the partner may be reported and stored."""
         return self._words
 
     def allow_words(self, allowed: bool) -> None:
@@ -195,7 +196,7 @@ class Log:
         return any(e.kind == kind and e.name == name and e.wall >= since for e in events)
 
     def note(self, time: float, kind: str, **content: Any) -> LiveEvent:
-        """Note an event with the fields of its kind at a time, s; return it."""
+        """Record an event with the fields of its kind and its time, s; return it."""
         now = self._now()
         event = LiveEvent.model_validate(
             {
@@ -221,7 +222,7 @@ class Log:
 
 
 def _write(store: EventStore, told: "SimpleQueue[LiveEvent | threading.Event | None]") -> None:
-    """Write whole batches from the queue until a None comes; set the flags found there."""
+    """Write batches from the queue until a None arrives; set any flags that are queued."""
     ended = False
     while not ended:
         waiting = [told.get(), *(told.get_nowait() for _ in range(told.qsize()))]

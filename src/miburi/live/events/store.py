@@ -1,8 +1,8 @@
 """The SQLite file of a partner's events: all from the last month, and stops from the last year.
 
 The partner's process writes, the server's reads. Committed events survive if the program is killed;
-a power cut may lose the last moments. Besides events, the file holds the number of the first event
-of each run of the partner, and small notes, such as the last event that a home has received.
+a power cut may lose the last moments. Besides events, the file holds the number of each run's first
+event, and small notes, such as the last event sent to a smart home.
 """
 
 import sqlite3
@@ -117,7 +117,7 @@ class EventStore:
     def end_of(self, boot: str) -> int | None:
         """Return the last event number that a run may have used; None if the run is unknown.
 
-        For the latest run, the number is higher than that of any event.
+        For the current run it is infinite.
         """
         with self._lock:
             first = self._file.execute("SELECT first FROM boots WHERE boot = ?", (boot,)).fetchone()
@@ -218,5 +218,5 @@ def kept_events(folder: Path, *, quiet: bool = False) -> EventStore | None:
         return EventStore(folder / "events.sqlite")
     except OutputError as error:
         if not quiet:
-            print(f"miburi: {error} Events are forgotten when the program ends.", file=sys.stderr)
+            print(f"miburi: {error} Events will be lost when the program ends.", file=sys.stderr)
         return None

@@ -72,7 +72,7 @@ class Archive:
     Parameters
     ----------
     folder
-        The folder; the first recording makes it.
+        The folder; it is created with the first recording.
     largest, limit
         The largest size of one recording, and of all together, bytes.
     """
@@ -254,7 +254,7 @@ class _Writing:
             self._close(EndReason.SLOW)
 
     def _close(self, reason: EndReason | None, detail: str = "") -> None:
-        """Take no more steps, and report why; only the first reason counts."""
+        """Record no more steps, and report why; only the first reason is reported."""
         with self._once:
             if self.over:
                 return

@@ -1,4 +1,4 @@
-"""The robot in Foxglove's well-known schemas, so that a recording opens in 3D by itself.
+"""The robot in Foxglove's standard schemas, so that a recording opens in 3D without configuration.
 
 ``foxglove.json`` holds two of Foxglove's schemas, without their descriptions: see NOTICE.
 """
@@ -14,7 +14,7 @@ from miburi.robot.shape import COLOURS, LinkFrame, Part, Point, fixed_frames, fr
 
 __all__ = ["SCHEMAS", "Transforms", "scene"]
 
-#: The schemas by their names.
+#: The schemas, keyed by name.
 SCHEMAS: dict[str, dict[str, Any]] = {
     f"foxglove.{name}": schema
     for name, schema in json.loads(
@@ -103,7 +103,7 @@ def _primitives(part: Part) -> list[tuple[str, dict[str, Any]]]:
 
 
 def _along(start: Point, end: Point) -> tuple[float, tuple[float, float, float, float]]:
-    """Return a rod's length, and the turn that takes z to its direction."""
+    """Return a rod's length, and the rotation that maps the z axis onto it."""
     x, y, z = (b - a for a, b in zip(start, end, strict=True))
     length = hypot(x, y, z)
     if not length:

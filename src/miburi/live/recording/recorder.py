@@ -1,4 +1,4 @@
-"""Write what the body did and the partner felt to an MCAP file, and read it again.
+"""Record the body's motion and the partner's feelings in an MCAP file, and read it back.
 
 The messages are JSON with a schema, so any MCAP tool reads them. Each carries its time by the
 robot's clock (``time``, s); MCAP's own times are those of the computer's clock. The topics:
@@ -8,12 +8,13 @@ robot's clock (``time``, s); MCAP's own times are those of the computer's clock.
 - ``/commands``: moves, rad and rad/s
 - ``/feelings``: the three levels, and the expressed feeling
 - ``/contacts``: stops
-- ``/touch``: the force on a hand, N, while there is one; only a simulation knows it
-- ``/events``: the events that a live partner reports on all its interfaces, with its own sentences
-- ``/stimuli``: each stimulus, with its reason (words, or names of signs; never sound or pictures).
-To replay a recording in another emotional model, apply each stimulus at its time.
+- ``/touch``: the force on the simulated human hand, N, while there is a force
+- ``/events``: the events that a running partner reports, including what the partner itself says
+- ``/stimuli``: each stimulus, with what caused it (its words, or the name of what was noticed;
+never sound or pictures). To replay a recording in another emotional model, apply each stimulus at
+its time.
 
-No sentence that is said to the partner is recorded. The metadata names the robot.
+No whole sentence that somebody said to the partner is recorded. The metadata names the robot.
 """
 
 import json
@@ -116,7 +117,7 @@ _SCHEMAS["/events"] = LiveEvent.model_json_schema(mode="serialization")
 
 
 class Felt(NamedTuple):
-    """A stimulus that was felt, its time (s, the body's clock), and its impression, if any."""
+    """A stimulus, its time (s, the body's clock), and the impression that caused it, if any."""
 
     time: float
     stimulus: Stimulus
@@ -133,7 +134,7 @@ class RecordedMessage(NamedTuple):
     topic, content
         Its topic, and its content.
     wall
-        ns since 1970; None if only the body's clock was read: MCAP's times are then the body's.
+        ns since 1970; if None, MCAP's times are those of the body's clock.
     """
 
     time: float
@@ -152,8 +153,8 @@ class RecordingAbout(NamedTuple):
 class Recorder:
     """Write an MCAP file; the same messages give the same bytes.
 
-    Use it as a context manager. When the block ends, even by an exception, the recording is whole;
-    only an ``OSError``, from the disk, leaves it broken off.
+    Use it as a context manager. The recording is completed when the block ends, even by an
+    exception; only an ``OSError`` from the disk leaves it incomplete.
 
     Parameters
     ----------
@@ -215,7 +216,7 @@ class Recorder:
         )
 
     def flush(self) -> None:
-        """Hand everything to the system: the file can be read up to here, whatever follows."""
+        """Pass everything to the operating system: from then on the file can be read up to here."""
         self._writer.flush()  # type: ignore[no-untyped-call]  # mcap leaves it untyped
 
 
@@ -245,9 +246,10 @@ def step_messages(
     touch
         What touches the body, if that is known.
     met
-        What the body met if it stopped in this step: the largest force until then, and the part.
+        If the body stopped in this step: the largest force, and the part of the robot that was
+        touched.
     told
-        Events that a live partner told since the last step; what was said to it is left out.
+        Events that the partner reported since the last step, without what people said.
     wall
         When the step was, ns since 1970; None if only the body's clock is known.
     """
@@ -325,7 +327,7 @@ def _of_event(event: Event, met: Touch | None) -> RecordedMessage | None:
 
 
 def is_whole(file: IO[bytes]) -> bool:
-    """Whether a recording was ended properly, not broken off."""
+    """Whether a recording was completed."""
     if file.seek(0, os.SEEK_END) < 2 * len(MCAP0_MAGIC):
         return False
     file.seek(-len(MCAP0_MAGIC), os.SEEK_END)
@@ -335,12 +337,12 @@ def is_whole(file: IO[bytes]) -> bool:
 def read(path: Path | str, topics: list[str] | None = None) -> Iterator[RecordedMessage]:
     """Yield the messages of a recording in order of time; if it is broken, those before the break.
 
-    The topics that repeat others in Foxglove's schemas are left out.
+    Topics that only repeat data in Foxglove's schemas are left out.
 
     Raises
     ------
     InputError
-        The file cannot be read, is not MCAP, or broke off before its first second.
+        The file cannot be read, is not MCAP, or ends within its first second.
     """
     try:
         file = Path(path).open("rb")  # noqa: SIM115  # closed below

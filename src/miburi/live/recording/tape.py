@@ -1,4 +1,4 @@
-"""Hand the steps of a live partner to its recording, with the times of the computer's clock."""
+"""Pass a running partner's steps to its recording, with the times of the computer's clock."""
 
 from collections.abc import Iterable
 
@@ -15,7 +15,7 @@ __all__ = ["Tape"]
 
 
 class Tape:
-    """What a partner hands to its recordings.
+    """Collects each step of a partner for its recordings.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class Tape:
         *,
         sampled: bool,
     ) -> None:
-        """Hand over a step, with its stop if it has one; ``sampled``: with the feelings, too."""
+        """Record a step with its stop, if any; if ``sampled``, record the feelings, too."""
 
         def step() -> list[RecordedMessage]:
             touchable, met = body.touchable, None
@@ -68,6 +68,6 @@ class Tape:
             "seed": str(self._seed),
             "servo": body.robot.servo.model.name,
             "boot": self._history.boot,
-            "clock": "the computer's; `time` is the robot's",
+            "clock": "MCAP's times are the computer's; `time` is the robot's",
         }
         return RecordingAbout(body.robot, more)
