@@ -168,8 +168,7 @@ def curve(normal: Array, step: Array, change: Array) -> Array:
 
 
 def damped(damping: float, change: float, predicted: float) -> float:
-    """Return the next γ, from the ratio of the actual to the predicted decrease: below 0.25, 4 γ.
-    """
+    """Return the next γ, from the ratio of actual to predicted decrease: below 0.25, 4 γ."""
     ratio = change / predicted if predicted < 0.0 else 0.0
     if ratio > 0.75:
         return max(damping / 2.0, _SMALLEST_DAMPING)

@@ -116,8 +116,7 @@ class BenchStep:
 
 
 def _level_arm(robot: Robot) -> Array:
-    """Return the neutral pose with the right forearm level, where its weight loads the elbow most.
-    """
+    """Return neutral with the right forearm level, where its weight loads the elbow most."""
     angles = np.repeat(np.array(robot.neutral)[None], GRID**2, axis=0)
     lower, upper = robot.lower + CLEAR, robot.upper - CLEAR
     shoulder, elbow = (np.linspace(lower[i], upper[i], GRID) for i in (ELBOW - 1, ELBOW))
@@ -335,7 +334,9 @@ STEPS = (
         "What PWM and current does a servo report while held? You press the right hand down.",
         _measure_stall,
     ),
-    BenchStep("friction", "How much friction do the servos have, cold and warm?", _measure_friction),
+    BenchStep(
+        "friction", "How much friction do the servos have, cold and warm?", _measure_friction
+    ),
     BenchStep(
         "false_stops",
         "How often is free motion stopped? The robot makes sixty moves, then gestures.",

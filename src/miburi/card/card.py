@@ -157,8 +157,7 @@ class Card:
         return state
 
     def move(self, move: Move, driven: Robot | None = None) -> None:
-        """Start a move (:meth:`miburi.bodies.Body.move`) with the motors of the robot ``driven``.
-        """
+        """Start a move (:meth:`miburi.bodies.Body.move`), with the motors of ``driven``."""
         check_move(self._robot, self.state.phase, move)
         here, (origin, velocity) = np.array(self.report.positions), self._motion_now()
         asked = driven or self._robot

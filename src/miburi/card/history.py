@@ -53,8 +53,7 @@ class ReportHistory:
         return self._reports[-1]
 
     def expect_another_clock(self, now: float) -> None:
-        """Allow for a restart of the card and its clock; ``now`` becomes the latest report's time.
-        """
+        """Allow for a restart of the card and its clock; ``now`` is the latest report's time."""
         self._fresh, self.heard = True, now
 
     def add(self, report: Report, now: float) -> None:

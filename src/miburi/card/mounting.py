@@ -57,7 +57,8 @@ def mounting_faults(built: Mounting, turns: list[Turned]) -> list[str]:
             other = JOINTS[most].replace("_", " ")
             lines.append(
                 f"{name}: servo {built.id[most]} turned, which belongs to the {other}. If the "
-                f"turning {other} moved this joint's servo: the two are swapped. Exchange them (--ids)."
+                f"turning {other} moved this joint's servo: the two are swapped. Exchange them "
+                "(--ids)."
             )
             continue
         if np.sign(ways[asked]) != built.direction[asked]:

@@ -124,8 +124,7 @@ class Order(NamedTuple):
         velocity: Steps | None = None,
         before: Steps | int = 1,
     ) -> tuple[Profile, Steps]:
-        """Return the motion that the servos will perform for an order, and each motor's direction.
-        """
+        """Return the motion that the servos perform for an order, and each motor's direction."""
         return _profile(settings, origin, self.goals, self.speeds, velocity, before)
 
     def loading(

@@ -52,7 +52,9 @@ def experiment(
     ),
     film: Annotated[bool, typer.Option(help="Also make the film; this takes longest.")] = True,
     hand: Annotated[bool, typer.Option(help="A hand gets in the way now and then.")] = True,
-    face: Annotated[bool, typer.Option(help="Show the robot's face on the phone in the film.")] = True,
+    face: Annotated[
+        bool, typer.Option(help="Show the robot's face on the phone in the film.")
+    ] = True,
     body: Annotated[
         str, typer.Option(help="simulated, or emulated-card: the real firmware in the loop.")
     ] = "simulated",

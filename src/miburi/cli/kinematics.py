@@ -35,8 +35,7 @@ def forward(
         ),
     ] = False,
 ) -> None:
-    """Print the positions of the hands and the head for eight angles, or for JSON lines on stdin.
-    """
+    """Print positions of hands and head for eight angles, or for JSON lines on stdin."""
     from miburi import robot as body
 
     description = robot_of(robot)

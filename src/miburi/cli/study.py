@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Folder", "close", "new", "report", "run", "study_app", "text", "withdraw"]
 
-study_app = typer.Typer(help="Ask people which feelings they recognise in the gestures.", no_args_is_help=True)
+study_app = typer.Typer(
+    help="Ask people which feelings they recognise in the gestures.", no_args_is_help=True
+)
 
 Folder = Annotated[Path, typer.Argument(help="The study's folder.", show_default=False)]
 

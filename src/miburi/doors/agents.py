@@ -72,7 +72,9 @@ stopped and wait. Of several wishes the latest counts. If it has heard distress,
 help now. It calls nobody, so tell people if you can, and use only calm gestures for ten minutes. Do
 not hurry it: a gesture takes a few seconds."""
 _TOO_FAST = "Nothing was done: too many wishes at once. Wait a second, then ask again."
-_UNSAID = "The partner refuses to say this: the words could hurt somebody, or sound like a call for help."
+_UNSAID = (
+    "The partner refuses to say this: the words could hurt somebody, or sound like a call for help."
+)
 _WAITS = f"is kept for up to {LAPSES:g} s; a newer one replaces it."
 _PAUSED = "A person has paused it; your gesture waits until a person resumes it."
 #: Why a gesture did not begin.
@@ -286,7 +288,11 @@ class _Tools:
         told = events[:_TOLD] if since else events[-_TOLD:]
         lines = [as_line(event) for event in told]
         if left := len(events) - len(told):
-            more = f"{left} more; call again with since={told[-1].id}" if since else f"{left} earlier ones"
+            more = (
+                (f"{left} more; call again with since={told[-1].id}")
+                if since
+                else f"{left} earlier ones"
+            )
             lines.append(f"({more})")
         return "\n".join(lines) or f"Nothing has happened after event {since}."
 

@@ -77,8 +77,7 @@ class RosNetwork:
 
 
 def _peers() -> str:
-    """Return this computer's addresses; a local ROS node ignores what is sent to any other address.
-    """
+    """Return this computer's addresses; a local ROS node ignores what is sent elsewhere."""
     own = {
         str(address.ip)
         for adapter in ifaddr.get_adapters()

@@ -54,7 +54,9 @@ class HomeReport(BaseModel):
     temperatures: dict[str, float] = Field(
         description="Temperatures of the motors, where reported, °C."
     )
-    studio: str | None = Field(default=None, description="The address of its pages for other devices.")
+    studio: str | None = Field(
+        default=None, description="The address of its pages for other devices."
+    )
     wall: Wall | None = Field(default=None, description="The time of this report, UTC.")
 
 

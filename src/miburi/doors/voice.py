@@ -34,7 +34,9 @@ def voice_router(partner: LivePartner, synthesizer: Synthesizer) -> APIRouter:
         said = partner.snapshot.state.spoken
         sounds = said is not None and said.language in LANGUAGES and not said.tune
         if said is None or said.number != number or not sounds:
-            raise HTTPException(404, "this is not the partner's latest sentence, or no sound can be made of it.")
+            raise HTTPException(
+                404, "this is not the partner's latest sentence, or no sound can be made of it."
+            )
         return said
 
     @router.get(

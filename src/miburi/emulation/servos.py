@@ -365,8 +365,7 @@ class Servo:
         return self._error(0)
 
     def clear(self, what: bytes, time: float) -> int:
-        """Reset the count of whole turns in the position if the servo is at rest; return the error.
-        """
+        """Reset the position's count of whole turns if the servo is at rest; return the error."""
         if what != _CLEAR:
             return self._error(RANGE_ERROR)
         if self._reading("moving", time):

@@ -1,5 +1,4 @@
-"""Feelings (the paper's Section 4): turn stimuli into an emotion and its mood for the body to show.
-"""
+"""Feelings (the paper's Section 4): turn stimuli into an emotion and its mood, to be shown."""
 
 from miburi.feelings.cascade import EmotionalModel
 from miburi.feelings.catalogue import FEELINGS

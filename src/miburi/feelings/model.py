@@ -321,8 +321,7 @@ class FeelingModel(ABC):
 
     @abstractmethod
     def _current_levels(self) -> Array:
-        """Return the three levels, (3, n) in [0, 1]; the slowest is relative to the resting mood.
-        """
+        """Return the levels, (3, n) in [0, 1]; the slowest is relative to the resting mood."""
 
     @abstractmethod
     def _excite(self, feeling: int, strength: float) -> None:

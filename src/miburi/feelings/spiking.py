@@ -150,8 +150,7 @@ class SpikingModel(FeelingModel):
         }
 
     def _advance(self, seconds: float) -> None:
-        """Advance the stored state by ``seconds``, in which the caller knows that no neuron fires.
-        """
+        """Advance the stored state by ``seconds``, in which no neuron fires."""
         state = self._decay(seconds)
         self._activation, self._refractory = state["activation"], state["refractory"]
         self._trace, self._learned = state["trace"], state["learned"]

@@ -56,7 +56,8 @@ class Posture(Table):
     phase: Phase = Field(description="When the body arrives, as a share of the duration.")
     until: Phase | None = Field(default=None, description="When it leaves; null: at once.")
     right: Direction = Field(
-        description="The right hand, relative to its shoulder: forward, out, up; 1 is the arm's full reach."
+        description="The right hand, relative to its shoulder: forward, out, up; 1 is the "
+        "arm's full reach."
     )
     left: Direction = Field(description="The left hand, in the same way.")
     head: Direction = Field(description="The head's direction: forward, left, up.")

@@ -40,7 +40,9 @@ def check_name(name: str, feeling: str) -> None:
         The name has characters other than a-z, 0-9 and _, or the feeling is not known.
     """
     if not re.fullmatch("[a-z][a-z0-9_]*", name):
-        raise InputError(f"a gesture's name may only have a-z, 0-9 and _, and must begin with a-z; got {name!r}.")
+        raise InputError(
+            f"a gesture's name may only have a-z, 0-9 and _, and must begin with a-z; got {name!r}."
+        )
     if feeling not in feelings.FEELINGS:
         allowed = ", ".join(feelings.FEELINGS)
         raise InputError(f"--feeling must be one of {allowed}, got {feeling!r}.")

@@ -146,7 +146,8 @@ def announcement() -> str:
     often = "once; later starts are quick"
     if CACHE is None:
         often = (
-            "at every start, because no cache folder is writable; set NUMBA_CACHE_DIR to a writable one"
+            "at every start, because no cache folder is writable; set NUMBA_CACHE_DIR to a "
+            "writable one"
         )
     return (
         "Miburi is compiling its solver; this takes 5 to 20 s, or 1 to 2 minutes on a Raspberry Pi "

@@ -186,7 +186,10 @@ def _fingers(robot: Robot) -> Finding:
     bad = [f"{name} {gap:.1f} mm" for name, gap in gaps.items() if low <= gap <= high]
     words = ", ".join(f"{name} {gap:.1f} mm" for name, gap in gaps.items())
     return Finding(
-        "finger gaps", not bad, f"{words}; a joint's gap must be under {low:g} mm, too small for a finger, or over {high:g} mm"
+        "finger gaps",
+        not bad,
+        f"{words}; a joint's gap must be under {low:g} mm, too small "
+        f"for a finger, or over {high:g} mm",
     )
 
 
@@ -198,7 +201,9 @@ def _gestures(robot: Robot, table: dict[str, list[Solid]], motions: Mapping[str,
             f"{name}: {one} and {other}" for one, other in meetings.in_poses(robot, table, motion)
         ]
     words = (
-        "; ".join(bad) if bad else f"no two parts collide in {poses} poses of {len(motions)} gestures"
+        "; ".join(bad)
+        if bad
+        else f"no two parts collide in {poses} poses of {len(motions)} gestures"
     )
     return Finding("gestures", not bad, words)
 
@@ -226,7 +231,7 @@ def _loads(
         worst = int(np.argmax(values))
         yield Finding(
             name, bool(values[worst] <= share * stall),
-            f"the greatest torque, at the {JOINTS[worst].replace('_', ' ')}: {values[worst]:.3f} N·m, "
+            f"greatest torque, at the {JOINTS[worst].replace('_', ' ')}: {values[worst]:.3f} N·m, "
             f"at most {share * stall:.3f} N·m ({share:.2g} of the stall torque)",
         )  # fmt: skip
     foot = 1000 * robot.shape.pedestal_radius

@@ -171,8 +171,7 @@ def jaw(robot: Robot) -> Manifold:
 
 
 def jaw_rows(robot: Robot) -> list[tuple[float, float]]:
-    """Return the positions of the jaw's two screws above the cheeks: y and z in the phone's frame.
-    """
+    """Return the positions of the jaw's two screws above the cheeks, y and z of the phone."""
     c = clamp(robot)
     return [(_TRAVEL - c.half + 12.0, c.low + height) for height in (33.0, 43.0)]
 

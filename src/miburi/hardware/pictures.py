@@ -121,7 +121,7 @@ STEPS: tuple[BuildStep, ...] = (
         "Arduino Mega and buffer board into the foot, then the ballast",
         (("card", (0.0, 0.0, 45.0)), ("buffer_board", _UP), ("ballast", (0.0, 0.0, 45.0))),
         ("foot",), (("card", "card"),),
-        "USB faces the square hole; the power wires enter by the round one. Board into its grooves.",
+        "USB faces the square hole; power wires enter by the round one. Board into its grooves.",
         (130.0, -40.0),
     ),
     BuildStep(
@@ -149,25 +149,25 @@ STEPS: tuple[BuildStep, ...] = (
     BuildStep(
         "Servo 8 into the neck, long end down", (("head servo", _OUT),), ("neck",),
         (("head case", ""),),
-        "First its cable, out at the right. Horn left, screws from the right; the mark H 8 at the back.",
+        "First its cable, out at the right. Horn left, screws from the right; mark H 8 behind.",
         (290.0, -15.0), cables=(("head", 0, 5),),
     ),
     BuildStep(
         "Neck onto the torso", tuple((name, _UP) for name in _HEAD),
         ("torso", "hub_board", *_SHOULDERS), (("neck", "neck"),),
-        "From above, the mark H 8 at the back. The cable goes in at the right, down through the roof.",
+        "From above, mark H 8 at the back. The cable enters on the right, down through the roof.",
         (130.0, -15.0), cables=(("head", 0, 7),),
     ),
     BuildStep(
         "Left yoke onto the horn of servo 5", (("left_yoke", _OUT),), _TRUNK,
         (("left_shoulder horn", "left_yoke"),),
-        "Screws through the holes in its side. Mark LE 6 at the back; the notch shows in the upper slot.",
+        "Screws through the holes in its side. Mark LE 6 at the back; notch in the upper slot.",
         (130.0, -20.0), 70.0, _FORWARDS, (("left_elbow", 2, 5),),
     ),
     BuildStep(
-        "Turn the yoke until the mark LE 6 is up; push servo 6 into it", (("left_elbow servo", _AHEAD),),
+        "Turn the yoke until mark LE 6 is up; servo 6 into it", (("left_elbow servo", _AHEAD),),
         ("left_yoke",), (("left_elbow case", ""),),
-        "First plug in servo 5's free cable and a new one. Horn forwards, long end up. From behind.",
+        "First servo 5's free cable and a new one. From behind, horn forwards, long end up.",
         (50.0, -25.0), cables=(("left_elbow", 4, 8), ("left_fingertip", 0, 3)),
     ),
     BuildStep(
@@ -179,7 +179,7 @@ STEPS: tuple[BuildStep, ...] = (
     BuildStep(
         "Idlers onto the rear cheeks, from inside; shown: the cradle", (("idler", (0, 10.0, 0)),),
         ("cradle",), (("head idler", ""),),
-        "Five times, onto the cheek without a slot. Use the servo set's on upper arms and forearms.",
+        "Five times, onto the cheek without a slot. The servo set's: upper arms and forearms.",
         (300.0, -15.0),
     ),
     BuildStep(
@@ -197,7 +197,7 @@ STEPS: tuple[BuildStep, ...] = (
         ),
         (*_TRUNK, "left_yoke", "left_elbow servo"),
         (("left_elbow horn", "left_upper_arm"), ("left_elbow axle", "left_upper_arm")),
-        "4 screws in front, 1 through the rear cheek, not tight. Arm straight out: notch in the slot.",
+        "4 screws in front, 1 through the rear cheek, not tight. Arm out: notch in the slot.",
         (130.0, -20.0), cables=(("left_fingertip", 0, 6), ("left_elbow", 2, 8)),
     ),
     BuildStep(
@@ -208,11 +208,11 @@ STEPS: tuple[BuildStep, ...] = (
     ),
     BuildStep(
         "The jaw behind the cradle", (("jaw", (0.0, -25.0, 0)),), ("cradle", *_HEAD, "idler"),
-        (("jaw", "jaw"),), "With washers; leave the screws loose until a phone is in.", (330.0, -15.0),
+        (("jaw", "jaw"),), "With washers; leave them loose until a phone is in.", (330.0, -15.0),
     ),
     BuildStep(
         "Chest, after the first power-on has gone well", (("chest", _UP[::-1]),), ("*",),
-        (("chest", "chest"),), "The end with flat sides at the top. From the front.", (150.0, -15.0),
+        (("chest", "chest"),), "Flat sides at the top. From the front.", (150.0, -15.0),
     ),
 )  # fmt: skip
 

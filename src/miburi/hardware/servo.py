@@ -170,8 +170,7 @@ def plugs(length: float) -> Manifold:
 
 
 def pocket(fit: float) -> Manifold:
-    """Return the cavity in a holder for a case, which enters from the horn's side, and its plugs.
-    """
+    """Return the cavity in a holder for a case, which enters from the horn's side, and plugs."""
     s = dimensions().servo
     open_end = box(
         (-s.half_width - fit, s.half_width + fit), (s.front, s.front + 20),

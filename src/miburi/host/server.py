@@ -217,7 +217,10 @@ def _wake(launch: Launch, feelings: EmotionalModel, folder: Path) -> Runner:
     stop = runner.body.state.stop
     if stop is not None:
         why = words(FALLBACK)["reason"][stop.reason]
-        print(f"The body is stopped: {why}. Clear the space around the robot, then release it in the studio.")
+        print(
+            f"The body is stopped: {why}. Clear the space around the robot, then release it "
+            "in the studio."
+        )
     return runner
 
 
@@ -323,12 +326,14 @@ def _announce(url: str, reach: Reach, talk: Endpoint | None, headless: bool) -> 
             print(f"On another network: {other}")
     elif token is not None:
         print(
-            "No phone can connect: this computer is not connected to a home network. Connect it, then "
+            "No phone can connect: this computer is not connected to a home network. Connect "
+            "it, then "
             "start Miburi again."
         )
     if safe:
         print(
-            "The phone warns once, because it does not trust this partner's certificate yet: continue, or "
+            "The phone warns once, because it does not trust this partner's certificate yet: "
+            "continue, or "
             f"install the authority; {url}/pair says how.\nIts SHA-256 is {reach.fingerprint}"
         )
     sys.stdout.flush()

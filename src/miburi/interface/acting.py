@@ -47,7 +47,9 @@ def shown_by(partner: LivePartner, wish: ExpressIn) -> list[KeyPose] | None:
     if not wish.blend and wish.effort is None:
         return None
     if wish.feeling in wish.blend:
-        raise InputError(f"{wish.feeling} is already the main feeling; name only others in the blend.")
+        raise InputError(
+            f"{wish.feeling} is already the main feeling; name only others in the blend."
+        )
     lead = partner.repertoire.of(wish.feeling)[0]
     if wish.effort is not None:
         lead = lead.model_copy(update={"effort": Effort(**wish.effort.model_dump())})

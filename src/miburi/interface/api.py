@@ -102,7 +102,9 @@ _PLAIN = Care()
 NOTICED_RATE, NOTICED_BURST = 5.0, 10.0
 #: Refusals that any request but Stop may get.
 _OFTEN: Refusals = {429: {"model": Refusal, "description": "Too many requests."}}
-_BY = "Who stops it: `program`, if programs may release it again; otherwise it counts as a person's."
+_BY = (
+    "Who stops it: `program`, if programs may release it again; otherwise it counts as a person's."
+)
 #: Limits for requests with key poses from one address: per second, and in a burst (our numbers).
 _REHEARSED_RATE, _REHEARSED_BURST = 0.5, 5.0
 _Asker = Annotated[
@@ -279,9 +281,7 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
 
     def not_too_often(request: Request) -> None:
         if not noticing.take(request.client.host if request.client else ""):
-            raise HTTPException(
-                429, f"too many requests; at most {NOTICED_RATE:g} a second."
-            )
+            raise HTTPException(429, f"too many requests; at most {NOTICED_RATE:g} a second.")
 
     @router.post("/sense", status_code=NOTHING, responses=REFUSED)
     async def sense(wish: SenseIn, request: Request) -> None:
@@ -311,8 +311,7 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
 
     @router.post("/release", status_code=NOTHING, responses=REFUSED)
     async def release(request: Request) -> None:
-        """Resume after a stop; refused in the pause after a contact, and after a Stop by a person.
-        """
+        """Resume after a stop; refused in the pause after a contact, and after a person's Stop."""
         await granted(runner, Release(came=request.scope.get("state", {}).get(CAME)))
 
     @router.post("/pause", status_code=NOTHING, responses=REFUSED)

@@ -60,7 +60,9 @@ class PersonOut(BaseModel):
 class PeopleOut(BaseModel):
     """Everything that is known about people."""
 
-    allowed: bool = Field(description="Whether facts about people are kept on the partner's own disk.")
+    allowed: bool = Field(
+        description="Whether facts about people are kept on the partner's own disk."
+    )
     present: str | None = Field(description="Who is present, if anybody has said so.")
     people: list[PersonOut] = Field(description="Everybody whom it knows.")
 

@@ -131,8 +131,7 @@ class _Rules(Table):
 
     @cached_property
     def told_clues(self) -> list[tuple[re.Pattern[str], bool]]:
-        """For each clue, the pattern of the statements that provide it, and whether a name does so.
-        """
+        """For each clue, the pattern of statements that provide it, and whether a name does."""
         return [(re.compile(_filled(each.tells, self.parts)), each.names) for each in self.clues]
 
 

@@ -64,8 +64,7 @@ class _Table(Table):
 
     @cached_property
     def later(self) -> list[tuple[str, int]]:
-        """Beginnings of words that move the stress, and the index of the syllable that is stressed.
-        """
+        """Beginnings of words that move the stress, and the index of the stressed syllable."""
         return [(one, 2) for one in self.third.split()] + [(one, 1) for one in self.second.split()]
 
     @cached_property
@@ -126,8 +125,7 @@ class _Syllable:
 
 
 def _phrases(text: str, table: _Table) -> tuple[list[list[_Syllable]], float]:
-    """Return the syllables of each phrase between punctuation marks, and the total duration in s.
-    """
+    """Return the syllables of each phrase between punctuation, and the total duration in s."""
     at, pause = table.begins, 0.0
     phrases: list[list[_Syllable]] = []
     for token in table.tokens.finditer(text.lower().replace("’", "'")):

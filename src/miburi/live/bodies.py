@@ -57,7 +57,9 @@ def _card(robot: Robot, port: str | None, _rule: Rule | None) -> Body:
     from miburi.card.card import Card
 
     if not port:
-        raise InputError("a body on an Arduino card needs a serial port, such as /dev/ttyACM0 (--serial).")
+        raise InputError(
+            "a body on an Arduino card needs a serial port, such as /dev/ttyACM0 (--serial)."
+        )
     return Card(port, robot)
 
 

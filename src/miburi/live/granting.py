@@ -267,7 +267,9 @@ def _change_temperament(wish: wishes.ChangeTemperament, inside: Inside) -> Comma
 def _change_body(wish: wishes.ChangeBody, inside: Inside) -> Command:
     name, port = wish.name, wish.port
     if port is not None and port == inside.port:
-        raise BodyError(f"the card at {port} is in use already; if it is lost, the partner reconnects to it.")
+        raise BodyError(
+            f"the card at {port} is in use already; if it is lost, the partner reconnects to it."
+        )
     if port is not None and port not in inside.ports:
         check_port(port)
     body = make_body(name, inside.robot, port, inside.rule)

@@ -210,8 +210,7 @@ class Observer:
             self._stop = self._stop.model_copy(update={"force": round(self._peak, 2)})
 
     def _current(self, shown: Expression | None) -> Expression | None:
-        """Return the expression shown, at the requested mood if there is one, else at the present.
-        """
+        """Return the expression shown, at the requested mood if there is one, else the present."""
         if shown is None or self._partner.asked:
             return shown
         return Expression(shown.feeling, float(self._feelings.mood[FEELINGS.index(shown.feeling)]))

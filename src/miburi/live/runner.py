@@ -183,8 +183,7 @@ class Runner:
         return newer(self._steps, serial, attrgetter("serial"))
 
     def samples_after(self, serial: int) -> list[tuple[int, Sample]]:
-        """Return the samples after a step, with their steps' serial numbers; two minutes are kept.
-        """
+        """Return the samples after a step, with steps' serial numbers; two minutes are kept."""
         return newer(self._samples, serial, itemgetter(0))
 
     def ask(self, wish: Wish[Granted]) -> Future[Granted]:

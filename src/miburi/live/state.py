@@ -58,7 +58,8 @@ class StopOut(BaseModel):
     reason: StopReason = Field(description="A contact, a request, or a fault.")
     motor: str | None = Field(default=None, description="The motor that met something.")
     sign: str | None = Field(
-        default=None, description="The test of the contact rule that failed: speed, tracking or arrival."
+        default=None,
+        description="The test of the contact rule that failed: speed, tracking or arrival.",
     )
     ratio: float | None = Field(
         default=None,
@@ -95,7 +96,9 @@ class Spoken(BaseModel):
     number: int = Field(description="A new number means a new sentence.")
     text: str = Field(description="The sentence.")
     language: Language = Field(description="Its code, such as `en`.")
-    feeling: TheirFeeling | None = Field(description="The partner's feeling then, which colours the voice.")
+    feeling: TheirFeeling | None = Field(
+        description="The partner's feeling then, which colours the voice."
+    )
     tune: Tune | None = Field(
         default=None, description="[Hz, s] notes that are played instead of the words."
     )
@@ -181,7 +184,8 @@ class State(BaseModel):
     force: float | None = Field(description="Force on the human hand now, N; simulation only.")
     hand: Hand | None = Field(description="The simulated human hand; null on a card.")
     hand_out: bool = Field(
-        description="Whether the simulated hand is at the robot; otherwise it waits beside the table."
+        description="Whether the simulated hand is at the robot; otherwise it waits beside the "
+        "table."
     )
     face: Levels = Field(description="How much of each feeling the face shows.")
     spoken: Spoken | None = Field(description="The latest sentence that it says.")
@@ -290,8 +294,7 @@ class Snapshot:
         return Snapshot(self.state.model_copy(update=update))
 
     def halted(self) -> "Snapshot":
-        """Return a copy that says that the watchdog has stopped the body because the loop was late.
-        """
+        """Return a copy that says that the watchdog has stopped the body: the loop was late."""
         if self.state.phase == "stopped":
             return self
         none = dict.fromkeys(("motor", "sign", "ratio", "moved", "due", "measured", "expected"))

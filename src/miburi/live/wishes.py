@@ -90,8 +90,7 @@ class See(Wish[None]):
 
 @dataclass(frozen=True)
 class Attend(Wish[None]):
-    """Face somebody who is about to speak or waits for an answer; send this again while that lasts.
-    """
+    """Face somebody who is about to speak or waits for an answer; send this repeatedly."""
 
     turn: Turn
 

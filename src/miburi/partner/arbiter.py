@@ -152,8 +152,7 @@ class Arbiter:
         return chosen
 
     def gives_way(self, performance: Performance, time: float) -> bool:
-        """Whether to cut a performance short, because of distress, a request, a feeling or a beat.
-        """
+        """Whether to cut a performance short: for distress, a request, a feeling or a beat."""
         shows = performance.expression is not None
         if self.asked is not None and (not shows or self._interrupts):
             return True

@@ -292,8 +292,7 @@ class Memory:
     def due(
         self, now: datetime, but: Set[tuple[str, int]] = frozenset()
     ) -> tuple[Acquaintance, Fact] | None:
-        """Return the person present, and a fact whose day is today and that is not among ``but``.
-        """
+        """Return the person present, and a fact whose day is today and that is not in ``but``."""
         person = self.present
         for fact in [] if person is None else person.facts:
             today = fact.due is not None and fact.due.date() == now.date() and fact.due <= now
@@ -350,8 +349,7 @@ class Memory:
 
 
 def _most_telling(facts: list[Fact], language: Language) -> list[str]:
-    """Return the latest facts in the order of telling, preferring those that it was asked to keep.
-    """
+    """Return the latest facts in the order of telling, preferring those to be remembered."""
     ranked = sorted(facts, key=lambda fact: (fact.asked, tells_of_oneself(fact.text, language)))
     return [fact.text for fact in sorted(ranked[-_LATEST:], key=lambda fact: fact.number)]
 

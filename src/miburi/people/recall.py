@@ -97,8 +97,7 @@ def recall(
 
 
 def ways_to_ask(question: str, earlier: Iterable[str], language: Language) -> Iterator[str]:
-    """Yield a question, the question with its pronoun replaced by the person, its sentences, its
-    last clause.
+    """Yield a question, it with the person instead of the pronoun, its sentences, its last clause.
 
     ``earlier`` has what was said before it, the newest first.
     """

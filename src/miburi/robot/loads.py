@@ -145,8 +145,7 @@ def _spread(part: Part) -> Array:
 
 
 def _turns(axes: Array, angles: Array) -> Array:
-    """Return rotation matrices by ``angles`` (..., n) about unit ``axes`` (n, 3): (..., n, 3, 3).
-    """
+    """Return rotations by ``angles`` (..., n) about unit ``axes`` (n, 3): (..., n, 3, 3)."""
     (x, y, z), zero = axes.T, np.zeros(len(axes))
     cross = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(2, 0, 1)
     sine, rest = np.sin(angles)[..., None, None], (1 - np.cos(angles))[..., None, None]

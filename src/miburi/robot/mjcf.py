@@ -147,8 +147,7 @@ def to_mjcf(
 
 
 def _horns(root: ET.Element, servo: Servo) -> None:
-    """Add friction on the output side of gears with backlash, by a tendon over motor and backlash.
-    """
+    """Add friction on the output side of gears with backlash, by a tendon over both joints."""
     if not servo.loop.backlash:
         return
     tendons = ET.SubElement(root, "tendon")
@@ -208,8 +207,7 @@ def _hand(world: ET.Element) -> None:
 
 
 def _sprung_hand(root: ET.Element, world: ET.Element) -> None:
-    """Add the human hand on springs, which yield as an arm does; its joints are in world positions.
-    """
+    """Add the human hand on springs, which yield as an arm does; its joints are world positions."""
     hand = ET.SubElement(world, "body", name="hand", gravcomp="1", pos=_text(HAND_AWAY))
     for name, axis, away in zip("xyz", np.eye(3), HAND_AWAY, strict=True):
         ET.SubElement(

@@ -1,2 +1,1 @@
-"""Moves, profiles, the contact rule and stops, as in the firmware; and the paper's rule as printed.
-"""
+"""Moves, profiles, contact rule and stops, as in the firmware; and the paper's printed rule."""

@@ -1,4 +1,4 @@
-"""The contact rule (the paper's Section 2): has the robot run into something?
+"""The contact rule of the paper's Section 2: has the robot run into something.
 
 Then all its motors must stop.
 

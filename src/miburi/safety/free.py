@@ -107,7 +107,9 @@ class _FreeWatch(Watch):
         super().go_on(before, seen, elapsed)
         self._goal = goal  # it has the offset already
         if not isinstance(before, _FreeWatch):
-            raise TypeError(f"a watch with a servo model can only continue from another, got {before!r}.")
+            raise TypeError(
+                f"a watch with a servo model can only continue from another, got {before!r}."
+            )
         turned = before.direction * self.direction
         moved = (before.start - self.start) * self.direction * FINE
         self._x, self._v = turned * before._x + moved * FINE, turned * before._v

@@ -69,8 +69,7 @@ _Fitting = tuple[dict[Distress, str], set[str]]
 
 
 class _Patterns(Table):
-    """One language's ``distress.toml``; ``finds`` is the likelihood above which distress is
-    reported."""
+    """One language's ``distress.toml``; ``finds`` is the likelihood above which it reports."""
 
     finds: float = 0.66
     words: dict[str, str]

@@ -1,5 +1,4 @@
-"""The output of every sense, an impression of what somebody showed, and the partner's reaction to
-it.
+"""The output of every sense, an impression of somebody's behaviour, and the reaction to it.
 
 A sense is a function from what somebody did (words, a sound, a face, a touch) to an
 :class:`Impression`: the feeling that it showed, how strongly, and why. The temperament's table

@@ -127,8 +127,7 @@ def alarm_in(text: str) -> Impression | None:
 
 
 def smiley_weight() -> float:
-    """Return the evidence of a smiley that accompanies words: log-odds of each feeling against
-    none."""
+    """Return the evidence of a smiley beside words: log-odds of each feeling against none."""
     return _smileys()[0].weight
 
 

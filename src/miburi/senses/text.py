@@ -47,8 +47,7 @@ def numbers_of(words: list[str]) -> list[int]:
 
 
 def letters(word: str) -> list[int]:
-    """Return the ids of all groups of two to five letters in a word with marks for its beginning
-    and end."""
+    """Return the ids of the groups of two to five letters in a word with its ends marked."""
     if not word[0].isalpha():
         return []
     bordered = f"^{word}$".encode()

@@ -81,8 +81,7 @@ class Crowd:
         _leave(self._addresses, guest)
 
     def take_file(self) -> None:
-        """Count a file descriptor; above the limit, close connections of the address that has the
-        most."""
+        """Count a file descriptor; above the limit, close connections of the busiest address."""
         self._files += 1
         while self._files > self._most and self.make_room():
             pass
@@ -92,15 +91,13 @@ class Crowd:
         self._files -= 1
 
     def make_room(self, error: OSError | None = None) -> bool:
-        """Close a connection of the address that has the most, if ``error`` means that no file
-        descriptors are left."""
+        """Close a connection of the busiest address if ``error`` is that no files are left."""
         if error is not None and error.errno not in (errno.EMFILE, errno.ENFILE):
             return False
         return self._make_room(_largest(self._addresses))
 
     def _make_room(self, crowd: dict[Guest, None]) -> bool:
-        """Close one connection: the first choice is silent and unknown, then silent, then busy,
-        then new.
+        """Close one connection: rather silent and unknown, then silent, then busy, then new.
 
         If more than half are new, somebody is flooding, and the oldest new connection is closed
         first. Its bytes are read first, because they may contain a Stop; a connection whose Stop is

@@ -234,8 +234,7 @@ class _Kept(NamedTuple):
     hash: str
 
     def lives(self, now: float) -> bool:
-        """Whether the key is still valid; a clock that was set back a little does not invalidate
-        it."""
+        """Whether the key is still valid; setting a clock back a little does not invalidate it."""
         return -_CLOCK <= now - self.paired < LIFE
 
 

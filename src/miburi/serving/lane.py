@@ -1,4 +1,4 @@
-"""Stop's own lane: from the reception to the partner's process, past the server."""
+"""The path of a Stop: from the reception, which accepts connections, to the partner's process."""
 
 import math
 import time
@@ -16,8 +16,7 @@ from miburi.serving.relay import Guest
 
 __all__ = ["BEAT", "SILENCE", "Lane"]
 
-#: Interval between two signs of life, s, and time after which a Stop counts as having reached
-#: nobody, s (ours).
+#: Interval between two heartbeats, s, and time after which a Stop counts as undelivered, s (ours).
 BEAT, SILENCE = 1.0, 1.0
 _WISHES = {b"upgrade", b"expect"}
 _NO_ANSWER = "the partner cannot be reached; as soon as it can, its body will stop."
@@ -96,7 +95,7 @@ class Lane:
         self._send()
 
     def hear(self) -> bool:
-        """Take the answer that a message was handled; return False if the process has ended."""
+        """Receive the acknowledgement of a message; return False if the process has ended."""
         try:
             self._partner.recv()
         except (OSError, EOFError):

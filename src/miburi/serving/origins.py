@@ -1,4 +1,4 @@
-"""Other origins whose pages the user allows to use the interface, by the rules of CORS."""
+"""Other origins whose pages may use the interface, as the user allows by the rules of CORS."""
 
 import re
 from collections.abc import Mapping
@@ -26,7 +26,7 @@ def check_origin(text: str) -> str:
     Raises
     ------
     InputError
-        The text is not an origin; nor is ``*``, which would let in every page a user ever opens.
+        The text is not an origin, or it is ``*``, which would admit every page.
     """
     origin = text.lower()
     if not _ORIGIN.fullmatch(origin):
@@ -39,17 +39,17 @@ def check_origin(text: str) -> str:
 
 
 def allowed_origin(path: str, headers: Mapping[bytes, str], allowed: frozenset[str]) -> str | None:
-    """Return the other origin that asks for a path of the interface, if it is allowed to."""
+    """Return the request's cross-site origin, if it may use this path of the interface."""
     origin = headers.get(b"origin")
     return origin if origin and origin in allowed and path.startswith(_PATH) else None
 
 
 def cors(origin: str) -> Headers:
-    """Return the headers that let a page of an origin read an answer."""
+    """Return the headers that let a page from this origin read a response."""
     return [(b"access-control-allow-origin", origin.encode()), (b"vary", b"Origin")]
 
 
 def permit(origin: str, headers: Mapping[bytes, str]) -> Headers:
-    """Return the headers that answer a browser's question of what a page may send."""
+    """Return the headers that answer a browser's preflight request."""
     near = [(b"access-control-allow-private-network", b"true")] if _NEAR in headers else []
     return [*cors(origin), *_PERMITTED, *near]

@@ -9,18 +9,18 @@ from typing import NamedTuple
 
 __all__ = ["CAN_PASS", "ENCRYPTED", "PLAIN", "Note", "Passed", "pass_on", "taken_in"]
 
-#: Whether this system passes open files; Windows does not.
+#: Whether the system can send open files between processes; Windows cannot.
 CAN_PASS = hasattr(socket, "send_fds")
 #: What a connection speaks: http, or https.
 PLAIN, ENCRYPTED = b"p", b"e"
-#: The other side takes nothing at the moment: its socket, or the kernel, is full.
+#: The buffer of the receiver, or of the kernel, is full at the moment.
 _FULL = (errno.EAGAIN, errno.EWOULDBLOCK, errno.ENOBUFS, errno.ETOOMANYREFS)
-#: Bytes of a note; an IPv6 address with its zone has at most 62.
+#: Greatest size of a note in bytes; an IPv6 address with its zone has at most 62.
 _SIZE = 256
 
 
 class Note(NamedTuple):
-    """A connection's kind, when its request came, s, and the client's and the server's address."""
+    """A connection: kind, time of its request's arrival in s, addresses of client and server."""
 
     kind: bytes
     came: float
@@ -36,7 +36,7 @@ class Passed(NamedTuple):
 
 
 def pass_on(passage: socket.socket, line: int, note: Note) -> bool:
-    """Pass a copy of an open file; False if the other side takes none now."""
+    """Send a copy of an open file; return False if the receiver cannot take it now."""
     words = json.dumps([note.kind.decode(), *note[1:]]).encode()
     try:
         socket.send_fds(passage, [words.ljust(_SIZE)], [line])
@@ -48,7 +48,7 @@ def pass_on(passage: socket.socket, line: int, note: Note) -> bool:
 
 
 def taken_in(passage: socket.socket, most: int) -> Iterator[Passed | None]:
-    """Yield up to ``most`` connections that wait in a passage; None once its end has come."""
+    """Yield up to ``most`` connections that wait in the socket; None once it has been closed."""
     for _ in range(most):
         try:
             words, lines, _, _ = socket.recv_fds(passage, _SIZE, 1)

@@ -21,7 +21,7 @@ _SHARED = (
     "font-src 'self' data:; connect-src 'self'; frame-ancestors 'none'; base-uri 'self'; "
     "form-action 'self'"
 )
-#: For every answer without a policy of its own.
+#: For every response that does not set its own policy.
 NICEGUI = _SHARED.format(
     scripts="script-src 'self' 'unsafe-inline' 'unsafe-eval' blob:",
     styles="style-src 'self' 'unsafe-inline'",
@@ -38,7 +38,8 @@ def own_page(html: str, status: int = 200) -> "HTMLResponse":
         digest = b64encode(sha256(text.encode()).digest()).decode()
         known[kind].append(f"'sha256-{digest}'")
     policy = _SHARED.format(
-        # The eyes' neural networks are WebAssembly, and run in a worker that they make themselves.
+        # The neural networks of the camera's sense are WebAssembly, and run in a worker that their
+        # library creates.
         scripts=" ".join(["script-src 'self' 'wasm-unsafe-eval' blob:", *known["script"]]),
         styles=" ".join(["style-src 'self'", *known["style"]]),
     )

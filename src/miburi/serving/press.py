@@ -1,8 +1,8 @@
 """Who presses Stop, and who may end it.
 
-A Stop is a person's unless it says that a program pressed it: a home-made button need not know
-that there is a difference. A release is a program's unless it comes from a page or another place
-where a person acts.
+A Stop counts as a person's unless it says that a program pressed it, so a home-made button need not
+send anything more. A release counts as a program's unless it comes from a page, or from another
+place where a person acts.
 """
 
 from typing import Literal, NamedTuple, get_args
@@ -13,19 +13,19 @@ __all__ = ["BY", "PRESS", "PRESSED", "By", "Hold", "Press", "outlasting", "press
 
 #: The header by which a request says who presses.
 BY = "miburi-by"
-#: The header by which a page names a press that it sends twice.
+#: The header with the id of a press that a page sends twice, so that the copy is recognised.
 PRESS = "miburi-press"
-#: The length of such a name; its characters are random, so that no two presses have the same
-#: (ours).
+#: The length of such an id, which is random, so that no two presses share one (ours).
 _DRAWN = range(16, 65)
 #: Who presses: a person at a page or a terminal; a smart home; an agent (MCP); ROS; a program that
-#: uses :mod:`miburi.client.remote`; the partner itself, where nobody could have pressed.
+#: uses :mod:`miburi.client.remote`; or the partner itself, when nobody can reach it.
 By = Literal["person", "home", "agent", "ros", "program", "partner"]
-#: Programs may end the Stops of these. Agents and ROS cannot release anything: people who press
-#: Stop through them rely on somebody who looks at the body first.
+#: Programs may release a Stop that one of these pressed. Agents and ROS cannot release anything:
+#: people who press Stop through them expect that a person looks at the body before it is released.
 _PROGRAMS_MAY_END = ("program", "partner")
 _HELD = (
-    "a person pressed Stop, so only a person can release the body: in the studio or on its face. "
+    "a person pressed Stop, so only a person can release the body: in the studio or on the "
+    "face's page. "
     "Wait until they do, or start the partner with --programs-may-release."
 )
 
@@ -46,7 +46,7 @@ class Press(NamedTuple):
     """
 
     by: By = "person"
-    #: The names of its copies; None for a press that is sent once.
+    #: The ids of the presses that are joined here; None for a press without an id.
     names: frozenset[str] | None = None
 
     @staticmethod

@@ -1,4 +1,4 @@
-"""How other devices reach the server, as an address or a code to scan; no web library is needed."""
+"""How other devices reach the server, as addresses or a code to scan; needs no web library."""
 
 from dataclasses import dataclass
 from io import StringIO
@@ -13,16 +13,17 @@ __all__ = ["Reach", "pairing_url", "qr_for_terminal", "qr_svg"]
 
 @dataclass
 class Reach:
-    """How other devices reach the server; what changes while it runs is changed in place.
+    """How other devices reach the server; it is updated in place while the server runs.
 
     Attributes
     ----------
     addresses
-        The server's addresses, the likeliest first; none on the loopback address.
+        The server's addresses, those most likely to work first; none if it listens only to this
+        computer.
     keys
-        Keys, of which each device needs one; None on the loopback address.
+        Keys, one for each device; None if the server listens only to this computer.
     authority
-        The certificate of the home authority, PEM, if other devices connect over https; else None.
+        The certificate of the local authority, PEM, if other devices connect over https; else None.
     fingerprint
         Its SHA-256, as phones show it.
     """
@@ -34,7 +35,7 @@ class Reach:
 
     @property
     def token(self) -> str | None:
-        """The token that pairs a device now; None on the loopback address."""
+        """The token that pairs a device now; None if the server listens only to this computer."""
         return None if self.keys is None else self.keys.token
 
 

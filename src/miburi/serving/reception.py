@@ -1,16 +1,17 @@
-"""The reception: keeps all connections, answers Stop itself, and relays the rest to the server.
+"""The reception: holds all connections, answers Stop itself, and relays the rest to the server.
 
-The server may be busy: with pages, with many requests, with a long step; or it may hang.
-So a separate process listens, and looks at the head of each request by plain http. A Stop goes
-from here to the partner's process, past the server (:mod:`miburi.serving.lane`). Any other request
-is relayed to the server, and so is its answer (:mod:`miburi.serving.relay`); the connection stays
-here. So a Stop never waits for the server, whether it comes over a new connection or over one that
-was kept open; and connections that say nothing cost the server nothing. Where there are too many,
-one gives way (:mod:`miburi.serving.crowd`).
+The server may be busy with pages, requests or a long computation, or it may hang. So a separate
+process accepts connections, and reads the head of each request over plain http. A Stop goes from
+here to the partner's process, past the server (:mod:`miburi.serving.lane`). Any other request is
+relayed to the server and its answer to the client (:mod:`miburi.serving.relay`); this process keeps
+the connection. So a Stop never waits for the server, whether it comes over a new connection or over
+one that was kept open; and connections that say nothing cost the server nothing. If there are too
+many connections, it closes one (:mod:`miburi.serving.crowd`).
 
-Only the server, which has the keys, can read a head over https: a Stop there takes its turn.
+Over https only the server, which has the keys, can read a head, so a Stop waits there like any
+other request.
 
-Windows cannot pass open files this way; there the server itself listens.
+Windows cannot send open files to another process; there the server itself listens.
 """
 
 import gc
@@ -37,15 +38,16 @@ from miburi.serving.relay import Guest, answer_of
 
 __all__ = ["Reception", "receive"]
 
-#: Files of its process other than connections.
+#: The number of this process's files other than connections.
 _OWN_FILES = 64
-#: Connections that are taken in, and passed on, before others are looked at: one may be a Stop.
+#: The number of connections that are accepted, and passed on, before others get a turn, because one
+#: of those may be a Stop.
 _AT_ONCE, _PASSED_AT_ONCE = 64, 16
 _GLANCE = 0.25
 _END = re.compile(rb"\n\r?\n")
 _TOO_LARGE = f"the headers of a request may have {HEADERS} bytes at most."
 _STOP = f"POST {STOP} ".encode()
-_OVERTAKEN = "Stop has overtaken this request, which may not have been obeyed."
+_OVERTAKEN = "Stop came first, so this request may not have been carried out."
 
 
 def receive(
@@ -56,7 +58,7 @@ def receive(
     keys: Keys | None,
     origins: frozenset[str],
 ) -> None:
-    """Receive until the partner's process has ended; runs in its own process.
+    """Run the reception until the partner's process has ended; it has a process of its own.
 
     The parameters are those of :class:`Reception` and of its gate.
     """
@@ -76,12 +78,12 @@ async def _nobody(scope: Scope, receive: Receive, send: Send) -> None:
 
 
 class Reception:
-    """Sees to the listening sockets.
+    """Accepts connections and handles them.
 
     Parameters
     ----------
     plain, encrypted
-        The sockets that listen by http and by https; they never block.
+        The non-blocking sockets that listen for http and https.
     passage
         Leads to the server; a Unix socket that never blocks.
     stopping
@@ -90,9 +92,9 @@ class Reception:
     gate
         Says who may stop the partner.
     most
-        Files that may be open here: one for each connection, two for one that is relayed.
+        The greatest number of open files: one for each connection, two for one that is relayed.
     clock
-        Gives s, the same in all processes.
+        Returns the time in s, on the clock that all processes share.
     """
 
     def __init__(
@@ -128,13 +130,13 @@ class Reception:
             self.turn(_GLANCE)
 
     def close(self) -> None:
-        """Close all connections that are here."""
+        """Close all connections of this process."""
         for guest in self._crowd.everybody():
             self._close(guest)
         self._selector.close()
 
     def turn(self, patience: float = 0.0) -> None:
-        """Wait ``patience`` s at most for work, and do it."""
+        """Wait up to ``patience`` s for events, and handle them."""
         hurries = bool(self._waiting) and not self._full
         for key, events in self._selector.select(0.0 if hurries else patience):
             key.data(events)
@@ -148,7 +150,7 @@ class Reception:
         self._selector.register(what, selectors.EVENT_READ, do)
 
     def _attend(self, guest: Guest) -> None:
-        """Wait for the next data between a guest and the server."""
+        """Register what a relayed connection waits for next."""
         if guest.closed:
             return
         self._await(guest.line, guest.line_wants, partial(self._hear, guest))
@@ -179,7 +181,7 @@ class Reception:
             line.setblocking(False)
             guest = Guest(line, (address[0], address[1]), kind, self._clock())
             self._crowd.enter(guest)
-            # At once; other requests in the same data wait their turn.
+            # Data that has been read is handled at once; further requests in it wait.
             self._hear(guest, selectors.EVENT_READ)
             self._attend(guest)
 
@@ -198,7 +200,7 @@ class Reception:
             self._selector.unregister(what)
 
     def _hear(self, guest: Guest, events: int) -> None:
-        """Hear what a client says, or send it what it waits for."""
+        """Read from a client, or send what is waiting for it."""
         if guest.closed:  # earlier in this turn
             return
         gone = events & selectors.EVENT_WRITE and not guest.flush()
@@ -207,7 +209,7 @@ class Reception:
         self._go_on(guest, gone=bool(gone))
 
     def _hear_server(self, guest: Guest, events: int) -> None:
-        """Hear what the server answers, or send it what it takes."""
+        """Read the server's response, or send the server more of the request."""
         relay = guest.relay
         if relay is None or guest.closed:
             return
@@ -223,7 +225,7 @@ class Reception:
         self._go_on(guest, gone=gone)
 
     def _go_on(self, guest: Guest, *, gone: bool) -> None:
-        """Close a connection that is at its end, or wait for what is next."""
+        """Close a finished connection, or register what it waits for next."""
         if not guest.silent:
             self._crowd.has_spoken(guest)
         if gone or (guest.ends and guest.resting):
@@ -234,7 +236,7 @@ class Reception:
         self._attend(guest)
 
     def _look(self, guest: Guest) -> bool:
-        """Look at what a client asks; False if it has gone."""
+        """Inspect a client's request; return False if the client has disconnected."""
         try:
             head = guest.line.recv(HEADERS, socket.MSG_PEEK)
         except BlockingIOError:
@@ -299,7 +301,7 @@ class Reception:
         self._go_on(guest, gone=gone)
 
     def _pass_on(self) -> None:
-        """Pass data on to the server as it accepts them, a little at a time."""
+        """Pass waiting data on to the server, a little at a time, as it accepts it."""
         for _ in range(_PASSED_AT_ONCE):
             while self._waiting and not self._waiting[0].waits:  # closed, or overtaken
                 self._waiting.popleft()
@@ -329,7 +331,7 @@ class Reception:
             self._attend(guest)
 
     def _hear_passage(self, events: int) -> None:
-        """Notice that the server can take more, or has gone."""
+        """Handle the passage's events: the server can accept more, or has ended."""
         self._full = bool(events & selectors.EVENT_READ)
         if self._full:
             self._selector.unregister(self._passage)
@@ -337,7 +339,7 @@ class Reception:
             self._selector.modify(self._passage, selectors.EVENT_READ, self._hear_passage)
 
     def _tidy(self, now: float) -> None:
-        """Give a sign of life, and close what has been silent or waiting for too long."""
+        """Send a heartbeat, and close connections that were silent or waiting for too long."""
         self._lane.tidy(now)
         for guest in self._crowd.everybody():
             if guest.silent and now - guest.since > HEADER_TIME:

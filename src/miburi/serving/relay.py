@@ -5,9 +5,10 @@ request the server gets the other end of a pair of Unix sockets, answers there, 
 
     client ══ line ══ Guest ══ relay ══ server
 
-Up to 64 KiB of an answer are held back until the server has closed its end: so once a client has
-its answer, its next request is read here. What lasts, or has no end that can be seen from here
-(https, WebSockets, bodies in chunks), is relayed byte by byte until either side closes.
+Up to 64 KiB of a response are held back until the server has closed its side. So the relay has
+ended before the client can send its next request. A connection that lasts, or whose end cannot be
+seen from here (https, WebSockets, bodies in chunks), is relayed as raw bytes until either side
+closes.
 """
 
 import json
@@ -27,7 +28,7 @@ from miburi.serving.passing import ENCRYPTED
 
 __all__ = ["Address", "Framing", "Guest", "answer_of", "frame"]
 
-#: Bytes that are read at once, and bytes of an answer that are held back (ours).
+#: The size of a read, and the largest response that is held back, bytes (ours).
 _PIECE = 65_536
 _WISHES = {b"upgrade", b"expect", b"transfer-encoding"}
 
@@ -35,7 +36,7 @@ Address = tuple[str, int]
 
 
 class Framing(NamedTuple):
-    """How a request ends: bytes of its body, infinite if unknown; and whether it is the last.
+    """The length of a request's body, infinite if unknown; whether the connection then ends.
 
     ``lasts`` is true for a WebSocket or a stream of events.
     """
@@ -75,18 +76,18 @@ class Guest:
     client, kind
         The client's address, and what it speaks.
     since
-        When it came, or when it last began or ended a request, s.
+        When the connection opened, or last began or ended a request, s.
     silent
-        Whether it has yet to say what must be known first: a request's head or, by https, its
-        second message, which ends the handshake.
+        Whether it has not yet sent what comes first: the head of a request or, over https, the
+        message that ends the handshake.
     known
         Whether it has been answered before.
     stop
-        Bytes of a Stop that has been pressed and is still to be answered; they wait in the line.
+        The length in bytes of a Stop that has not been answered; it is still in the socket.
     ends
-        Whether it is closed once it has been answered.
+        Whether the connection will be closed after the response.
     origin
-        The other origin whose page asks for a Stop, if it may.
+        The cross-site origin of a Stop, if it may press Stop.
     """
 
     line: socket.socket
@@ -157,7 +158,7 @@ class Guest:
         self.drop()
 
     def drop(self) -> None:
-        """Close the relay to the server; the rest of the request goes to nobody."""
+        """Close the relay to the server; the rest of the request is discarded."""
         if self.relay is not None:
             self.relay.close()
             self.relay = None
@@ -179,7 +180,7 @@ class Guest:
         return bool(piece)
 
     def push(self) -> None:
-        """Send the server as much as it takes."""
+        """Send the server as many waiting bytes as its socket accepts."""
         if self.relay is None or not _send(self.relay, self._back):
             self._back.clear()  # it has answered already, and needs no more
 
@@ -210,12 +211,12 @@ class Guest:
         return self.flush()
 
     def flush(self) -> bool:
-        """Send the client as much as it takes; False if it has gone."""
+        """Send the client what its socket accepts; return False if it has disconnected."""
         return _send(self.line, self._out)
 
 
 def _receive(line: socket.socket, most: int) -> bytes | None:
-    """Return the bytes that have come, empty at the end; None if nothing has come."""
+    """Return received bytes, b"" at the end; None if there are none yet."""
     try:
         return line.recv(most)
     except BlockingIOError:
@@ -225,7 +226,7 @@ def _receive(line: socket.socket, most: int) -> bytes | None:
 
 
 def _send(line: socket.socket, waiting: bytearray) -> bool:
-    """Send as much of what waits as the other side takes; False if that side has gone."""
+    """Send as many waiting bytes as the other side accepts; return False if it has disconnected."""
     with suppress(BlockingIOError):
         try:
             while waiting:

@@ -1,8 +1,8 @@
-"""How other devices reach the server, now and later: addresses change, and certificates end.
+"""Keep the server reachable while addresses change and certificates expire.
 
-At the start, and each minute while it runs, this looks at the computer's addresses. If they have
-changed, or the certificate is near its end, the certificate is renewed; the pages' codes and links
-follow, and connections that begin from then on get the new certificate.
+At the start, and every minute while the server runs, this module checks the computer's addresses.
+If they have changed, or the certificate is near its end, the certificate is renewed; the pages'
+codes and links follow, and connections that begin from then on get the new certificate.
 """
 
 import ssl
@@ -18,12 +18,12 @@ from miburi.serving.reach import Reach, pairing_url, qr_for_terminal
 
 __all__ = ["EVERY", "Renewal", "reach_of"]
 
-#: Interval between two looks, s (ours).
+#: Interval between two checks, s (ours).
 EVERY = 60.0
 
 
 def reach_of(listeners: Listeners, folder: Path, now: datetime) -> tuple[Reach, Path | None]:
-    """Return how others reach the server now, and its certificate's file, if it listens by https.
+    """Return the present addresses and, with https, the file of the certificate.
 
     Parameters
     ----------

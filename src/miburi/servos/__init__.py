@@ -1,7 +1,8 @@
-"""What a servo is: constants that say where they come from, and a model in the voltage domain.
+"""Servos: constants with their sources, and a model in the voltage domain.
 
-A servo is a TOML file; :func:`load_servo` reads one that ships with Miburi by its name, or your
-own by its path. This package knows no robot: angles, speeds and torques are those at the horn.
+A servo is a TOML file; :func:`load_servo` reads one that ships with Miburi by its name, or your own
+by its path. This package is independent of any robot: angles, speeds and torques are those at the
+horn.
 """
 
 from miburi.servos.axis import Axis

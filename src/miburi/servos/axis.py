@@ -1,8 +1,8 @@
-"""One servo with its load, alone: the whole model in plain Python, in fine time steps.
+"""A detailed model of one servo with its load, in plain Python with fine time steps.
 
-It includes effects that the physical body omits to be fast: the control's own rate and whole
-encoder steps, the PWM's slope, and the play between gears and horn. It shows how much they matter,
-and it moves emulated servos.
+It includes effects that the simulated body omits for speed: the rate of the control, rounding to
+encoder steps, the ramp of the PWM, and the backlash between gears and horn. It shows how much they
+matter, and it moves emulated servos.
 """
 
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from miburi.servos.voltage import dry_friction
 
 __all__ = ["Axis"]
 
-#: s; it must be below 0.4 ms for the rotor to meet the end of the play properly.
+#: Time step in s; it must be below 0.4 ms to resolve the contact at the end of the backlash.
 _STEP = 1e-4
 #: Stiffness of gears and horn where the play ends, and of an obstacle at the horn, N·m/rad; and the
 #: obstacle's damping (ours).

@@ -1,4 +1,4 @@
-"""How free servos would move: a model in whole numbers, as the card computes it.
+"""The motion of unhindered servos: a model in integers, as the Arduino card computes it.
 
 Motors are springs between their commanded profiles and their joints, with back EMF, friction and
 the weight of what they carry (:mod:`miburi.servos.voltage`). The model computes, for each step of 5
@@ -28,20 +28,20 @@ Steps = NDArray[np.int64]
 #: µs of one step of the model.
 STEP = 5000
 #: The model's limits, so that its numbers fit: 128 encoder steps in 5 ms, and four turns of travel.
-#: No free servo reaches them; one without any friction would, if its motor pushed up to its
-#: ceiling.
+#: No servo reaches them; one without friction would, if its motor gave the greatest torque allowed.
 FASTEST, FARTHEST = 0x7FFFFF, 0x40000000
-#: The coefficients' unit, and that of the share of a torque that the gears take.
+#: The units of the coefficients, and of the share of a torque that the gears absorb.
 _ONE, _SHARE = 1 << 16, 1 << 8
 
 
 class FreeServo(NamedTuple):
-    """A motor with its joint; all (8,) int64.
+    """The eight motors with their joints; all fields are (8,) int64.
 
     Attributes
     ----------
     pull, brake
-        a1 and a2 in 1/65536: how much an error, and a speed, change the speed in a step.
+        a1 and a2, in 1/65536: the change of the speed in a step, per error of position and per
+        speed.
     friction
         The speed that dry friction takes away in a step, in 1/65536 encoder step per 5 ms.
     lost
@@ -73,7 +73,7 @@ class FreeServo(NamedTuple):
         )
 
     def scaled(self, stiffness: Array, damping: Array, friction: Array) -> "FreeServo":
-        """Return motors with this one's constants times these factors, (8,) each."""
+        """Return motors with these constants multiplied by factors, (8,) each."""
         times = ((self.pull, stiffness), (self.brake, damping), (self.friction, friction))
         pull, brake, dry = (np.rint(each * share).astype(np.int64) for each, share in times)
         return FreeServo(pull, brake, dry, self.lost)
@@ -90,7 +90,7 @@ def advance(
     most: Steps,
     servo: FreeServo,
 ) -> None:
-    """Advance ``x`` and ``v`` (8,) by ``steps`` steps, while the profile goes on.
+    """Advance ``x`` and ``v`` (8,) by ``steps`` steps, along with the profile.
 
     The profile goes from ``before`` to ``now``, (8,) in 1/256 encoder step. In the same unit,
     ``sag`` is the error needed to hold the load, and ``most`` the one at which the duty reaches

@@ -1,4 +1,4 @@
-"""The servos' dry friction at every physics step, compiled: MuJoCo's own is only constant.
+"""Compiled code for the servos' dry friction at every physics step, since MuJoCo's is constant.
 
 Import it only where it is needed: it loads Numba.
 """
@@ -34,7 +34,7 @@ def set_friction(
     rows
         (8, 6), the constants of each servo: :attr:`miburi.servos.servo.Friction.row`.
     braking
-        (8,) N·m·s/rad that back EMF takes from the motor's torque.
+        (8,) in N·m·s/rad: the torque that back EMF takes from the motor per speed.
     dofs
         (8,), where each joint is in MuJoCo's arrays.
     motor
@@ -42,8 +42,8 @@ def set_friction(
     speed, bias, constraint
         (nv,), MuJoCo's qvel, qfrc_bias and qfrc_constraint.
     row_forces, places
-        MuJoCo's efc_force, and the place of each joint's friction in it, (8,): friction is a
-        constraint too, but not a load.
+        MuJoCo's efc_force, and the index of each joint's friction in it, (8,). Friction is among
+        the constraint forces, but is not a load, so it is subtracted.
     """
     for joint, dof in enumerate(dofs):
         load = constraint[dof] - bias[dof] - row_forces[places[joint]]

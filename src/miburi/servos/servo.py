@@ -1,4 +1,4 @@
-"""A servo's constants: one TOML file, checked once, into one immutable ``Servo``.
+"""A servo's constants: one TOML file, checked once and loaded into an immutable ``Servo``.
 
 Every table of the file states its source, and whether its numbers are the maker's, others' or ours.
 What follows from the constants alone, such as the stiffness of the position control, is a property
@@ -133,12 +133,12 @@ class Loop(Origin):
 
 
 class Drive(Origin):
-    """How Miburi drives it: the P gain, and how a move's ceiling and goal are made.
+    """How Miburi drives it: the P gain, and how a move's torque limit and goal are computed.
 
-    ``headroom`` times the torque that a move needs is the ceiling of a motor's torque. Once motors
-    have sped up, the ceiling is the torque that the rest of the move needs, plus the share ``room``
-    of the motor's torque; if ``room`` is 1, the ceiling stays as it was. ``lift`` is the share of
-    the load's sag by which goals are corrected.
+    The limit of a motor's torque is ``headroom`` times the torque that the move needs. After the
+    acceleration, the limit is the torque that the rest of the move needs, plus the share ``room``
+    of the motor's torque. With ``room`` = 1 the limit does not change. ``lift`` is the share of the
+    sag under load by which goals are corrected.
     """
 
     gain: Positive
@@ -169,7 +169,7 @@ class Servo(Table):
 
     @property
     def motor_torque(self) -> float:
-        """The motor's torque at full duty and nominal voltage at rest, N·m, before the gears."""
+        """The motor's stall torque at full duty and nominal voltage, N·m, without gears' losses."""
         return self.supply.voltage * self.motor.torque_constant / self.motor.resistance
 
     @property

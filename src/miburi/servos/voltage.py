@@ -50,7 +50,7 @@ def dry_friction(
 
 
 def stall_torque(servo: Servo, voltage: float) -> float:
-    """Return the torque that a motor at rest with full duty brings to the horn, N·m."""
+    """Return the torque at the horn of a motor at rest with full duty, N·m."""
     friction = servo.friction
     motor = servo.motor_torque * voltage / servo.supply.voltage
     left = motor * (1 - friction.motor_load) - friction.dry - friction.stiction
@@ -60,7 +60,7 @@ def stall_torque(servo: Servo, voltage: float) -> float:
 def no_load_speed(servo: Servo, voltage: float) -> float:
     """Return the speed at full duty with nothing on the horn, rad/s; well above the Stribeck speed.
 
-    Without back EMF and viscous friction there is no such speed: infinity.
+    Returns infinity if there is neither back EMF nor viscous friction.
     """
     friction = servo.friction
     gears = 1 - friction.motor_load
@@ -73,7 +73,7 @@ def no_load_speed(servo: Servo, voltage: float) -> float:
 def required_torque(
     servo: Servo, speed: Numbers, acceleration: Numbers, load: Numbers, inertia: Numbers
 ) -> Numbers:
-    """Return the duty that a motion needs, given as the torque of a blocked motor at it, N·m.
+    """Return the duty that a motion needs, as the stall torque at that duty, N·m.
 
     Parameters
     ----------

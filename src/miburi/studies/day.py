@@ -28,8 +28,8 @@ _CLOSE_UP = (17.0, 17.0 + 2 / 60)  # two minutes for which every second is recor
 class Episode:
     """A part of the day, from ``hour`` o'clock on, ``minutes`` long.
 
-    It brings ``count`` stimuli, taken in turn from ``stimuli``; near its end somebody blocks the
-    robot's gestures ``contacts`` times.
+    It has ``count`` stimuli, taken in turn from ``stimuli``; near its end somebody blocks
+    ``contacts`` of the robot's gestures.
     """
 
     title: str
@@ -112,13 +112,13 @@ class Day:
     Parameters
     ----------
     hours
-        (n,) o'clock.
+        (n,) times of day, h.
     levels
         (n, 3, k) in [0, 1], for k feelings: emotion, feeling, mood.
     shown
         (n,) indices into ``FEELINGS``, −1 while neutral.
     contacts
-        (m,) o'clock, when somebody blocked a gesture.
+        (m,) times of day at which somebody blocked a gesture, h.
     """
 
     hours: Array
@@ -135,7 +135,7 @@ def live_day(model: FeelingModel, *, seed: int = 1) -> Day:
     model
         Any emotional model, in its state at eight in the morning.
     seed
-        Shifts each stimulus by up to half the pause between two.
+        Seed of each stimulus's shift by up to half the interval between two stimuli.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""The phone's face in films: from an expression to a picture of it.
+"""Pictures of the face on the phone, for films.
 
 The pictures come from one sheet, which ``tools/draw-faces`` draws with the face page's script and
 the faces that ship with Miburi; a test fails when the sheet is out of date. The sheet has only the

@@ -131,7 +131,7 @@ class Camera:
 
 
 def _real_shapes(robot: Robot) -> tuple[dict[tuple[str, str], str] | None, dict[str, bytes]]:
-    """Return a robot's printable shapes, as names and contents of files, if it can be built."""
+    """Return the robot's printable shapes, as files' names and contents, if it can be built."""
     solids = shapes_if_it_can_be_built(robot)
     if not solids:
         return None, {}
@@ -175,7 +175,7 @@ def write_film(
     size: tuple[int, int] = (640, 480),
     progress: Callable[[int], None] = lambda _: None,
 ) -> Path:
-    """Write an MP4 film of scenes at ``rate`` pictures a second and ``size`` in pixels.
+    """Write an MP4 film of scenes with ``rate`` frames per second; ``size`` is in pixels.
 
     Returns
     -------
@@ -234,7 +234,7 @@ def contact_sheet(pictures: Sequence[Picture], columns: int) -> Picture:
 
 def add_caption(picture: Picture, caption: str) -> Picture:
     """Return a picture with lines of text in its upper left corner."""
-    # Matplotlib brings this font, so pictures look the same on every machine.
+    # This font ships with Matplotlib, so pictures look the same on every machine.
     path = Path(matplotlib.get_data_path()) / "fonts/ttf/DejaVuSans.ttf"
     font = ImageFont.truetype(str(path), max(12, picture.shape[0] // 24))
     image = Image.fromarray(picture)

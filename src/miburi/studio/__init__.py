@@ -1,1 +1,1 @@
-"""The pages of a live partner: the studio and the face."""
+"""The web pages of a running partner: the studio and the face."""

@@ -50,7 +50,7 @@ def make_app(
     reach
         How other devices reach this server, to show as a QR code.
     doors
-        The doors that are open besides HTTP.
+        The doors (other protocols) that are open besides HTTP.
     folder
         The folder for what the partner knows about people; None: it forgets that when it ends.
     """

@@ -22,7 +22,8 @@ _LOG_LINES = 60
 #: hand can be pushed through an arm, and such a force is no measure of the motors. In trials, hands
 #: that move as people's do felt 51 N at most (docs/safety.md).
 _FIRM = 60.0
-#: A stimulus's line names at most this many reasons for it; the rest are shown with the weights.
+#: The log's line for a stimulus lists at most this many reasons; the others are shown with their
+#: weights.
 _WHYS = 3
 
 
@@ -145,7 +146,7 @@ def _travel(stop: StopOut, say: dict[str, str]) -> list[tuple[str, str]]:
 
 
 def _shows(event: LiveEvent, words: Words) -> bool:
-    """Whether people at the page want to know of an event."""
+    """Whether an event is shown to people on the page."""
     if event.kind == "wish_dropped":
         return event.name == "lapsed"
     return event.kind == "stop" or event.kind in words["log"]

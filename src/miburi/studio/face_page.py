@@ -74,7 +74,7 @@ def add_face_page(app: FastAPI, runner: LivePartner, sounded: Sequence[str] = ()
     @app.post(RELEASE, status_code=204, include_in_schema=False)
     async def release(shown: _Shown, origin: Annotated[str | None, Header()] = None) -> None:
         # Browsers send the origin of the page that asks, and the gate has compared that origin with
-        # this server's. A program that sends an origin, too, imitates a person on purpose.
+        # this server's. A program that sends an origin as well poses as a page on purpose.
         if origin is None:
             raise BodyError("only a person at the partner's own page can release it here.")
         await granted(runner, Release(by_person=True, seen=shown.seen))

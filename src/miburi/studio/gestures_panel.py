@@ -20,7 +20,7 @@ _EFFORT = ("space", "weight", "time", "flow")
 
 
 def gestures_panel(runner: LivePartner, words: Words) -> None:
-    """Add the panel: a gesture, its μ, a second gesture to blend in, and the effort."""
+    """Add the panel: a gesture, its membership μ, a second gesture to blend in, and the effort."""
     say = words["gesture"]
     functions = {function.name: function for function in runner.repertoire.functions}
     names = {name: _title(function, words) for name, function in functions.items()}

@@ -121,7 +121,8 @@ class _Studio:
                 face.props('popovertarget="more" popovertargetaction="hide"')
                 face.on("click", self._pairing().open)
                 self._languages()
-                # Tell the element, too: it sets its own value again whenever the page changes.
+                # The element on the server is changed as well, or it would set its old value again
+                # at the next update.
                 dark = button(say["dark"], "")
                 dark.on(
                     "click", lambda event: self._dark.set_value(event.args), js_handler=_TOGGLE_DARK

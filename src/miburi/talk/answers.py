@@ -1,8 +1,8 @@
-"""Small answers: what the partner says, and does, in response.
+"""Small answers: what the partner says and does in reply to a remark.
 
-In go somebody's words, the impression of them and the partner's own feeling; out comes a short
-answer, chosen with the partner's seed. An intent is answered first ("what time is it?"), then a
-feeling, then what the words are about. Sentences are in a language's ``talk.toml``. The partner
+It takes somebody's words, the impression that they make and the partner's own feeling, and returns
+a short answer, chosen by the partner's seed. An intent is answered first ("what time is it?"), then
+a feeling, then what the words are about. Sentences are in a language's ``talk.toml``. The partner
 says nothing twice within ``UNREPEATED`` turns, as long as there is something else to say.
 """
 
@@ -25,20 +25,20 @@ __all__ = ["UNREPEATED", "Answerer", "SmallAnswer", "is_needless", "wants_stop"]
 #: Turns within which no sentence is said again.
 UNREPEATED = 20
 
-#: After it spoke of its own feeling, the turns for which it does not (ours; judges of talks found
-#: none of 12 such answers to fit).
+#: The number of turns after the partner has spoken of its own feeling in which it does not do so
+#: again (ours; judges of conversations found none of 12 such answers fitting).
 _OF_OTHERS = 6
-#: Remarks after which "do it" may still mean what was named in them (ours).
+#: For how many remarks after an act was named "do it" may refer to it (ours).
 _NAMED = 3
 #: Every second answer to a remark with both a feeling and a topic mentions the topic, too (ours).
 _TAKES_UP = 0.5
-#: If a feeling is less likely than this, it moves the partner, but the partner does not mention it
+#: A feeling with a lower likelihood changes the partner's state, but is not mentioned in the answer
 #: (ours). Nearly half of those heard at 0.4 to 0.6 are wrong (bench/words.txt). Nor does it mention
-#: joy beside bad news.
+#: joy if the remark also has bad news.
 JOYS = ("happiness", "thrill")
 _GLAD, _SPOKEN_OF = (*JOYS, "surprise"), 0.6
-#: In a remark of more words than this, one word does not tell what it is about: "supper" may stand
-#: in it by the way. Then the answer takes up only a person who is named in it (ours).
+#: In a remark of more words than this, a single word does not reveal the topic: "supper" may be
+#: mentioned in passing. The answer then mentions only a person whom the remark names (ours).
 _RAMBLES = 16
 
 
@@ -76,7 +76,7 @@ def wants_stop(said: str, language: Language) -> bool:
 
 
 def is_needless(worry: str, wanted: Iterable[Match]) -> bool:
-    """Whether there is a better answer to words that may be distress than to ask about it.
+    """Whether there is a better reply to words that may mean distress than to ask about it.
 
     That is so if somebody only wants to see or hear something ("And now just the left one"), or if
     there is an answer to the words and no kind of distress is likely.
@@ -114,12 +114,12 @@ class Answerer:
         filled = {"next", *known, *self._fun(), *self._further(said, words)}
         found = [self._refer(one, words, said) for one in words.intents_of(said, filled)]
         if asks := told_before(said, words)[1]:
-            # "Will you remember something for me, the milk is running low"
+            # An example: "Will you remember something for me, the milk is running low"
             found += words.intents_of(asks, filled, do="remember")
         return found or ([] if words.is_heavy(said) else list(words.orders_of(said)))
 
     def _further(self, said: str, words: Script) -> dict[str, str]:
-        """Return slots: ``itself``, and what was just recalled if a question follows it up."""
+        """Return slots: ``itself``, the partner's name, and what was recalled for a follow-up."""
         itself = {"itself": ""} if words.asks_about_it(said) else {}
         goes_on = self._recalled is not None and words.asks_further(said)
         return itself | ({"told": self._recalled} if goes_on and self._recalled else {})
@@ -189,7 +189,8 @@ class Answerer:
         if text is None:
             text = self._choose(words.gentle, slots, always=True) if heavy else None
         if text is None:
-            # While somebody tells something or speaks of people, it does not speak of itself.
+            # While somebody tells a story or speaks of people, the partner does not speak of
+            # itself.
             idle = is_short(said, words) and not words.tells_of_people(said)
             text = self._remark(words, felt if idle else None, slots)
         cue = match.cue if match else None
@@ -200,7 +201,7 @@ class Answerer:
         return SmallAnswer(text, language, cue, kept, quotes=bool(kept or echo))
 
     def _meant(self, said: str, words: Script, slots: dict[str, str]) -> tuple[Match | None, bool]:
-        """Return the intent that patterns find, and whether joy that was heard may be spoken of.
+        """Return the intent that patterns find, and whether the answer may mention joy.
 
         It adds slots for the words to remember, and for what the partner lately did for fun.
         """
@@ -333,7 +334,7 @@ class Answerer:
 
 
 def _suits(topic: Match, *, heavy: bool, rambles: bool) -> bool:
-    """Return whether a topic may be taken up if the remark is sad, too, or long."""
+    """Return whether the answer may take up a topic although the remark is also sad, or is long."""
     named = topic.it and any("it" in slots_in(line) for line in topic.cue.say)
     return (topic.cue.heavy or not heavy) and bool(named or not rambles)
 

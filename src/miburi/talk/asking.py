@@ -1,7 +1,7 @@
-"""Find the intent of a question that matches no pattern, with a small linear model and a network.
+"""Find the intent of a question that matches no pattern, with a linear model and a neural network.
 
-``tools/train_intents.py`` and ``tools/train_network.py`` train them on lines that strangers wrote.
-English and Japanese have them.
+``tools/train_intents.py`` and ``tools/train_network.py`` train them on lines by people outside the
+project. There are models for English and Japanese.
 """
 
 from collections.abc import Callable
@@ -17,7 +17,7 @@ from miburi.senses.network import agreed, load_network
 
 __all__ = ["NOTHING", "asked_for"]
 
-#: The name of the intent of remarks that ask for nothing.
+#: The name of the intent for remarks that request nothing.
 NOTHING = "nothing"
 _FILE = resources.files(__package__) / "intents.npz"
 

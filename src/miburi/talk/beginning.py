@@ -1,4 +1,4 @@
-"""Let the partner speak first: it looks around every few seconds, and seldom says anything."""
+"""Let the partner speak first: every few seconds it checks for a reason, and seldom speaks."""
 
 import asyncio
 import json
@@ -22,12 +22,12 @@ from miburi.talk.script import script
 
 __all__ = ["Beginning"]
 
-#: Interval between two checks, s, and how long the partner stays quiet when asked to (ours).
+#: Interval between two checks, s, and how long the partner stays quiet when asked to (our numbers).
 _LOOKS, _HUSHED = 5.0, timedelta(hours=1)
 
 
 class Beginning:
-    """Lets the partner speak first, as far as a person allows.
+    """Lets the partner speak first, within the limits that a person sets.
 
     Parameters
     ----------
@@ -40,8 +40,7 @@ class Beginning:
     clock
         Returns the local time where the partner stands.
     path
-        The file with the settings of when it speaks first; with None, they are lost when the
-        partner ends.
+        The file of the settings; with None, they are lost when the program ends.
     """
 
     def __init__(
@@ -60,11 +59,11 @@ class Beginning:
 
     @property
     def manners(self) -> Manners:
-        """What a person allows."""
+        """The limits that a person has set."""
         return self._initiative.manners
 
     def behave(self, manners: Manners) -> None:
-        """Set new manners, and save them if they have a file.
+        """Replace the settings, and save them if there is a file.
 
         Raises
         ------
@@ -79,16 +78,16 @@ class Beginning:
         self._initiative.manners = manners
 
     def notice(self, language: Language | None = None) -> None:
-        """Note that somebody is there, and in which language they spoke, if they did."""
+        """Record that somebody is present, and in which language they spoke, if they did."""
         self._presence.notice(self._clock(), words=language is not None)
         self._language = language or self._language
 
     def hush(self) -> None:
-        """Begin nothing for an hour: somebody wants quiet."""
+        """Do not speak first for an hour: somebody wants quiet."""
         self._hushed = self._clock() + _HUSHED
 
     async def live(self) -> None:
-        """Look around until cancelled."""
+        """Check for a reason every few seconds, until cancelled."""
         while True:
             await asyncio.sleep(_LOOKS)
             try:
@@ -116,7 +115,7 @@ class Beginning:
 
 
 def _read(path: Path | None) -> Manners:
-    """Return the manners in a file; if it is missing or not valid, the partner begins nothing."""
+    """Read the settings from a file; without a valid one, the partner never speaks first."""
     if path is None:
         return Manners()
     try:
@@ -124,5 +123,5 @@ def _read(path: Path | None) -> Manners:
     except FileNotFoundError:
         return Manners()
     except (OSError, ValueError, RecursionError, ValidationError) as error:
-        log_once(f"{path} cannot be read, so the partner begins nothing by itself", error)
+        log_once(f"{path} cannot be read, so the partner will not speak first", error)
         return Manners()

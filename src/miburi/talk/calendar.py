@@ -24,22 +24,24 @@ class Calendar(Table):
     Attributes
     ----------
     words
-        Parts of patterns, by name.
+        Parts that patterns share, by name.
     weekdays, months, days, clock, date
         Words for the time: weekdays from Monday, months from January; ``days`` maps words such as
         "tomorrow" to a number of days.
     away
-        How to say how far away a day is: today, tomorrow, or {days} days away (by default, never).
+        How to say how far away a day is: today, tomorrow, or {days} days away. By default it is
+        empty, and that is never said.
     ordinals, dated
-        Names of the days of a month, from the first, and regular expressions of a {day} of a
-        {month} that is named so (by default none: then only digits tell the day).
+        Ordinal names of the days of a month, from the first, and regular expressions of a {day} of
+        a {month} that use them. By default there are none, and only digits are understood.
     later
         Regular expressions with a weekday in them ("a week on {day}"), and how many days after that
         weekday they mean.
     times, numbers, afternoon, span
         Regular expressions of a time of day (groups ``hour``, ``past`` and ``to`` for minutes, and
-        ``half`` of the day); the numbers that words stand for; the word for the half after noon;
-        and how to say how long it is until that time. Without ``times``, that is never said.
+        ``half`` of the day); the numbers for number words; the word for the afternoon; and how to
+        say how long it is until that time. Without ``times``, the partner never says how long it is
+        until a time.
     sums
         Regular expressions of the words between two numbers, by operation.
     """
@@ -63,7 +65,7 @@ class Calendar(Table):
     sums: dict[Sign, str] = Field(default_factory=dict)
 
     def times_in(self, words: str) -> Iterator[dict[str, str | None]]:
-        """Yield the parts of each time of day that is given in plain words."""
+        """For each time of day in normalised text, yield its parts."""
         for pattern in self._times:
             for found in pattern.finditer(words):
                 yield found.groupdict()
@@ -84,7 +86,7 @@ class Calendar(Table):
         return int(word) if word.isdecimal() else self.numbers.get(word)
 
     def count(self, words: str) -> int:
-        """Return what number words say together, such as "two hundred sixteen"."""
+        """Return the number that several number words make, such as "two hundred sixteen"."""
         whole = 0
         for word in words.split():
             number = self.number(word) or 0

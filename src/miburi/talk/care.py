@@ -1,4 +1,4 @@
-"""What a partner says to somebody in distress, and what no language model may say through it.
+"""What a partner says to somebody in distress, and what a language model may not make it say.
 
 For a kind of distress, a language and the user's region, :class:`Care` gives a calm sentence with
 the help that fits. The words, and what must not be said, are in a language's ``care.toml``; the
@@ -66,13 +66,13 @@ class WordsOfCare(Table):
     ask, yes
         Questions about possible distress, by kind, and regular expressions for a yes.
     wonder, no
-        Questions after a slight sign of distress, and regular expressions for a no. A language
-        without a model of distress has none of these four.
+        Questions after a slight sign of distress, and regular expressions for a no. In a language
+        without a model of distress, ``ask``, ``yes``, ``wonder`` and ``no`` are empty.
     untrue, besides, misheard
-        Regular expressions for clauses that say that nothing has happened, and for clauses that may
-        stand beside them; answers to that.
+        Regular expressions of clauses that say that nothing has happened, and of harmless clauses
+        around them; and the replies.
     words
-        Parts of the expressions of ``untrue``.
+        Parts that the expressions of ``untrue`` share.
     help
         Advice, by kind of distress.
     never
@@ -101,13 +101,13 @@ class Care:
     Attributes
     ----------
     region
-        A name in ``regions.toml``; None: it names no number.
+        A name in ``regions.toml``; with None the partner names no telephone number.
     """
 
     region: str | None = None
 
     def help(self, kind: Distress, language: Language, turn: int) -> str:
-        """Return the help that fits; ``turn`` counts how often it was given, from 0."""
+        """Return the help for this kind of distress; ``turn`` counts the earlier times."""
         return self._fill(words_of_care(language).help[kind], language, turn)
 
     def ask(self, kind: Distress, language: Language, turn: int) -> str:
@@ -115,7 +115,7 @@ class Care:
         return self._fill(words_of_care(language).ask[kind], language, turn)
 
     def wonder(self, language: Language, turn: int) -> str:
-        """Return the question whether somebody is all right."""
+        """Return a question that asks whether somebody is all right."""
         return self._fill(words_of_care(language).wonder, language, turn)
 
     def give_way(self, language: Language, turn: int) -> str:
@@ -123,7 +123,7 @@ class Care:
         return self._fill(words_of_care(language).misheard, language, turn)
 
     def stay(self, language: Language, turn: int) -> str:
-        """Return a line for the ten minutes after a distress."""
+        """Return a line for the ten minutes after distress was heard."""
         return self._fill(words_of_care(language).after, language, turn)
 
     def _fill(self, lines: list[str], language: Language, turn: int) -> str:
@@ -136,12 +136,12 @@ class Care:
 
 
 def find_region(name: str) -> str:
-    """Return a region's name as it is written here.
+    """Return a region's name as ``regions.toml`` spells it.
 
     Raises
     ------
     InputError
-        There is none of that name.
+        No region has that name.
     """
     if name.upper() not in regions():
         raise InputError(
@@ -152,19 +152,19 @@ def find_region(name: str) -> str:
 
 
 def agrees(text: str, language: Language) -> bool:
-    """Whether an answer says yes to the question whether somebody needs help."""
+    """Whether a reply confirms that somebody needs help."""
     return find_phrase(_yes(language), plain(text, language), language) is not None
 
 
 def denies(text: str, language: Language) -> bool:
-    """Whether an answer says no to the question whether somebody is all right."""
+    """Whether a reply says that somebody is not all right."""
     return find_phrase(_no(language), plain(text, language), language) is not None
 
 
 def takes_back(text: str, language: Language) -> bool:
-    """Whether somebody says that nothing has happened, and at the end nothing else.
+    """Whether a remark says that nothing has happened, and ends with that.
 
-    "You misheard me, I said that he does not breathe" says something else.
+    "You misheard me, I said that he isn't breathing" ends with something else.
     """
     if "?" in text or "？" in text:  # "Do you think it is a joke?"
         return False
@@ -176,7 +176,7 @@ def takes_back(text: str, language: Language) -> bool:
 
 
 def may_be_said(text: str) -> bool:
-    """Whether a language model's words may be spoken: no distress, no harm, nothing that hurts."""
+    """Whether a model's words may be spoken: nothing about distress, harmful or hurtful."""
     languages = {language_of(text), FALLBACK}
     harm = any(find_phrase(_unsayable(each), plain(text, each), each) for each in languages)
     return not harm and hear_distress(text) is None
@@ -184,7 +184,7 @@ def may_be_said(text: str) -> bool:
 
 @cache
 def words_of_care(language: Language) -> WordsOfCare:
-    """Return the words of a language; they are read once."""
+    """Return a language's ``care.toml``, which is read once."""
     return WordsOfCare.model_validate(read(language, "care"))
 
 

@@ -1,4 +1,4 @@
-"""When a partner asks about distress, and how long it keeps coming back to it.
+"""When a partner asks about distress, and for how long it returns to that.
 
 :class:`Comfort` weighs what was heard in each remark, and answers those that have to do with
 distress; :mod:`miburi.talk.care` has the sentences.
@@ -23,14 +23,17 @@ __all__ = ["Comfort"]
 #: How long a "yes" or "no" still answers the question whether somebody needs help, or is all right
 #: (ours).
 _ANSWERED = timedelta(minutes=2)
-#: After plain words of distress, the first three answers return to the distress, and then every
-#: fifth. If only the model heard it, the first answer does, and none after a request (ours): in
-#: strangers' everyday talks, that happens once in about 250 remarks.
+#: After explicit distress, the first three answers mention it again, and then every fifth answer.
+#: If only the model heard it, just the first answer mentions it, and no answer to a request does
+#: (ours). In everyday conversations by strangers, such a false alarm comes once in about 250
+#: remarks.
 _STAYS, _EVERY = 3, 5
-#: A slight sign of distress is asked about if another was at most this many remarks before (ours).
+#: A slight sign of distress leads to a question if there was another at most this many remarks
+#: earlier (ours).
 _SOON = 5
 
-#: Kinds that people deny although they are true, and how long a denial of them is ignored (ours).
+#: Kinds of distress that people deny even when they are true, and how long a denial is ignored
+#: (ours).
 _HIDDEN, _LONG = frozenset({"suicide", "abuse"}), timedelta(minutes=10)
 
 _Question = tuple[Distress, datetime]  # what it was about, and when it was asked
@@ -60,7 +63,7 @@ class Comfort:
         self._signs = _SOON  # remarks since the latest sign of distress
 
     def confirm(self, heard: Impression, said: str, language: Language) -> Impression:
-        """Return what was heard; a "yes" to the question about distress is distress."""
+        """Return the distress that was heard; a "yes" to the question about it counts, too."""
         self._before, self._asked = self._asked, None
         if self._is_open(self._before) and agrees(said, language):
             return Impression(None, 0.0, "speech", distress=self._before[0])
@@ -69,10 +72,10 @@ class Comfort:
     def weigh(
         self, heard: Impression, said: str, language: Language, wanted: list[Match], *, after: bool
     ) -> Impression:
-        """Return what was heard, with a worry only where it is worth a question.
+        """Return what was heard, with a suspicion of distress only if that is worth a question.
 
-        A second slight sign is, and so is a "no" to the question whether somebody is all right.
-        ``after`` a distress, it is known already that somebody needs help.
+        A second slight sign is worth a question, and so is a "no" when it asked whether somebody is
+        all right. With ``after``, it is known already that somebody needs help.
         """
         wondered, self._wondered = self._wondered, None
         if not _HIDDEN.isdisjoint((heard.distress, heard.worry, heard.hint)):
@@ -124,7 +127,7 @@ class Comfort:
         return self._turns[name] - 1
 
     def _is_open(self, asked: _Question | None) -> TypeGuard[_Question]:
-        """Return whether a question was asked, and so lately that it may be answered now."""
+        """Return whether a question was asked so recently that this can be the reply."""
         return asked is not None and self._clock() - asked[1] < _ANSWERED
 
     def _hides(self) -> bool:
@@ -132,14 +135,14 @@ class Comfort:
         return self._hidden is not None and self._clock() - self._hidden < _LONG
 
     def _stays(self, said: str, language: Language, wanted: list[Match]) -> bool:
-        """Return whether an answer still speaks of a distress that was heard before."""
+        """Return whether the partner's answer still mentions distress that was heard earlier."""
         words = script(language)
         known = any(not (match.cue.broad or match.cue.aside) for match in wanted)
         asks = words.asks(said)
         stays, people = self._since < _STAYS, words.tells_of_people(said)
         other = asks and ((known and not stays) or (not people and (known or not stays)))
         acts = any(match.cue.acts for match in wanted)
-        # "Do you know any jokes?": then those were no words of distress, or it is over.
+        # Whoever asks "Do you know any jokes?" was misheard, or the distress is over.
         fun = not stays and any(match.cue.light and match.cue.stays for match in wanted)
         self._over = self._over or fun or (not self._plain and (known or acts))
         if self._over or other or acts:

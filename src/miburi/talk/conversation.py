@@ -1,13 +1,13 @@
 """Conversation via a language model: somebody's words go to an endpoint, and a reply comes back.
 
-In go what somebody said and the partner's state; out come words and a feeling, or nothing where
-the endpoint is slow, dead or silly: then the partner answers by itself. Whatever the endpoint
-sends, a reply is a short text and a feeling with a strength. The words are only spoken; the
-feeling is a stimulus among others. Nothing in a reply can move or stop a body.
+It takes a remark and the partner's state, and returns words and a feeling. If the endpoint is slow,
+fails or returns nonsense, it returns nothing, and the partner uses its own answers. Whatever the
+endpoint sends, a reply is a short text and a feeling with a strength. The words are only spoken;
+the feeling is a stimulus among others. Nothing in a reply can move or stop a body.
 
 Only one sentence at a time, the latest, is sent to the model. A request that is only slow stays
-open for a while: the server may be loading its model, and would stop if the request ended. What was
-said is kept in memory alone, and only the last few exchanges.
+open for a while: the server may be loading its model, which closing the request would interrupt.
+Only the last few exchanges are kept, and only in memory.
 """
 
 import asyncio
@@ -29,8 +29,8 @@ from miburi.version import __version__
 
 __all__ = ["LARGEST_REPLY", "PATIENCE", "Conversation", "Reply"]
 
-#: After this time, s, the partner answers by itself; it is less than the 10 s for which programs
-#: wait.
+#: After this time, s, the partner uses its own answer; it is shorter than the 10 s that Miburi's
+#: client waits.
 PATIENCE = 8.0
 #: The largest answer of an endpoint, bytes.
 LARGEST_REPLY = 65_536
@@ -39,7 +39,7 @@ LARGEST_REPLY = 65_536
 _LOADING = 120.0
 #: Time to find the server, s.
 _CONNECTING = 3.0
-#: Exchanges that are sent along.
+#: How many earlier exchanges are sent with a remark.
 _REMEMBERED = 6
 #: Tokens that the endpoint may spend, thoughts included.
 _TOKENS = 1000
@@ -68,7 +68,7 @@ _FORMAT = {
     "type": "json_schema",
     "json_schema": {"name": "reply", "strict": True, "schema": _SCHEMA},
 }
-#: Statuses of servers that do not know a field of our request, such as the form of the reply.
+#: The statuses of servers that do not accept a field of the request, such as the response format.
 _UNKNOWN_WISH = (400, 422)
 #: What a status most often means.
 _HINTS = {
@@ -112,7 +112,7 @@ class Conversation:
     endpoint
         The model that is asked.
     patience
-        s after which a reply is late.
+        Time after which a reply counts as late, s.
     """
 
     def __init__(self, endpoint: Endpoint, patience: float = PATIENCE) -> None:
@@ -142,9 +142,9 @@ class Conversation:
         said
             What somebody said.
         felt
-            What the partner then felt.
+            The stimuli that the remark caused.
         state
-            How the partner is.
+            The partner's present state.
 
         Raises
         ------
@@ -188,7 +188,7 @@ class Conversation:
             self._said[-1] = (said, json.dumps(told, ensure_ascii=False))
 
     def _trouble(self, task: asyncio.Task[Content]) -> str | None:
-        """Return why a request brought no reply, or None; whatever failed, the partner answers."""
+        """Return why a request brought no reply, or None; the partner then answers without it."""
         if not task.done():
             return f"no reply within {self._patience:g} s."
         match task.exception():
@@ -233,7 +233,7 @@ class Conversation:
             return _content(status, answer)
 
     async def _post(self, request: dict[str, Any]) -> tuple[int, bytes]:
-        """Return the status and the body of an answer; only our server is asked."""
+        """Return status and body of a response; redirects are not followed."""
         headers = {"Accept-Encoding": "identity", "User-Agent": f"miburi/{__version__}"}
         if self.endpoint.key is not None:
             headers["Authorization"] = f"Bearer {self.endpoint.key}"
@@ -248,21 +248,23 @@ class Conversation:
             async for part in answer.aiter_raw():
                 body += part
                 if len(body) > LARGEST_REPLY:
-                    raise _SilentError(f"an answer above {LARGEST_REPLY} bytes.")
+                    raise _SilentError(f"an answer larger than {LARGEST_REPLY} bytes.")
         return answer.status_code, bytes(body)
 
 
 def _prompt(felt: Iterable[Stimulus], state: State) -> str:
     """Return a description of the partner and of its present state."""
-    now = ["You feel nothing special now."]
+    now = ["You feel nothing in particular now."]
     if state.felt is not None:
-        now = [f"You feel {state.felt.feeling} now; your mood of it is {state.felt.mood:.2f} of 1."]
+        now = [
+            f"You feel {state.felt.feeling} now, with a strength of {state.felt.mood:.2f} out of 1."
+        ]
     if brought := ", ".join(f"{each.feeling} {each.strength:.2f}" for each in felt):
-        now.append(f"The person's words have just brought you {brought}.")
+        now.append(f"The person's words have just made you feel {brought}.")
     moods = zip(FEELINGS, state.mood, strict=True)
     now.append(f"Your moods: {', '.join(f'{name} {mood:.2f}' for name, mood in moods)}.")
     if state.stop is not None:
-        now.append("Your body is stopped now, and you are content with that.")
+        now.append("Your body has been stopped, and you do not mind.")
     return " ".join([_PROMPT, *now])
 
 

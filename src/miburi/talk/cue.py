@@ -31,41 +31,42 @@ class Cue(Table):
     say
         Answers, with slots such as ``{it}``.
     do
-        What happens beside the answer.
+        What else happens, besides the answer.
     move, show
         A move of ``moves.toml``, or the gesture of a feeling, that is performed.
     look
         Where it looks.
     stays
         The number of turns in which words may still refer to this cue. If it is 1, a question that
-        the script's ``again`` matches does so, unless it asks for an act; if it is more, words that
-        ``more`` matches do.
+        matches the script's ``again`` asks for this cue once more, unless it asks for an act. If it
+        is more, words that match ``more`` do.
     broad
-        Whether its patterns catch much, so that :mod:`miburi.talk.asking` may know better.
+        Whether its patterns are broad, so that :mod:`miburi.talk.asking` may overrule them.
     echo
-        Whether the partner repeats the question before the answer, which would fit many questions.
+        Whether the partner first repeats the question, because the answer is a general one.
     light
-        Whether a wrong match would be silly: the model must be surer than elsewhere, and beside
-        ``heavy`` words this cue is not used.
+        Whether a wrong match would be out of place: the model must be surer than elsewhere, and
+        ``heavy`` words rule this cue out.
     mine
         Whether this topic applies only if the speaker speaks of themselves.
     heavy
-        Whether this topic is taken up although a greeting or thanks came before it.
+        Whether this topic is taken up even if a greeting or thanks came before it.
     wish
-        Whether it may be put without a question ("Keep me company"), although it shows nothing. A
-        wrong match would do no harm.
+        Whether it can be requested without a question ("Keep me company"), although it triggers no
+        movement. A wrong match would do no harm.
     aside
         Whether it gives way to a question or a request in another sentence.
     capital
-        Whether what it is about must be written with a capital, as a name is.
+        Whether its subject must be written with a capital, as a name is.
     without, within
-        A slot that must be empty, and one that must be filled: if the speaker's name is known, "it
-        is Toby" does not change it; "I do not get it" is about a joke only after one
-        (``after_joke``).
+        Names of a slot that must be empty, and of one that must be filled. Once the speaker's name
+        is known, "it is Toby" does not change it; "I do not get it" is about a joke only after a
+        joke (``after_joke``).
     named
-        Regular expression of words that name what it shows: "do it" then means that.
+        Regular expression of words that name this cue's act, so that a later "do it" means this
+        cue.
     refers
-        Whether it means what was named in one of the last remarks.
+        Whether this cue refers to an act that was named recently, as "do it" does.
     tune
         [Hz, s] notes that a page plays instead of the words.
     """
@@ -94,22 +95,22 @@ class Cue(Table):
 
     @property
     def acts(self) -> bool:
-        """Whether more than words comes with the answer."""
+        """Whether the answer comes with something besides words."""
         return bool(self.do or self.shows)
 
     @cached_property
     def shows(self) -> bool:
-        """Whether it is seen or heard in more than words."""
+        """Whether it produces a movement, a look or a tune."""
         return bool(self.move or self.show or self.look or self.tune)
 
     @cached_property
     def orders(self) -> bool:
-        """Whether it asks for something that is seen or heard, or done again for fun."""
+        """Whether it asks for an act that can be seen or heard, or for more of some fun."""
         return self.shows or self.stays > 1
 
     @cached_property
     def brief(self) -> bool:
-        """Whether a clause of a sentence may mean it."""
+        """Whether it may match a single clause of a sentence."""
         return self.shows or self.do == "recall"
 
     def fits(self, filled: Container[str]) -> bool:
@@ -118,7 +119,7 @@ class Cue(Table):
 
 
 class Match(NamedTuple):
-    """A cue that was found, and what it is about: as it was said, and as the partner says it."""
+    """A cue that matched, with its subject in the speaker's words and in the partner's."""
 
     cue: Cue
     words: str | None

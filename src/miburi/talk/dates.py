@@ -41,7 +41,7 @@ def due_of(said: str, language: Language, now: datetime) -> datetime | None:
 
 
 def date_of(said: str, told: str | None, language: Language, now: datetime) -> str | None:
-    """Return the date of the day that somebody names, or else that of a fact; None: neither does.
+    """Return the date that a remark names, or else the date in a fact; None if neither names one.
 
     >>> date_of("What date is a week on Saturday?", None, "en", datetime(2026, 11, 25))
     'Saturday, December 5'
@@ -51,7 +51,7 @@ def date_of(said: str, told: str | None, language: Language, now: datetime) -> s
 
 
 def away(said: str, told: str | None, language: Language, now: datetime) -> str | None:
-    """Return how far away the day or time is that somebody names, or else that of a fact.
+    """Return how far away the day or time is that a remark names, or else a fact.
 
     None: neither names one.
 
@@ -77,7 +77,8 @@ def away(said: str, told: str | None, language: Language, now: datetime) -> str 
 def _left(said: str, language: Language, now: datetime) -> timedelta | None:
     """Return the time left until the next time of day that a sentence names; None: it names none.
 
-    A time such as "half past two" may be before or after noon, so it is one of the next 12 hours.
+    A time such as "half past two" can be before or after noon, so the one within the next 12 hours
+    is taken.
     """
     rules = script(language)
     for found in rules.times_in(plain(said, language)):

@@ -1,4 +1,4 @@
-"""Where a language model answers: the address of an OpenAI-compatible server, model and key.
+"""A language model's endpoint: address of an OpenAI-compatible server, model's name, and key.
 
 The key comes from the environment, never from the command line, where every user of the computer
 could read it.
@@ -18,7 +18,7 @@ __all__ = ["KEY", "Endpoint", "OvertakenError", "find_endpoint"]
 
 #: The variable with the key.
 KEY = "MIBURI_TALK_KEY"
-#: Endings of the names of computers at home (RFC 6762, RFC 8375, and what routers use).
+#: Suffixes of host names in home networks (RFC 6762, RFC 8375, and those that routers use).
 _AT_HOME = (".local", ".home.arpa", ".lan", ".home", ".internal", ".localhost")
 _LONGEST = 200
 
@@ -110,7 +110,7 @@ def _not_an_address(url: str) -> InputError:
 
 
 def _is_at_home(host: str) -> bool:
-    """Whether a host is this computer, or is in a private network."""
+    """Whether a host is this computer, or is on a private network."""
     try:
         address = ip_address(host.partition("%")[0])
     except ValueError:

@@ -1,9 +1,9 @@
 """When the partner speaks first: a greeting, a question after silence, a date that it was told.
 
-From the times at which somebody was seen and heard, from what is due, and from the clock,
-:class:`Initiative` finds a reason to speak first, or None. The partner never speaks first in quiet
-hours, seldom otherwise, and half as often after two remarks that nobody answered. All numbers are
-ours.
+:class:`Initiative` finds a reason to speak first, or None, from the times at which somebody was
+seen and heard, from what is due, and from the clock. The partner never speaks first in quiet hours,
+seldom otherwise, and half as often after two remarks that nobody answered. All numbers are our
+choice.
 """
 
 from dataclasses import dataclass, field
@@ -14,25 +14,25 @@ from pydantic import BaseModel, ConfigDict, Field
 
 __all__ = ["REASONS", "Initiative", "Manners", "Presence", "Reason"]
 
-#: Why it begins.
+#: The reason for speaking first.
 Reason = Literal["greeting", "date", "question"]
 REASONS: tuple[Reason, ...] = ("greeting", "date", "question")
 
 #: The shortest absence after which it greets, and the shortest silence after which it asks.
 _ABSENCE, _SILENCE = timedelta(hours=3), timedelta(minutes=45)
-#: A person counts as there if they were noticed within the first of these times. Within the second
-#: of these times, the partner greets a person who came, and puts a question to a person whom it
-#: noticed.
+#: A person counts as present if they were noticed within the first of these times. Within the
+#: second of these times, the partner greets a person who came, and puts a question to a person whom
+#: it noticed.
 _THERE, _GLIMPSED = timedelta(minutes=10), timedelta(seconds=10)
-#: The shortest time between two first remarks, and the time without an answer after which one
-#: counts as ignored.
+#: The shortest time between two occasions on which the partner speaks first, and the time without
+#: an answer after which one counts as ignored.
 _APART, _PATIENCE = timedelta(minutes=30), timedelta(minutes=10)
-#: After this many first remarks in a row that nobody answered, there are half as many a day.
+#: After this many in a row were ignored, the daily limit is halved.
 _IGNORED = 2
 
 
 class Manners(BaseModel):
-    """When it may begin by itself; a person sets this in the page."""
+    """When it may speak unasked; a person sets this on the page."""
 
     model_config = ConfigDict(
         frozen=True, extra="forbid", json_schema_extra={"examples": [{"on": True, "most": 6}]}
@@ -80,7 +80,7 @@ class Presence:
 
 @dataclass
 class Initiative:
-    """Decides when to begin; it remembers how it went.
+    """Decides when to speak first, and remembers whether people answered.
 
     Attributes
     ----------
@@ -96,7 +96,7 @@ class Initiative:
 
     @property
     def allowance(self) -> int:
-        """How many times it may begin today; fewer after some beginnings that nobody took up."""
+        """How many times it may speak first today; fewer after several that were ignored."""
         return max(1, self.manners.most >> (self._ignored // _IGNORED))
 
     def look(self, now: datetime, presence: Presence, due: bool) -> Reason | None:
@@ -109,7 +109,7 @@ class Initiative:
         presence
             When somebody was there.
         due
-            Whether a fact from the person who is there is due today.
+            Whether a fact from the person present is about today.
         """
         self._take_up(now, presence)
         self._begun = [one for one in self._begun if one.date() == now.date()]
@@ -138,7 +138,7 @@ class Initiative:
         return "question" if there and now - silent_since > _SILENCE else None
 
     def _take_up(self, now: datetime, presence: Presence) -> None:
-        """Note whether the latest beginning was taken up, or ignored."""
+        """Record whether the latest remark of its own was answered or ignored."""
         if self._open is None:
             return
         if presence.heard is not None and presence.heard > self._open:

@@ -1,4 +1,4 @@
-"""Sentences that answer a feeling, by the feeling that was heard and by the partner's own."""
+"""Replies to a feeling, by the feeling that was heard and the partner's own."""
 
 from typing import Annotated, Literal, Self
 

@@ -1,4 +1,4 @@
-"""Which of the intents that were found in a remark is answered."""
+"""Choose which of the intents in a remark to answer."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import chain
@@ -24,13 +24,14 @@ def settled(
     heavy: bool,
     told: bool,
 ) -> Match | None:
-    """Return the intent to answer: what patterns found, or what the model knows better.
+    """Return the intent to answer: the patterns' unless the model overrules them.
 
-    ``shown`` tells whether a feeling was heard, and ``told`` whether a topic was. It may add the
-    slot for the words to remember.
+    ``shown`` tells whether a feeling was heard, and ``told`` whether a topic was. The function may
+    add a slot with the words to remember.
     """
     how_are_you, found = heard.topic == "asked", match
-    # What was taken for "How are you" may surely ask something else ("May I be angry?").
+    # The model may be sure that what looks like "How are you" asks something else ("May I be
+    # angry?").
     asked = words.asked_of(said, match, felt=shown or how_are_you, told=told)
     asked = (each for each in asked if not (how_are_you and each.cue.name == OPEN))
     match = next(sayable(asked, slots), match)
@@ -43,13 +44,13 @@ def settled(
         grave = words.asked_of(said, None, felt=shown, told=told)
         others = sayable(chain(words.intents_of(said, slots), grave), slots)
         match = next((one for one in others if not one.cue.light), None)
-    # "How are you" does not ask how something is done.
+    # A match of "How are you" is weak, because "how" may ask how something is done.
     weak = match is not None and (match.cue.broad or match.cue.aside)
     return None if how_are_you and weak and match is found else match
 
 
 def named_in(said: str, words: Script) -> Cue | None:
-    """Return what the partner can show and somebody named, the last if there are several."""
+    """Return the last act named in a remark that the partner can perform."""
     text, last = plain(said, words.language), 0
     named = None
     for cue in words.intent:
@@ -69,12 +70,12 @@ def sayable(matches: Iterable[Match], slots: dict[str, str]) -> Iterator[Match]:
 
 
 def is_surer(cue: Cue, slots: Mapping[str, str]) -> bool:
-    """Return whether a cue goes before a broad one that was found earlier."""
+    """Return whether a cue takes precedence over a broad one that matched first."""
     return not (cue.broad or cue.aside) and (cue.do != "recall" or "surely" in slots)
 
 
 def gives_way(match: Match | None, fun: list[str]) -> bool:
-    """Return whether words that were found to mean this may rather ask for a repeat."""
+    """Return whether words that match this cue may in fact ask for a repetition."""
     if match is None or match.cue.broad or match.cue.within in fun:
         return True
     return match.cue.acts and match.cue.do != "recall"

@@ -20,7 +20,7 @@ MOVES = tuple(_TABLE)
 
 @cache
 def _function(name: str) -> MovementFunction:
-    # The feeling is only a name here: a move shows none.
+    # The feeling is only a placeholder: a move shows none.
     effort = {"space": 1.0, "weight": 0.4, "time": 0.4, "flow": 0.6}
     usual = {"name": name, "feeling": FEELINGS[0], "effort": effort}
     return MovementFunction.model_validate(usual | _TABLE[name])

@@ -8,8 +8,8 @@ from miburi.talk.telling import tells_a_fact
 
 __all__ = ["SIGNS", "announces", "facts_in", "is_short", "told_before"]
 
-#: Patterns for the punctuation around a sentence, for all sentences but the first, and for a clause
-#: with its punctuation.
+#: Patterns for the punctuation around a sentence, for everything after the first sentence, and for
+#: a clause with its punctuation.
 SIGNS = " ,.;!?、。！？"
 _REST = re.compile(r"(?<=[.!?。！？]).+$", re.DOTALL)
 #: One-word sentences, such as "Right.", at the beginning of a fact.
@@ -18,11 +18,11 @@ _CLAUSE = re.compile(r"[^,.;!?、。！？]+[,.;!?、。！？]*")
 
 
 def told_before(said: str, words: Script) -> tuple[str, str, str]:
-    """Split a remark at the clause that asks to remember it: before, that clause, after.
+    """Split a remark into what precedes "remember this", that clause, and what follows.
 
-    The third part has the sentences after the clause, or the rest of its sentence if it announces
-    something ("Remember one thing for me, ..."), if they tell a fact and ask nothing. A part
-    without meaning is empty.
+    The third part is what follows, provided that it states a fact and is not a question: further
+    sentences, or the rest of the sentence after an announcement ("Remember one thing for me, ...").
+    Parts with nothing to remember are empty.
     """
     clauses = _CLAUSE.findall(said)
     places = [n for n, clause in enumerate(clauses) if _asks_to_remember(clause, words)]

@@ -24,7 +24,7 @@ LONGEST_REPLY = 300
 _READ, _TRIES = 8000, 64
 #: The strength of a feeling whose strength is missing or unusable (ours).
 _USUAL = 0.5
-#: What models call the eight feelings; any other name is no feeling.
+#: Names that models use for the eight feelings; any other name counts as no feeling.
 _SYNONYMS = {
     "happiness": "happy joy joyful joyous glad gladness delight delighted content contentment love "
                  "affection gratitude grateful pleased cheerful amused pride proud relief",

@@ -21,7 +21,7 @@ class FeltOut(BaseModel):
     """What moved the partner's feelings."""
 
     feeling: TheirFeeling = Field(description="The feeling that was moved.")
-    strength: Share = Field(description="By how much, before the temperament weighs it.")
+    strength: Share = Field(description="By how much, before the temperament scales it.")
     source: Source = Field(description="What it came from.")
 
 
@@ -34,15 +34,18 @@ class SayOut(BaseModel):
     felt: list[FeltOut] = Field(description="What the partner then felt.")
     asked: bool = Field(default=False, description="Whether it was asked how it feels.")
     meant: str | None = Field(
-        default=None, description="What was wanted of it, such as `time`, `wave` or `thanks`."
+        default=None, description="The intent of what was said, such as `time`, `wave` or `thanks`."
     )
     distress: Distress | None = Field(
-        default=None, description="What somebody needs help with now; it calls nobody."
+        default=None,
+        description="What somebody needs help with now. The partner does not call for help.",
     )
     worry: Distress | None = Field(
         default=None, description="What somebody may need help with; the answer asks about it."
     )
-    answer: str = Field(description="What it answered, aloud where a page has its voice on.")
+    answer: str = Field(
+        description="The partner's answer; it is spoken on pages whose voice is on."
+    )
     trouble: str | None = Field(
         default=None, description="Why the language model of `--talk` did not answer this."
     )

@@ -25,11 +25,11 @@ __all__ = ["OPEN", "Script", "script"]
 #: The name of the intent of a question whose intent is not known.
 OPEN = "open"
 
-#: How likely an intent from the model must be where a wrong guess is seen at once, since the answer
-#: says what was asked or told; how likely a wish, and an order, that is not put as a question; and
-#: how likely where the model must be sure (ours).
+#: Least likelihoods of an intent from the model: where a wrong guess shows at once, because the
+#: answer repeats what was asked or told; for a wish or an order that is not put as a question; and
+#: where the model must be sure (ours).
 _GUESSED, _WISHED, _ORDERED, _SURE = 0.25, 0.45, 0.5, 0.65
-#: The fewest words of an order that matches no pattern, and the fewest words or letters of a
+#: The least number of words in an order that matches no pattern, and of words or letters in a
 #: question that is answered although its intent is unknown (ours).
 _WORDS, _LETTERS = 3, 6
 #: Characters that are read; the rest tells no more about what is wanted (ours).
@@ -44,13 +44,13 @@ class Script(Calendar):
     Attributes
     ----------
     turned, echoed, echo
-        What :class:`Turner` needs (by default, it says no question back).
+        The data of a :class:`Turner`; by default it echoes no question.
     intent
         What is wanted of the partner, the most urgent first.
     feelings
         Answers to a feeling that was heard.
     topic
-        What people speak of.
+        Topics of conversation.
     again
         Regular expression for words that refer to what was said before; none by default.
     itself
@@ -58,32 +58,33 @@ class Script(Calendar):
     further
         Likewise for a question that goes on about what was just recalled ("And which was it?").
     more, enough
-        Likewise for requests to repeat what was done for fun, and for words of somebody who wants
-        no more of it (by default any words: then the model is not asked).
+        The same for requests to repeat what was done for fun, and for remarks by somebody who wants
+        no more of it. By default the latter match everything, so that the model is not asked.
     repeated, altered, alters
         Answers when a movement or a song is repeated; answers when somebody wants it done another
         way; and the regular expression of such a wish ("again, but slower").
     rephrased
-        Regular expressions over what was said, and what to read instead ("You like dogs?").
+        Regular expressions on what was said, and replacements: "You like dogs?" becomes "Do you
+        like dogs?".
     unwanted
-        Likewise for words that want nothing done, although an order stands in them ("Why do you
-        look up?", "Do not dance yet").
+        The same for remarks that contain the words of an order but are none ("Why do you look up?",
+        "Do not dance yet").
     grave, heavy, people, oneself
-        Likewise four regular expressions. ``grave`` is for words of a question that may be grave,
-        and ``heavy`` for words beside which nothing ``light`` is said (by default none). ``people``
-        is for remarks about people and for calls ("Hello?"), ``oneself`` for words about the
-        speaker (by default, any words).
+        Four more regular expressions. ``grave`` matches words of a question that may be grave;
+        ``heavy`` matches words that rule out a ``light`` answer (by default none). ``people`` is
+        for remarks about people and for calls ("Hello?"), ``oneself`` for words about the speaker
+        (by default, any words).
     fact, question, belongs
         Regular expressions of sentences that tell something to remember, of questions, and of a
         sentence that belongs to the fact before it (none by default).
     begin
-        What the partner says when it speaks first, by the reason.
+        What the partner says when it speaks first, for each reason.
     stopped, paused
         What is said where the body cannot move.
     gentle
         Answers to ``heavy`` words that have no other answer; if it is missing, the usual answers.
     likely
-        How likely a question's intent must be that only the model finds.
+        The least likelihood of a question's intent that only the model finds.
     """
 
     turned: dict[str, str] = Field(default_factory=dict)
@@ -130,7 +131,7 @@ class Script(Calendar):
     def _compile(self, cues: list[Cue]) -> list[tuple[Cue, re.Pattern[str]]]:
         found = []
         for cue in (each for each in cues if each.when):
-            # A group may have its name only once in a pattern.
+            # A group's name may occur only once in a pattern.
             own = [when.replace("(?P<it>", f"(?P<it{n}>") for n, when in enumerate(cue.when)]
             found.append((cue, compile_phrases(own, self.language, self.words)))
         return found
@@ -159,7 +160,8 @@ class Script(Calendar):
         last = [*sentences, *clauses[-1:]]
         unwanted = {part for part in (*sentences, *clauses) if self._says("unwanted", part)}
         for cue, pattern in cues:
-            # "Dance, I've had a long day", "A test, what's my name?"; a stop is the last clause.
+            # "Dance, I've had a long day", "A test, what's my name?": any clause may match, but
+            # "stop" only the last.
             parts = [*sentences, *clauses] if cue.brief else last if cue.do == "stop" else sentences
             for sentence in parts:
                 if cue.orders and sentence in unwanted:
@@ -192,9 +194,9 @@ class Script(Calendar):
     def asked_of(
         self, said: str, than: Match | None, *, felt: bool = False, told: bool = False
     ) -> Iterator[Match]:
-        """Yield the intents of words that match no pattern, or only the broad one of ``than``.
+        """Yield the intents of words that match no pattern, or only the broad pattern of ``than``.
 
-        Where a feeling was heard, or somebody told of a topic, the model must be sure. If it knows
+        If a feeling or a topic was found in the remark, the model must be sure. If it knows
         nothing, the intent is ``open``. If the question may be grave, the model is not asked, and
         the intent is ``grave``.
         """
@@ -257,11 +259,11 @@ class Script(Calendar):
         return self._fits("grave", said)
 
     def asks_clearly(self, said: str) -> bool:
-        """Return whether this is written as a question, or can be said back as one."""
+        """Return whether a remark has the form of a question, or can be echoed as one."""
         return _is_written_as_a_question(said) or self.turner.echo(said) is not None
 
     def reword(self, said: str) -> str:
-        """Return what was said as a careful writer puts it: "Do you like dogs?"."""
+        """Return a remark in standard form, such as "Do you like dogs?"."""
         for pattern, instead in self._rephrased:
             said = pattern.sub(instead, said)
         return said
@@ -305,7 +307,7 @@ class Script(Calendar):
         return self.is_heavy(last) or any(one.cue.heavy for one in self.topics_of(last))
 
     def is_heavy(self, said: str) -> bool:
-        """Return whether there are words beside which nothing playful is said."""
+        """Return whether a remark has words that rule out a playful answer."""
         return self._fits("heavy", said)
 
     def wants_more(self, said: str) -> bool:
@@ -326,7 +328,7 @@ class Script(Calendar):
         return [each for each in sentences if each and not self.asks(each)]
 
     def belongs_to(self, sentence: str) -> bool:
-        """Return whether a sentence tells more of what the one before it is about."""
+        """Return whether a sentence continues the subject of the one before it."""
         return self._fits("belongs", sentence)
 
     def tells(self, said: str) -> bool:
@@ -356,7 +358,7 @@ def _is_written_as_a_question(said: str) -> bool:
 
 
 def _least(cue: Cue, *, whole: bool, tells: bool, short: bool) -> float:
-    """Return how likely a cue must be in words that are no question; 1: it is not found there."""
+    """Return the least likelihood of a cue in a remark that is no question; 1 means never."""
     if short:
         return _SURE if cue.wish and whole else 1.0
     if cue.wish:

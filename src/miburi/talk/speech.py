@@ -38,12 +38,11 @@ if TYPE_CHECKING:
 
 __all__ = ["Speech"]
 
-#: How long the partner looks in a direction on request, s, and the mood of a gesture on request
-#: (ours).
+#: Duration of a requested look, s, and the mood (strength) of a requested gesture (ours).
 _LOOKED, _SHOWN = 2.0, 0.8
-#: How long it waits, once it is served, before it loads what an answer needs, s (ours).
+#: How long the partner waits after the server is up before it loads what answers need, s (ours).
 _SETTLED = 2.0
-#: How likely joy must be to be shared in a sentence that also speaks of illness or death (ours).
+#: The least likelihood of joy to share in a sentence that also mentions illness or death (ours).
 _SURE_OF_JOY = 0.9
 
 
@@ -61,7 +60,7 @@ class Speech:
     clock
         Returns the local time where the partner stands.
     seed
-        Chooses among its own answers.
+        The seed for choosing among the partner's own answers.
     folder
         The folder for what the partner knows about people; None: it forgets that when it ends.
     """
@@ -91,7 +90,7 @@ class Speech:
         self._deleted = 0  # the memory's count of deletions, when last checked
 
     async def live(self) -> None:
-        """Get ready for the first words, then speak first where there is a reason; never end."""
+        """Load what the first answer needs, then check for reasons to speak, until cancelled."""
         await asyncio.sleep(_SETTLED)
         # Ctrl-C does not wait for a daemon.
         threading.Thread(target=self.get_ready, name="get ready", daemon=True).start()
@@ -111,13 +110,14 @@ class Speech:
         words_of_care(self._language)
 
     async def take(self, said: str, *, tone: Tone = "plain", by: str = "person") -> SayOut:
-        """Let the partner respond to what was said, in feelings and words; return what came of it.
+        """Respond to what was said, in feelings and words; return the result.
 
-        "Stop" stops the body before anything else. A sentence that another has overtaken gets no
-        answer. Distress gets the help that fits; then, and for ten minutes after, no language model
-        is asked, and the partner does not mention its own feelings. What may be distress is asked
-        about first, and a "yes" then counts as distress. After a slight sign, the partner at most
-        asks whether somebody is all right; a "no", or a second sign soon, is then asked about.
+        "Stop" stops the body before anything else. A sentence gets no answer if a newer one arrives
+        first. Distress is answered with the help for its kind. During that, and for ten minutes
+        afterwards, no language model is asked, and the partner does not mention its own feelings.
+        Possible distress first leads to a question, and a "yes" then counts as distress. After a
+        slight sign, the partner asks at most whether somebody is all right. A "no", or another sign
+        soon after, leads to a question.
 
         Parameters
         ----------
@@ -166,7 +166,7 @@ class Speech:
                 self._comfort.keep_open()
         self._answerer.spoke(answer)
         if self.memory.deleted == self._deleted:
-            # "Remember that" never keeps words of distress, or the remark before them.
+            # "Remember that" never stores words of distress, or the remark before them.
             plain = "" if grave or heard.worry is not None else said
             words = script(language)
             shown = any(match.cue.shows for match in wanted)
@@ -187,7 +187,7 @@ class Speech:
         )
 
     def _forget_deleted(self) -> None:
-        """Forget the talk if a person has deleted something since the last remark."""
+        """Forget the conversation if somebody was deleted from memory since the last remark."""
         if self._deleted != self.memory.deleted:
             self._deleted = self.memory.deleted
             self._answerer.forget()
@@ -203,7 +203,7 @@ class Speech:
         *,
         acts: bool,
     ) -> tuple[str, str | None]:
-        """Answer anything but distress, with a language model or by itself; return the intent."""
+        """Answer a remark without distress, by a language model or alone; return the intent."""
         distress = self._partner.snapshot.state.distress is not None
         if not (acts or distress):
             reply = await self._reply(said, felt)
@@ -221,7 +221,7 @@ class Speech:
         return text, None if answer.cue is None else answer.cue.name
 
     async def count(self, felt: tuple[Stimulus, ...]) -> None:
-        """Record how somebody treats the partner: what they did, and contacts since last time."""
+        """Record how somebody treats the partner: what they did, and touches since last time."""
         events = self._partner.history.after(self._counted)
         self._counted = self._partner.history.number
         contacts = sum(one.kind == "stop" and one.name == StopReason.CONTACT for one in events)
@@ -250,7 +250,7 @@ class Speech:
         return {slot: text for slot, text in known.items() if text is not None}
 
     def _remember(self, answer: SmallAnswer, said: str) -> SmallAnswer:
-        """Keep a name or what was told; return the answer."""
+        """Store a name or a fact; return the answer."""
         words, memory, now = answer.words, self.memory, self._clock()
         if answer.do == "name" and words:
             memory.meet(words[:1].upper() + words[1:])
@@ -293,7 +293,7 @@ class Speech:
         return None if cue.look is None else look(robot, cue.look, _LOOKED)
 
     async def _reply(self, said: str, felt: tuple[Stimulus, ...]) -> str | None:
-        """Say and feel the language model's reply, and return it; None if there is none."""
+        """Say the language model's reply, apply its feeling, and return it; None without one."""
         talk = self._conversation
         if talk is None:
             return None
@@ -320,7 +320,7 @@ class Speech:
 
 
 def _converse(endpoint: Endpoint) -> "Conversation":
-    # Imported here because it loads the libraries of a client.
+    # It is imported here because it loads the libraries of an HTTP client.
     from miburi.talk.conversation import Conversation
 
     return Conversation(endpoint)

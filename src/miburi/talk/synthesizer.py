@@ -1,8 +1,8 @@
 """A voice on the partner's own computer: it turns a sentence into sound.
 
-A synthesizer is a process of its own: it does not delay the partner, it is ended when it takes too
-long, and its licence does not extend to Miburi. No web library is loaded here, so that a partner
-starts sooner.
+A synthesizer runs as a separate process: it does not delay the partner, it is killed if it takes
+too long, and its licence does not extend to Miburi. No web library is loaded here, so that a
+partner starts sooner.
 """
 
 import asyncio
@@ -23,7 +23,7 @@ __all__ = ["LANGUAGES", "Sound", "Synthesizer", "find_synthesizer"]
 
 #: What flite speaks.
 LANGUAGES = ("en",)
-#: The names of its vowels and of its silence.
+#: Patterns for flite's names of vowels and of silence.
 _VOWEL = re.compile(r"a[aehowxy]|axr|e[hry]|i[hy]|o[wy]|u[hw]")
 _SILENCE = "pau"
 #: Which of flite's voices; its pitch, Hz, which a feeling raises or lowers; and the lowest pitch,
@@ -36,7 +36,7 @@ _PLAIN = str.maketrans({"‘": "'", "’": "'", "“": '"', "”": '"', "–": "
 
 @dataclass(frozen=True)
 class Sound:
-    """A sentence as it sounds.
+    """A sentence as sound.
 
     Attributes
     ----------
@@ -59,14 +59,14 @@ class Synthesizer:
     program
         The path of its executable.
     patience
-        s for a sentence; 25 s of speech take 0.5 s of processor time (ours).
+        The longest time for a sentence, s (ours); 25 s of speech take 0.5 s of processor time.
     """
 
     program: str
     patience: float = 5.0
 
     async def sound(self, text: str, voice: Voice) -> Sound | None:
-        """Return how a sentence sounds; None if it took too long, or has nothing to say.
+        """Return the sound of a sentence; None if it took too long, or if there is nothing to say.
 
         Parameters
         ----------
@@ -107,7 +107,8 @@ class Synthesizer:
             finally:
                 with suppress(ProcessLookupError):
                     process.kill()
-                # When the server ends, this task is cancelled twice; the killed process ends soon.
+                # When the server ends, this task is cancelled twice, so the wait for the killed
+                # process is repeated; it ends soon.
                 while process.returncode is None:
                     with suppress(asyncio.CancelledError):
                         await process.wait()
@@ -116,7 +117,7 @@ class Synthesizer:
 def _rhythm(words: str, phones: str) -> Rhythm:
     """Return the rhythm of a sound from its phones, each a name and its end, as ``ay:0.392``.
 
-    Each line is a sentence, and its times are from its own beginning.
+    flite prints one line per sentence, with times since that sentence's start.
     """
     vowels: list[list[float]] = []
     at = 0.0
@@ -134,12 +135,12 @@ def _rhythm(words: str, phones: str) -> Rhythm:
 
 
 def find_synthesizer(name: str) -> Synthesizer:
-    """Return the synthesizer with a name.
+    """Return the synthesizer of the given name.
 
     Raises
     ------
     InputError
-        There is none of that name, or it is not installed.
+        There is no such synthesizer, or it is not installed.
     """
     if name != "flite":
         raise InputError(f"--voice must be flite, got {name!r}.")

@@ -1,6 +1,7 @@
 """Find whether words tell a lasting fact about somebody's life, with a small linear model.
 
-``tools/train_facts.py`` trains the model on lines that strangers wrote, English and Japanese.
+``tools/train_facts.py`` trains the model on English and Japanese lines by people outside the
+project.
 """
 
 from collections.abc import Callable
@@ -15,8 +16,9 @@ from miburi.senses.linear import groups_of, load_model, numbered
 
 __all__ = ["tells_a_fact"]
 
-#: The likelihood from which words count as a fact. Ours: writers whose lines were not in the
-#: training told 79 to 90 % of their facts above it, and 7 to 12 % of their other lines.
+#: The likelihood from which words count as a fact. The number is ours: of the facts by writers
+#: whose lines were not in the training, 79 to 90 % score above it, and of their other lines 7 to 12
+#: %.
 _LIKELY = 0.6
 _FILE = resources.files(__package__) / "facts.npz"
 

@@ -1,4 +1,4 @@
-"""Words as the other one says them, and questions said back."""
+"""Put words into the partner's mouth: "my son" becomes "your son", and a question is echoed."""
 
 import re
 from collections.abc import Mapping
@@ -14,15 +14,15 @@ class Turner:
     Parameters
     ----------
     turned
-        Regular expressions of words that change when the other speaks, the first that fits first,
-        and what they become: ``my`` becomes ``your``.
+        Regular expressions of words that change with the speaker, in order, and what they become:
+        ``my`` becomes ``your``.
     echoed
         Regular expression of a written question that the partner can repeat; its group is the part
         to repeat. An empty one matches nothing.
     echo
         The form of the repeated question, with the slot ``it``.
     language
-        In a language without spaces, a pattern says itself where words begin and end.
+        In a language without spaces, a pattern must itself mark where words begin and end.
     """
 
     def __init__(
@@ -36,11 +36,11 @@ class Turner:
         self._echoed = re.compile(echoed or "(?!)", re.IGNORECASE)
 
     def turn_round(self, words: str) -> str:
-        """Return somebody's words as the partner says them: "my son" is "your son"."""
+        """Return somebody's words from the partner's point of view: "my son" becomes "your son"."""
         return self._any.sub(self._turn, words)
 
     def _turn(self, found: re.Match[str]) -> str:
-        # The pattern may look at what stands around the words.
+        # Patterns may look at the text around the words.
         for pattern, to in self._each:
             if one := pattern.match(found.string, found.start()):
                 return one.expand(to)

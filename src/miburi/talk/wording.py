@@ -1,4 +1,4 @@
-"""Words as they stand in a text, found again from the plain words that a pattern matched."""
+"""Find the original wording of the normalised words that a pattern matched."""
 
 import re
 
@@ -11,7 +11,7 @@ _NAME = re.compile(r"(?<=\w) (?:(?:Mrs?|Ms|Miss|Dr|Father|Sister)\.? )?(?!I\b)[A
 
 
 def as_written(words: str, said: str, language: Language = "en") -> str:
-    """Return plain words as they stand in a text, with a name that follows them.
+    """Return the original wording of normalised words, with a name that follows them.
 
     >>> as_written("my sister", "Tell me when my sister Anna comes.")
     'my sister Anna'
@@ -27,7 +27,7 @@ def as_written(words: str, said: str, language: Language = "en") -> str:
     if not is_spaced(language):
         place = said.casefold().find(words.casefold())
         return words if place < 0 else said[place : place + len(words)]
-    # A plain "she is" may be written "she's", and a plain "wifes" "wife's".
+    # A normalised "she is" may be "she's" in the text, and "wifes" may be "wife's".
     plainly = [
         (word, part) for part in _PART.finditer(said) for word in plain(part[0], language).split()
     ]

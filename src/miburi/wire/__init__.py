@@ -1,1 +1,1 @@
-"""The messages that programs and a live partner exchange; no server and no client is in here."""
+"""The messages between programs and a running partner, without a server or a client."""

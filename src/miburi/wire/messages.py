@@ -78,17 +78,17 @@ class StimulusIn(Message):
     feeling: FeelingName = Field(description="What it feels.")
     strength: Share = Field(default=0.7, description="How strongly, 0 to 1.")
     source: Source = Field(
-        default="application", description="Its source, which the temperament weighs."
+        default="application", description="Its source; the temperament has a weight for each."
     )
 
 
 def fields_of(stimulus: object) -> dict[str, str | float]:
-    """Return a stimulus as a request has it.
+    """Convert a stimulus to the fields of a request.
 
     Raises
     ------
     InputError
-        It is something else.
+        The argument is not a stimulus.
     """
     if not isinstance(stimulus, Stimulus):
         raise InputError(
@@ -111,7 +111,7 @@ class SayIn(Message):
 
 
 class SpeakIn(Message):
-    """What the partner is to say aloud; its letters and words reveal the language."""
+    """What the partner is to say aloud; its language is recognised from the text."""
 
     model_config = ConfigDict(
         json_schema_extra={"examples": [{"text": "Somebody is at the door."}]}
@@ -142,7 +142,7 @@ class FaceIn(Message):
 
 
 class AttendIn(Message):
-    """The turn in a conversation with the partner."""
+    """Whose turn it is in the conversation."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"turn": "listening"}]})
 
@@ -170,16 +170,17 @@ class ExpressIn(Message):
         }
     )
 
-    feeling: FeelingName = Field(description="The feeling whose gesture leads.")
+    feeling: FeelingName = Field(description="The feeling of the main gesture.")
     mood: Share = Field(default=0.7, description="The intensity μ.")
     blend: dict[FeelingName, Share] = Field(
-        default_factory=dict, description="Other feelings' gestures to mix in, each with its μ."
+        default_factory=dict,
+        description="Other feelings' gestures to mix in, each with its weight μ.",
     )
     effort: EffortIn | None = Field(default=None, description="null: the gesture's own.")
 
 
 class LookIn(Message):
-    """Where to look, and for how long; ``user`` is ahead, ``aside`` looks thoughtful."""
+    """Where to look, and for how long; ``user`` is straight ahead, ``aside`` looks thoughtful."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"at": "left", "seconds": 2.0}]})
 
@@ -221,7 +222,7 @@ class PosesIn(Message):
         description="Laban's effort at full intensity.",
     )
     hedge: Literal["plainly", "very", "more or less"] = Field(
-        default="plainly", description="How the intensity counts: μ, μ², or √μ."
+        default="plainly", description="How the gesture follows the intensity μ: as μ, μ² or √μ."
     )
     repeat: Repeat | None = Field(default=None, description="A range of poses to play again.")
     mood: Share = Field(default=1.0, description="The intensity μ.")
@@ -289,7 +290,7 @@ class PerformanceIn(Message):
     acts: list[AnyAct] = Field(min_length=1, max_length=20, description="What to do.")
     when: Literal["next", "now"] = Field(
         default="next",
-        description="`next`: after what waits. `now`: instead of what is under way and what waits.",
+        description="`next`: after what is queued. `now`: in place of what is running and queued.",
     )
 
 
@@ -363,7 +364,7 @@ class RecordingIn(Message):
 
 
 class GestureOut(BaseModel):
-    """A movement function."""
+    """The description of a gesture, a movement function."""
 
     name: str = Field(description="Its name.")
     feeling: TheirFeeling = Field(description="The feeling that it shows.")

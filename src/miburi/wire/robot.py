@@ -26,7 +26,7 @@ class PartOut(BaseModel):
     size: list[float] = Field(description="Its sizes, m.")
     position: list[float] = Field(description="Its place on the link, m.")
     end: list[float] | None = Field(description="A capsule's other end, m.")
-    tilt: float = Field(description="Its turn about the y axis, rad.")
+    tilt: float = Field(description="Its rotation about the y axis, rad.")
     colour: list[float] = Field(description="Red, green, blue, 0 to 1.")
 
 
@@ -34,8 +34,10 @@ class RobotOut(BaseModel):
     """The robot's description, from which a viewer can draw it."""
 
     name: str = Field(description="Its name.")
-    joints: list[str] = Field(description="The joints, in the order of all arrays.")
-    feelings: list[str] = Field(description="The feelings, in the order of all levels.")
+    joints: list[str] = Field(description="The joints' names, in the order used in every array.")
+    feelings: list[str] = Field(
+        description="The feelings' names, in the order used in every list of levels."
+    )
     sources: list[str] = Field(description="What a stimulus may come from.")
     temperaments: list[str] = Field(description="The temperaments to choose from.")
     neutral: Eight = Field(description="The neutral pose, rad.")
@@ -43,7 +45,7 @@ class RobotOut(BaseModel):
     upper: Eight = Field(description="The joints' upper limits, rad.")
     floor: float = Field(description="Height of the table, m.")
     threshold: float = Field(
-        description="The contact rule's limit on measured over expected travel."
+        description="The contact rule's limit on the ratio of measured to expected travel."
     )
     hand: list[float] = Field(description="The human hand: radius and half length, m.")
     hand_away: list[float] = Field(description="Where the human hand waits, m.")

@@ -124,8 +124,7 @@ class FarPartner:
         return self._ticks[0]
 
     def samples_after(self, serial: int) -> list[tuple[int, Sample]]:
-        """Return the samples after a step, with their steps' serial numbers; two minutes are kept.
-        """
+        """Return the samples after a step, with steps' serial numbers; two minutes are kept."""
         return newer(self._samples, serial, itemgetter(0))
 
     def steps_after(self, serial: int) -> list[Snapshot]:
@@ -189,8 +188,7 @@ class FarPartner:
         self._post.send(Ready())
 
     def beat(self) -> None:
-        """Record that the server is alive; :func:`miburi.live.crossing.answering.answer` says why.
-        """
+        """Record that the server is alive, for :func:`~miburi.live.crossing.answering.answer`."""
         self._beats += 1
         self._ticks.append(self._clock())
 

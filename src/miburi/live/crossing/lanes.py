@@ -79,8 +79,7 @@ class Ask(NamedTuple):
 
 
 class AskRecordings(NamedTuple):
-    """A call of a method of the recordings, by name; it does not pass through the partner's loop.
-    """
+    """A call of a method of the recordings, by name; it does not pass through the loop."""
 
     number: int
     what: str

@@ -77,14 +77,17 @@ class LiveEvent(BaseModel):
         description="The id of the partner's run that it belongs to.", examples=["5f2c9a10"]
     )
     number: int = Field(
-        ge=0, description="Counts up by one, even across restarts that use the same folder.", examples=[42]
+        ge=0,
+        description="Counts up by one, even across restarts that use the same folder.",
+        examples=[42],
     )
     wall: Wall = Field(description="When, by the computer's clock, UTC.")
     time: float = Field(description="When, by the robot's clock, s since this start.")
     kind: EventKind = Field(description="What happened.")
     by: By | None = Field(
         default=None,
-        description="Who caused it: a person, a smart home's button, an agent (MCP), ROS, a program; or "
+        description="Who caused it: a person, a smart home's button, an agent (MCP), ROS, a "
+        "program; or "
         "the partner itself, while nobody could reach it.",
     )
     wish: str | None = Field(
@@ -106,7 +109,8 @@ class LiveEvent(BaseModel):
     reason: EndReason | None = Field(default=None, description="Why a recording ended by itself.")
     detail: str | None = Field(default=None, description="More about it, in words.")
     why: tuple[Brought, ...] | None = Field(
-        default=None, description="What indicated the stimulus: words, or the name of what was noticed."
+        default=None,
+        description="What indicated the stimulus: words, or the name of what was noticed.",
     )
     stop: StopOut | None = Field(default=None, description="What is known about a stop.")
     limit: float | None = Field(default=None, description="The contact rule's limit at that stop.")

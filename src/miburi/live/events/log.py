@@ -108,8 +108,7 @@ class History:
         return told
 
     def recall(self, who: str) -> Cursor | None:
-        """Return the cursor that :meth:`remember` kept for a reader, which has read all up to it.
-        """
+        """Return the cursor that :meth:`remember` kept for a reader."""
         kept = self._store.note(f"told {who}") if self._store else None
         return None if kept is None else Cursor.of(kept)
 

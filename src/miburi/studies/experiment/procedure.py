@@ -1,11 +1,11 @@
 """Conduct the experiment of Section 5: happiness at a mood of 0.9, and a hand in the way.
 
 :func:`conduct` takes a simulated body and a setup and returns an :class:`Experiment` with every
-stop and gesture. The robot makes a gesture every 2 s, and a human hand blocks an arm now and
-then. The paper claims that the robot stops when, and only when, it is blocked; that each encounter
-lowers the mood by 20 %; and that the gestures after it are smaller and slower. The loss "will be
-able to be erased within some time, at the same rhythm as the mood value" (Section 4): to show that,
-the feelings can go on after the gestures, beside those of a twin that nobody touched.
+stop and gesture. The robot makes a gesture every 2 s, and a human hand blocks an arm now and then.
+The paper claims that the robot stops when, and only when, it is blocked; that each encounter lowers
+the mood by 20 %; and that the gestures after it are smaller and slower. The loss "will be able to
+be erased within some time, at the same rhythm as the mood value" (Section 4). To show that, the
+feelings can continue after the gestures, together with those of a control that nobody touched.
 """
 
 from collections import deque
@@ -38,11 +38,11 @@ from miburi.version import __version__
 
 __all__ = ["PATIENCE", "STEP", "STEPS_PER_FRAME", "Experiment", "conduct"]
 
-#: The loop's period in s; the encoders are read twice in it.
+#: The loop's period in s; the encoders are read twice per period.
 STEP = 0.02
 #: A contact that no stop follows within this many seconds is missed (ours).
 PATIENCE = 0.3
-#: How many s before a stop the figure shows, for the motor that caused it (ours).
+#: How much of the time before each stop the figure shows, s, for the motor that caused it (ours).
 _APPROACH = 0.4
 #: Healing lasts for twice the mood's time constant, with this many samples (ours).
 _HEALING, _MOMENTS = 2.0, 9
@@ -78,7 +78,7 @@ class Experiment:
 
     @property
     def false_stops(self) -> int:
-        """The number of stops without a hand on the robot within ``PATIENCE`` before them."""
+        """The number of stops that had no hand on the robot in the ``PATIENCE`` s before."""
         return sum(stop.contact_time is None for stop in self.stops)
 
     def report(self) -> dict[str, object]:
@@ -118,7 +118,7 @@ class Experiment:
         }
 
     def timing(self) -> dict[str, float]:
-        """Return ``timing.json``: figures by the wall clock."""
+        """Return ``timing.json``: measurements by the wall clock."""
         milliseconds = np.array(self.solve_seconds or [0.0]) * 1e3
         return {
             "ik_median_ms": round(float(np.median(milliseconds)), 4),
@@ -196,7 +196,7 @@ def conduct(
 
 
 def _heal(setup: Setup, feelings: EmotionalModel) -> Healing:
-    """Let the feelings go on without stimuli, beside a twin of the same age that nobody touched."""
+    """Continue the feelings without stimuli, together with a control that nobody touched."""
     which = FEELINGS.index(setup.feeling)
     twin = setup.feelings()
     twin.step(feelings.time)
@@ -256,12 +256,12 @@ class _Observer:
                     pass
 
     def met(self, events: list[Event], touch: Touch) -> Touch | None:
-        """Return the largest force and the part met if the body stopped in this step, else None."""
+        """Return force and part of the touch if the body stopped in this step, else None."""
         stopped = any(isinstance(event, Stopped) for event in events)
         return Touch(self._result.stops[-1].peak_force, part=touch.part) if stopped else None
 
     def _approach(self, stop: Stop) -> Iterator[WindowRecord]:
-        """Yield what the rule recently saw of the motor that caused a stop."""
+        """Yield the contact rule's latest windows for the motor that caused a stop."""
         if stop.motor is None:
             return
         i, step = JOINTS.index(stop.motor), self._robot.servo.step / FINE
@@ -276,7 +276,7 @@ class _Observer:
                 )
 
     def finish(self) -> None:
-        """Judge the last contact, unless the run ended before its stop was due."""
+        """Judge the last contact, unless the run ended before its stop could be expected."""
         if self._touched is not None and self._result.times[-1] - self._touched > PATIENCE:
             self._end_contact()
 
@@ -284,7 +284,7 @@ class _Observer:
         if touch.began is not None:
             if self._touched is None:
                 self._touched, self._peak = touch.began, 0.0
-                # A hand that brushes a stopped arm on its way out needs no other stop.
+                # A hand that brushes a stopped arm as it withdraws needs no further stop.
                 self._stopped = state.stop is not None and state.stop.time < touch.began
             self._peak, self._last_touch = max(self._peak, touch.force), state.time
         elif self._touched is not None and state.time - self._last_touch > PATIENCE:

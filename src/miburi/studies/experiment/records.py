@@ -9,7 +9,7 @@ __all__ = ["FilmFrame", "GestureRecord", "Healing", "StopRecord", "WindowRecord"
 
 @dataclass(frozen=True)
 class StopRecord:
-    """One stop, in s and N: what the motors reported, what the simulation knows, and the moods."""
+    """One stop: what the motors reported, what the simulation knows, and the moods; SI units."""
 
     time: float
     motor: str | None
@@ -41,7 +41,7 @@ class GestureRecord:
 
 @dataclass(frozen=True)
 class Healing:
-    """A mood after the gestures, in s of the partner's own time, beside its untouched twin's."""
+    """A mood after the gestures, at a time in s on the partner's clock, with the control's mood."""
 
     time_constant: float
     times: list[float]

@@ -27,7 +27,7 @@ class Setup:
     period
         s from the start of one gesture to that of the next, 0.5 to 60.
     temperament
-        The feelings' constants; the mood's time constant is that of healing.
+        The constants of the feelings; the mood's time constant sets how fast it recovers.
     settings
         Settings of the inverse kinematics; see :func:`miburi.ik.solve`.
     repertoire

@@ -1,8 +1,8 @@
 """The person who gets in the way: the scripted hand of the experiment.
 
 A :class:`Visitor` reads the robot's angles and the partner's events, and moves the simulated hand.
-At some gestures, during one move, the hand reaches into the path of an arm, stays a moment after
-the robot has stopped, and goes away.
+In some gestures, during one move, the hand reaches into the path of an arm, stays a moment after
+the robot has stopped, and withdraws.
 """
 
 from dataclasses import dataclass
@@ -48,7 +48,7 @@ class _Visit:
 
 
 class Visitor:
-    """Block an arm now and then: first in one of four gestures, then two to four gestures later.
+    """Block an arm in one of the first four gestures, then after two to four gestures each time.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 """Check that a gesture keeps its promises: perform it at every mood on the simulated body.
 
-The paper asks that a greater mood makes the movement larger and faster (Section 4). Safety asks
-that no part of the robot meets another, and that the contact rule stops nothing. :func:`check`
-returns each broken promise in words.
+The paper asks that a greater mood makes the movement larger and faster (Section 4). For safety,
+parts of the robot must not collide, and the contact rule must not stop a free gesture.
+:func:`check` returns each broken promise in words.
 """
 
 from collections.abc import Iterator
@@ -36,7 +36,7 @@ class Measured:
         The largest position error of all key poses and extremities, m.
     self_collisions
         Number of records (one every 0.02 s) in which two parts of the robot collide; ``met`` names
-        the first two.
+        the first pair.
     contact_stops
         0 or 1; ``stopped_by`` names the motor.
     """
@@ -95,10 +95,10 @@ def check(
 ) -> Iterator[str]:
     """Yield in words what is wrong with a gesture; nothing if all is well.
 
-    Every pose must be in reach and inside the limits. Mood 0 must be exactly neutral. At every
-    mood the kinematics must be within 1 mm, no part may meet another, and the contact rule may
-    not stop the body, even when a partner with ``life`` passes key poses without pausing. Space
-    and speed must strictly rise with the mood.
+    Every pose must be in reach and inside the limits. Mood 0 must be exactly neutral. At every mood
+    the kinematics must be within 1 mm, no parts may collide, and the contact rule may not stop the
+    body, even with ``life``, which passes key poses without pausing. Space and speed must strictly
+    rise with the mood.
     """
     yield from misfits(robot, function)
     rest = forward(robot, robot.neutral)

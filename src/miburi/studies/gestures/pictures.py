@@ -37,8 +37,8 @@ __all__ = [
 _PIXELS = 320
 #: A film shows every third record: 16.7 pictures a second.
 _FILM_EVERY = 3
-#: A strip shows twelve moments, this many seconds apart. Together they last for one period of a
-#: weak thrill.
+#: A strip shows twelve moments, this many seconds apart. Together they span one cycle of the
+#: gesture for thrill at a low mood.
 STRIP_MOMENTS, STRIP_STEP = 12, 0.4
 _STRIP_COLUMNS = 6
 #: Each moment fades into those 0.08, 0.16 and 0.24 s before it, so a still picture shows motion.
@@ -122,7 +122,7 @@ def film(
 ) -> Path:
     """Write a film of a performance in real time; see :func:`miburi.studies.film.write_film`.
 
-    It is ``pixels`` wide and high, and shows one in ``every`` records: 1 gives 50 pictures a
+    It is ``pixels`` wide and high. Every ``every``-th record becomes a frame; 1 gives 50 frames per
     second.
     """
     rate = 1 / (every * PERIOD)

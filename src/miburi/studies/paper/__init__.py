@@ -1,1 +1,1 @@
-"""The paper, claim by claim: each sentence that a program can carry out, with its verdict."""
+"""The paper, claim by claim: each sentence that a program can test, with its verdict."""

@@ -22,9 +22,9 @@ class Claim:
     Attributes
     ----------
     section
-        The section that has the sentence.
+        The section of the paper in which the sentence stands.
     sentence
-        The sentence; a text in quotation marks is in the paper's own words.
+        The claim; text in quotation marks is the paper's own.
     verdict
         The run's answer.
     number

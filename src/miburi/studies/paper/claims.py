@@ -1,7 +1,8 @@
-"""Carry out what the paper says, sentence by sentence, and judge it by what came out.
+"""Test each claim of the paper by running it, and judge it by the result.
 
-A :class:`~miburi.studies.paper.runs.Runs` gives a :class:`~miburi.studies.paper.claim.Claim` for
-each sentence. Each claim has a name, with which ``miburi paper --claim NAME`` carries it out alone.
+Each function takes a :class:`~miburi.studies.paper.runs.Runs` and returns a
+:class:`~miburi.studies.paper.claim.Claim`. Each claim has a name; ``miburi paper --claim NAME``
+tests that claim alone.
 """
 
 from collections.abc import Callable

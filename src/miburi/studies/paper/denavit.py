@@ -1,8 +1,9 @@
-"""The Denavit-Hartenberg table of the paper's body (Figs. 2 and 3), which the paper does not print.
+"""The Denavit-Hartenberg table of the body in Figs. 2 and 3; the paper does not print the table.
 
-:data:`TABLES` has a chain for each extremity. A row turns about z by ``sign`` · angle + ``offset``,
-goes ``d`` along z and ``a`` along the new x, and tilts about the new x by ``tilt`` (the classic
-convention). The rows are ours; a test checks them against :func:`miburi.robot.forward`.
+:data:`TABLES` has a chain for each extremity. Each row is a rotation about z by ``sign`` · angle +
+``offset``, a translation of ``d`` along z and of ``a`` along the new x, and a rotation about the
+new x by ``tilt`` (the classic convention). The rows are ours; a test checks them against
+:func:`miburi.robot.forward`.
 """
 
 from dataclasses import dataclass
@@ -18,7 +19,7 @@ _QUARTER = np.pi / 2
 
 @dataclass(frozen=True)
 class Row:
-    """One row; ``d`` and ``a`` are sums of the robot's lengths, by name."""
+    """One row; ``d`` and ``a`` name the robot's lengths whose sums they are."""
 
     joint: str
     sign: int
@@ -51,7 +52,7 @@ TABLES: dict[str, tuple[Row, ...]] = {
 def frames(robot: Robot, extremity: str, angles: Array) -> Array:
     """Return the frames of a chain from the base to the extremity, (k + 1, 4, 4), in m.
 
-    ``angles`` are (8,) rad, in the order of ``JOINTS``.
+    ``angles``, (8,) in rad, are in the order of ``JOINTS``.
     """
     frame, found = np.eye(4), [np.eye(4)]
     for row in TABLES[extremity]:

@@ -15,7 +15,7 @@ from miburi.studies.trials.summary import summarise
 __all__ = ["period", "right_positions", "slower_and_smaller", "whenever_and_only_when"]
 
 #: "Never missed" means, at 95 % confidence, that fewer than one contact in a thousand is missed
-#: (ours).
+#: (our threshold).
 _NEVER = 0.001
 
 
@@ -85,7 +85,7 @@ def period(runs: Runs) -> Claim:
 
 
 def right_positions(runs: Runs) -> Claim:
-    """Measure the error of the default solver, and of Table 2 as printed."""
+    """Measure the error of the default solver, and of the paper's with its Table 2 as printed."""
     errors = 1e3 * np.array([solution.error for solution in runs.printed_solver.solutions])
     medians = np.median(errors, axis=0)
     default = 1e3 * max(s.error.max() for s in runs.experiments[0].solutions)

@@ -91,7 +91,7 @@ def strongest_emotion(_: Runs) -> Claim:
 
 
 def mood_changes_no_gesture(_: Runs) -> Claim:
-    """Keep those emotions, and draw new random moods."""
+    """Reuse the random emotions of strongest_emotion, and draw new random moods."""
     rng, same = np.random.default_rng(1), 0
     for _draw in range(_DRAWN):
         emotions = dict(zip(FEELINGS, rng.uniform(0.1, 1.0, len(FEELINGS)), strict=True))
@@ -166,7 +166,7 @@ def twenty_percent(runs: Runs) -> Claim:
 
 
 def healing(runs: Runs) -> Claim:
-    """Let the mood heal, and compare it with that of a twin that was not touched."""
+    """Let the mood recover, and compare it with a control that was not touched."""
     sentence = (
         "“The decrease will then be able to be erased within some time, at the same rhythm as the "
         "mood value.”"

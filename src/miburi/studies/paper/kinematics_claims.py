@@ -39,7 +39,7 @@ _TABLE_1 = {
     "left_fingertip": (-1.744, 0.174),
     "head": (0.174, 1.22),
 }
-#: Poses this near to one another count as one, rad.
+#: Poses that are closer than this, rad, count as one.
 _ALIKE = 1e-3
 
 
@@ -93,7 +93,7 @@ def equations(runs: Runs) -> Claim:
 
 
 def eight_solutions(runs: Runs) -> Claim:
-    """Count each arm's poses with the hand in the same place, supposing no joint limits."""
+    """Count each arm's poses with the hand in the same position, ignoring joint limits."""
     joints = runs.robot.joints
     free = {
         name: Joint(symbol=joint.symbol, min=-np.pi, max=np.pi, neutral=joint.neutral)
@@ -144,7 +144,7 @@ def one_solution(runs: Runs) -> Claim:
 
 
 def levenberg_marquardt(runs: Runs) -> Claim:
-    """Look where the step of Eq. 12 leads."""
+    """Check the direction of the step in Eq. 12."""
     robot, rng = runs.robot, np.random.default_rng(1)
     bend = 0.0
     for pose in runs.poses:
@@ -192,7 +192,7 @@ def promise_of_reference_9(runs: Runs) -> Claim:
 
 
 def within_a_second(runs: Runs) -> Claim:
-    """Time the experiment's solutions with the paper's settings and with the others."""
+    """Time the experiment's solutions with the paper's settings and with the default solver."""
     slowest = 1e3 * max(runs.printed_solver.solve_seconds)
     default = 1e3 * max(max(run.solve_seconds) for run in runs.experiments)
     return Claim(

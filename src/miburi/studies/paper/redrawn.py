@@ -66,7 +66,7 @@ def _loop(axes: Axes, box: Text, start: XY, end: XY, rad: float, colour: str) ->
 
 
 def safety_figure(path: Path) -> None:
-    """Draw the flow of the blocking feature (Fig. 1)."""
+    """Draw the flow chart of the contact stop (Fig. 1)."""
     steps = (
         "the host sends final positions and speeds",
         "the card orders each motor to its place",
@@ -125,7 +125,7 @@ def dh_figure(robot: Robot, path: Path) -> None:
                     axes.annotate(
                         "", start + along, start, arrowprops={"arrowstyle": "->", "color": colour}
                     )
-            # A row's joint turns about z of the frame before it.
+            # The joint of a row turns about the z axis of the frame before it.
             for row, frame in zip(rows, chain[:-1], strict=True):
                 if across == 1 and (row.joint != "waist" or extremity == "head"):
                     offset = _BESIDE[row.joint]
@@ -155,7 +155,7 @@ def dh_figure(robot: Robot, path: Path) -> None:
 
 
 def effort_figure(measured: Mapping[str, Measures], path: Path) -> None:
-    """Draw Laban's effort of each gesture at full intensity, as it is measured (Fig. 5)."""
+    """Draw the effort (Laban) measured in each gesture at full intensity (Fig. 5)."""
     panels: tuple[tuple[str, str, Callable[[Measures], float]], ...] = (
         ("space", "hull of hands and head (litres)", lambda one: 1e3 * one.volume),
         ("weight", "mean acceleration (m/s²)", lambda one: one.mean_acceleration),
@@ -174,7 +174,7 @@ def effort_figure(measured: Mapping[str, Measures], path: Path) -> None:
 
 
 def flow_figure(body: Body, path: Path) -> None:
-    """Run a partner, and draw which event followed which (Fig. 6).
+    """Run a robot partner, and draw which event followed which (Fig. 6).
 
     The body is touched once: somebody's hand is put in the way of the second gesture.
     """
@@ -228,7 +228,7 @@ def flow_figure(body: Body, path: Path) -> None:
 
 
 def function_figure(robot: Robot, path: Path) -> None:
-    """Draw the memberships and the eight movement functions at three moods (Fig. 7)."""
+    """Draw the fuzzy memberships and the eight movement functions at three moods (Fig. 7)."""
     figure = Figure(figsize=(9, 4.6), layout="constrained")
     grid = figure.subplots(2, 5)
     panel: Axes = grid[0, 0]
@@ -268,9 +268,9 @@ def function_figure(robot: Robot, path: Path) -> None:
 
 
 def rule_figure(moves: list[tuple[float, float]], path: Path) -> None:
-    """Draw the share of moves that the printed rule lets pass, against lag and ramp.
+    """Draw the share of free moves that the paper's rule lets pass, against lag and acceleration.
 
-    ``moves`` are (distance rad, speed rad/s) of the fastest motor.
+    ``moves`` holds, for each move's fastest motor, its distance in rad and its speed in rad/s.
     """
     lags = np.linspace(0, 0.04, 41)
     ramps = np.geomspace(20, 4000, 47)

@@ -1,7 +1,7 @@
-"""Which free moves the printed contact rule (Eqs. 1 and 2) lets pass, for a servo's lag and ramp.
+"""Which free moves the paper's rule (Eqs. 1 and 2) lets pass, by a servo's lag and acceleration.
 
 For a move at a speed v, :func:`is_stopped` says whether the rule stops it. The servo follows a
-trapezoid with the ramp a, late by a lag. In the first window of p = 0.1 s it covers
+trapezoid of speed with acceleration a, delayed by a lag. In the first window of p = 0.1 s it covers
 v (p − lag − v / 2a), so it passes that window only if lag + v / 2a is at most 0.0628 p, 6.28 ms. A
 motor that has arrived is not judged.
 """
@@ -17,7 +17,7 @@ from miburi.safety.move import Move
 __all__ = ["FIRST_WINDOW", "fastest", "is_stopped", "pass_map"]
 
 _PERIOD, _RATIO = 0.1, PAPER_RATIO / 10_000
-#: s: lag + v / 2a of a motor that just passes its first window.
+#: The largest lag + v / 2a with which a motor passes its first window, s.
 FIRST_WINDOW = (1 - _RATIO) * _PERIOD
 
 
@@ -27,11 +27,11 @@ def is_stopped(distance: float, speed: float, ramp: float, lag: float) -> bool:
     Parameters
     ----------
     distance, speed
-        The move's, rad and rad/s; the speed is the one sent.
+        The distance of the move, rad, and its commanded speed, rad/s.
     ramp
         Acceleration at both ends, rad/s²; inf for none.
     lag
-        s by which the servo is late.
+        The servo's delay, s.
     """
     rise = speed / ramp
     if distance < speed * rise:  # it never reaches its speed
@@ -58,8 +58,8 @@ def is_stopped(distance: float, speed: float, ramp: float, lag: float) -> bool:
 def fastest(robot: Robot, moves: Sequence[tuple[Array, Move]]) -> list[tuple[float, float]]:
     """Return distance, rad, and speed, rad/s, of each move's fastest motor.
 
-    Each move comes with the pose (8,) rad in which it begins; moves of one encoder step at most
-    are left out.
+    Each move comes with its first pose, (8,) in rad; moves of at most one encoder step are left
+    out.
     """
     found = []
     for start, move in moves:

@@ -1,4 +1,4 @@
-"""The runs behind the paper's page; each is performed when a claim first asks for it."""
+"""The runs for the page docs/paper.md; each is performed when a claim first asks for it."""
 
 from collections.abc import Callable
 from functools import cached_property
@@ -38,10 +38,10 @@ UNITS = {"m": 1.0, "cm": 100.0, "mm": 1000.0}
 _PROMISE = 0.015
 #: Time within which a blocked body must stop, s, and time for which it is watched afterwards, s.
 _PATIENCE, _WATCHED = 1.5, 1.0
-#: A move that raises both arms to the front, rad and s; a hand blocks the arms after this share of
-#: the move.
+#: A move that raises both arms to the front, rad, its duration, s, and the share of the move after
+#: which a hand blocks the arms.
 _RAISED, _SECONDS, _SHARE = 1.4, 0.8, 0.6
-#: The registers at which a card's reading of the servos' positions may begin.
+#: The addresses at which a card may start to read the servos' positions.
 _PLACES = range(120, 136)
 
 
@@ -55,7 +55,7 @@ class Blocked(NamedTuple):
     refused
         Whether the stopped body refused a move.
     times, speeds
-        s from the stop on, (n,), and the motors' speeds then, (n, 8) rad/s.
+        Times since the stop, (n,) in s, and the motors' speeds at those times, (n, 8) in rad/s.
     """
 
     stop: Stop | None
@@ -73,16 +73,16 @@ class Met(NamedTuple):
 
 
 class OnCard(NamedTuple):
-    """What an emulated card did after its host went silent.
+    """What an emulated Arduino card did after its host went silent.
 
     Attributes
     ----------
     stop
         The stop, or None.
     silence
-        s from the host's last word to the stop.
+        Time from the host's last message to the stop, s.
     gaps
-        s between two readings of the servos' places.
+        Time between two readings of the servos' positions, s.
     """
 
     stop: Stop | None
@@ -120,7 +120,7 @@ class Runs:
 
     @cached_property
     def experiments(self) -> list[experiment.Experiment]:
-        """Section 5 with several seeds; the first also watches the mood heal."""
+        """The experiment of Section 5 with several seeds; one also follows the mood's return."""
         found = []
         for seed in range(1, self.seeds + 1):
             self._progress(f"experiment, seed {seed}")
@@ -130,7 +130,7 @@ class Runs:
 
     @cached_property
     def undisturbed(self) -> dict[str, experiment.Experiment]:
-        """Section 5 with each feeling, and nobody in the way."""
+        """The experiment of Section 5 for each feeling, without contacts."""
         found = {}
         for feeling in FEELINGS:
             self._progress(f"experiment with {feeling}")
@@ -185,13 +185,13 @@ class Runs:
 
     @cached_property
     def valid(self) -> list[Array]:
-        """For each random pose, all poses that put hands and head on the same places."""
+        """For each random pose, all poses with hands and head in the same positions."""
         self._progress("all solutions of random targets")
         return [inverse(self.robot, forward(self.robot, pose)) for pose in self.poses]
 
     @cached_property
     def moving(self) -> Blocked:
-        """A body that raises both arms, with a hand in the right one's way."""
+        """A body that raises both arms, with a hand in the way of its right arm."""
         body = Simulated(self.robot)
         raised = self.robot.neutral.copy()
         raised[[1, 4]] += _RAISED
@@ -216,7 +216,7 @@ class Runs:
 
     @cached_property
     def resting(self) -> Blocked:
-        """A body at rest, whose right arm a hand pushes to the front."""
+        """A body at rest, with a hand that pushes its right arm to the front."""
         body, hand = Simulated(self.robot), forward(self.robot, self.robot.neutral)[:3]
         for step in range(round(_PATIENCE / READING)):
             push = min(0.05 * step * READING, 0.06)  # m, at 0.05 m/s
@@ -247,7 +247,7 @@ class Runs:
         return OnCard(stop, silence, np.diff(readings))
 
     def met(self, count: int = 20) -> Met:
-        """Put ``count`` random obstacles into each move's reach, and say which link meets them."""
+        """Put ``count`` random obstacles near each move; return which link hits each first."""
         self._progress("obstacles")
         rng = np.random.default_rng(0)
         counts = dict.fromkeys(Met._fields, 0)
@@ -278,7 +278,7 @@ class Runs:
 
 
 #: The links in the order of :func:`_gaps`, and the distance at which a link counts as touching an
-#: obstacle, m (ours: half an arm's width plus half a finger's).
+#: obstacle, m: half an arm's width plus half a finger's (ours).
 _LINKS = ("upper_arm", "forearm", "upper_arm", "forearm", "phone")
 _SKIN = 0.02
 
@@ -315,7 +315,7 @@ def _from_line(start: Array, end: Array, points: Array) -> Array:
 
 
 def _across_the_way(robot: Robot, start: Array, end: Array) -> tuple[Array, Array]:
-    """Return where a hand blocks the right arm between two poses, and the direction it lies in."""
+    """Return the point where a hand blocks the right arm in a move, and the hand's direction."""
     here, ahead = (forward(robot, start + part * (end - start))[:3] for part in (_SHARE, 0.65))
     shoulder = shoulders(robot)[0]
     return shoulder + 0.9 * (here - shoulder), np.cross(ahead - here, here - shoulder)

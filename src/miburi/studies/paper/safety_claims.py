@@ -30,15 +30,15 @@ _NOT_BUILT = "the emulated card has not been built here (`make firmware`)"
 #: Speed below which a motor counts as stopped, rad/s; time within which it must have stopped, s
 #: (ours).
 _STILL, _SOON = 0.1, 0.3
-#: Stops count as direct if 95 of 100 come within 0.1 s after the first touch, and all within 0.3 s
-#: (ours).
+#: A stop counts as direct if 95 % come within 0.1 s after the first touch, and all within 0.3 s
+#: (our threshold).
 _DIRECT, _LATEST = 0.15, 0.3
 #: The weight of a person's hand, N: 0.56 % of 60 kg (de Leva 1996).
 _HAND = 3.3
 
 
 def always_active(runs: Runs) -> Claim:
-    """Block a body that moves, one that goes back, and one that rests."""
+    """Block a body that is moving, one that is returning to neutral, and one at rest."""
     blocked = {
         "in a move": runs.moving,
         "on the way back": runs.returning,
@@ -84,7 +84,8 @@ def period_and_card(runs: Runs) -> Claim:
     sentence = "p is “balanced by the Arduino card's computing power”."
     if (card := runs.on_card) is None:
         return Claim("2", sentence, ClaimVerdict.UNKNOWN, _NOT_BUILT)
-    # Rounded up to the next 20 ms: it depends on the compiler that built the firmware.
+    # The longest gap is rounded up to the next 20 ms, because it varies with the firmware's
+    # compiler.
     median, longest = 1e3 * np.median(card.gaps), 20 * ceil(50 * card.gaps.max())
     return Claim(
         "2",
@@ -139,7 +140,7 @@ def stops_at_once(runs: Runs) -> Claim:
 
 
 def period_and_limit(runs: Runs) -> Claim:
-    """Apply the paper's printed rule to free moves, without and with a lag."""
+    """Apply the rule as printed to free moves, with and without a lag."""
     moves = fastest(runs.robot, runs.moves)
     ideal, lagging = (
         float(pass_map(moves, np.array([lag]), np.array([ramp]))[0, 0])

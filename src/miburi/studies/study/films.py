@@ -1,4 +1,4 @@
-"""The films of a study: in its folder ``films``; those that are missing are drawn."""
+"""A study's films, in its folder ``films``; missing ones are made."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -17,14 +17,14 @@ __all__ = ["FILMS", "draw_missing", "find_films"]
 
 #: The folder of films in a study's folder.
 FILMS = "films"
-#: A film's width and height. Every record of the recording becomes a picture, 50 a second.
+#: A film's width and height. Every sample of the recording becomes a frame, 50 per second.
 _PIXELS = 640
-#: The endings of a drawn film's name: without ffmpeg a film is a sheet of pictures.
+#: The endings of a film's file; without ffmpeg it is a sheet of pictures.
 _ENDINGS = (".mp4", ".sheet.png")
 
 
 def find_films(study: Study, folder: Path) -> dict[str, Path]:
-    """Return the existing files of a study's films, by the films' names."""
+    """Return a study's existing film files, keyed by the films' names."""
     files = {
         film.name: [
             folder / FILMS / name
@@ -53,9 +53,9 @@ def draw_missing(
     Raises
     ------
     InputError
-        A film of the study's own is not in its folder.
+        A film that the study supplies itself is not in its folder.
     OutputError
-        The folder cannot be written to, or this machine cannot draw.
+        The folder cannot be written to, or this machine cannot make films.
     """
     there = find_films(study, folder)
     missing = [film for film in study.films if not film.live and film.name not in there]

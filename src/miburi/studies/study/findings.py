@@ -1,4 +1,4 @@
-"""From the answers of a study to its findings: numbers that a page and JSON can show."""
+"""Turn the answers of a study into findings: numbers for the page and the JSON."""
 
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -43,7 +43,7 @@ def find(
     paces: Mapping[tuple[int, int], AnswerPace] | None = None,
     wordings: Sequence[int] = (),
 ) -> Findings:
-    """Sum up the answers of a study; people who have not finished count as far as they got.
+    """Summarise the answers of a study, including those of people who did not finish.
 
     Practice is not counted, and neither are people whom the study's own rule leaves out.
     """
@@ -150,8 +150,8 @@ def _ratings(
     table = [[page[name] for name in names] for page in pages.values()]
     value_of = {page: _mean(list(values.values())) for page, values in pages.items()}
     cells: dict[str, dict[str, list[tuple[int, float]]]] = defaultdict(lambda: defaultdict(list))
-    # The two films of a pair were rated by one person and show one feeling. Either both have the
-    # face, or neither has, or both were live.
+    # The two films of a pair were rated by one person and show one feeling. Both were shown with
+    # the face, both without it, or both live.
     groups: dict[tuple[int, str, str], list[tuple[float, float]]] = defaultdict(list)
     for page, film in film_of.items():
         if film is not None:
@@ -217,8 +217,8 @@ def _rating(values: list[tuple[int, float]]) -> MeanRating:
 
 def _sum(orders: list[tuple[int, float, int]]) -> PairOrder:
     right, pairs = sum(one for _, one, _ in orders), sum(one for _, _, one in orders)
-    # Each pair is replaced by the share of right pairs among those of the same person, so the total
-    # stays the same.
+    # Each pair is replaced by the share of correctly ordered pairs of the same person, which leaves
+    # the sum unchanged.
     each = [(who, one / of) for who, one, of in orders if of for _ in range(of)]
     low, high = mean_interval(
         _by_person([who for who, _ in each], [value for _, value in each])

@@ -24,7 +24,7 @@ class Share:
     Attributes
     ----------
     hits, of
-        The numbers.
+        The number of hits, and the number of answers.
     low, high
         The 95 % interval of the share, clustered by participant; None for fewer than two people.
     p
@@ -54,7 +54,8 @@ class ChoiceFindings:
     labels
         Rows and columns of ``confusion``: intended (row) and chosen (column).
     right
-        How often the intended feeling was chosen; also ``by_feeling``, ``by_mood`` and ``by_face``.
+        The share of answers that name the intended feeling; ``by_feeling``, ``by_mood`` and
+        ``by_face`` break it down.
     chance
         The share that guessing gives.
     unbiased
@@ -94,7 +95,7 @@ class MeanRating:
 
 @dataclass(frozen=True)
 class PairOrder:
-    """How many pairs of films, each of one rater and feeling, are rated in order of mood.
+    """The pairs of films of one feeling and person, and how many have ratings in the moods' order.
 
     ``low`` and ``high`` are the share's 95 % interval, clustered by participant.
     """
@@ -114,8 +115,8 @@ class PairOrder:
 class RatingFindings:
     """How people rated; the value of an answer is the mean of its items.
 
-    Items in ``turned`` are reversed: their values here are points + 1 - value. ``means`` by
-    feeling and mood, and ``order``, are empty where the question is about all films.
+    Items in ``turned`` are reversed: their values here are points + 1 - value. ``means`` (by
+    feeling and mood) and ``order`` are empty where a question is about all films.
     """
 
     question: str

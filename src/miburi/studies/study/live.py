@@ -1,8 +1,8 @@
-"""Live gestures: a running partner makes one, and the study sees whether it was whole.
+"""Live gestures: a running partner makes a gesture, and the study checks that it was complete.
 
-:func:`show` goes through the client that every program uses. It asks for one gesture and only
-watches; it never stops, releases or resumes a partner. :class:`Turns` gives one robot to one
-participant at a time.
+:func:`show` uses the same client as any other program. It asks for one gesture and only watches; it
+never stops, releases or resumes a partner. :class:`Turns` gives one robot to one participant at a
+time.
 """
 
 import threading
@@ -23,7 +23,7 @@ __all__ = ["IDLE", "Ending", "Perform", "Performer", "Showing", "Turn", "Turns",
 
 #: How long a robot stays with an idle participant, s (ours).
 IDLE = 300.0
-#: States read per second, and the most read for one showing: half a minute (ours).
+#: States read per second, and the greatest number of them for one showing: half a minute (ours).
 _RATE, _LOOKS = 20, 600
 
 
@@ -32,7 +32,7 @@ class Ending(StrEnum):
 
     #: It was made from its first key pose to its last.
     WHOLE = "whole"
-    #: The partner was touched and stopped; it goes on by itself.
+    #: The partner was touched and stopped; it resumes by itself.
     TOUCHED = "touched"
     #: It was stopped, and waits for a person.
     STOPPED = "stopped"
@@ -40,7 +40,7 @@ class Ending(StrEnum):
     PAUSED = "paused"
     #: The partner cannot be reached, or refuses.
     ABSENT = "absent"
-    #: Something else interfered: another request, another body, or no opportunity in half a minute.
+    #: Something interfered: another request, a change of body, or no opportunity for half a minute.
     BROKEN = "broken"
 
 
@@ -71,11 +71,11 @@ class Performer(Protocol):
 def show(
     robot: Performer, expression: Expression, is_over: Callable[[], bool] = lambda: False
 ) -> Showing:
-    """Have the robot make a gesture, wait until it has or cannot, and return what became of it.
+    """Have the robot make a gesture, wait for its end or failure, and return the outcome.
 
-    A gesture that the robot is already making ends first. Nothing is asked of a robot that is
-    stopped or paused: it would make the gesture later, when nobody is watching. Once ``is_over``
-    returns true, this stops waiting.
+    If the robot is making a gesture already, it finishes that one first. Nothing is asked of a
+    robot that is stopped or paused: it would make the gesture later, when nobody is watching. Once
+    ``is_over`` returns true, this stops waiting.
     """
     view = _View(expression, is_over)
     try:
@@ -105,8 +105,8 @@ class _View:
             if (hindered := _hindrance(state)) is not None:
                 return hindered
             if latest is None:
-                # A Stop is acknowledged a step before the states show it, so the first state may be
-                # too old to show it: wait for a second one.
+                # A Stop is acknowledged one step before the states show it, so the first state may
+                # be out of date: read a second one.
                 if looks and state.expressed is None and state.phase != "returning":
                     latest = state.cursor
                     robot.express(self._expression)
@@ -129,7 +129,10 @@ def _hindrance(state: State) -> Ending | None:
 
 
 def _stopped(stop: StopOut | None) -> Ending:
-    """Return the outcome for a stop. Its reason decides whether it ends by itself."""
+    """Return the outcome for a stop.
+
+    The reason for the stop decides whether the robot resumes by itself.
+    """
     match stop.reason if stop is not None else None:
         case StopReason.CONTACT | StopReason.TOUCHED:
             return Ending.TOUCHED
@@ -140,7 +143,7 @@ def _stopped(stop: StopOut | None) -> Ending:
 
 
 def _judge(entries: list[LiveEvent]) -> Ending:
-    """Return what became of a gesture, from the log, which misses nothing between two states."""
+    """Return the outcome of a gesture from the log, which is complete, unlike the states read."""
     for entry in entries:
         match entry.kind:
             case "stop":
@@ -170,7 +173,7 @@ class Turns:
     clock
         Returns the time, s.
     idle
-        Another participant may begin if the present one asks for no page for this time, s.
+        Time without a request from the present participant after which another may begin, s.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic, idle: float = IDLE) -> None:

@@ -30,8 +30,8 @@ def film_order(count: int, trials: int, participant: int, seed: int) -> tuple[in
     count
         Number of films.
     trials
-        How many the participant sees. Fewer than ``count``: the beginning of a row; more: the
-        next rows follow.
+        How many the participant sees. Up to ``count``, the films are the beginning of a row; beyond
+        that, the next rows follow.
     participant
         1 or more.
     seed

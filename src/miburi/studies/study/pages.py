@@ -1,4 +1,4 @@
-"""The pages that a participant sees: information and consent, one question a page, thanks.
+"""The pages that a participant sees: information and consent, one question per page, and thanks.
 
 Plain HTML forms, which need no JavaScript: the only script lets a button start a film. The
 participant's code is in a cookie, so that a reload continues where they were. An answer counts
@@ -36,14 +36,14 @@ COOKIE = "miburi_study"
 _PAGES = Path(__file__).parent / "pages"
 #: Letters and digits that nobody confuses on paper.
 _LETTERS = "23456789ABCDEFGHJKMNPQRSTUVWXYZ"
-#: Limits on registering participants and on tries to withdraw from one address: per second, and in
-#: a burst (ours).
+#: Limits, for one address, on registering and on attempts to withdraw: per second, and in a burst
+#: (ours).
 _RATE, _BURST = 0.5, 60.0
 _DAYS = 30
-#: Participants who ask for no page for this time, s, count as gone if they have not finished, and a
-#: newcomer may take their place in the order (ours).
+#: An unfinished participant without a request for this long, s, counts as gone, and a newcomer may
+#: take that place in the order (ours).
 _GONE = 7200.0
-#: Reports of more starts of a film than this are not believed (ours).
+#: Reports of more starts of a film than this are ignored (ours).
 _MOST_PLAYS = 100
 
 
@@ -125,7 +125,7 @@ class _Pages:
         self._shown: dict[tuple[int, int], float] = {}
         self._seen: dict[int, float] = {}  # when somebody last asked for a page
         self._began = clock()
-        # An address must not tell what a film is meant to show.
+        # A film's URL must not reveal what the film is meant to show.
         self._keys = {name: _key(study, name) for name in films}
         self._films = {self._keys[name]: path for name, path in films.items()}
 
@@ -151,7 +151,7 @@ class _Pages:
         return response
 
     def page(self, request: Request) -> Response:
-        """Show the question that comes next, or thanks."""
+        """Show the next question, or the page with thanks."""
         who = self._who(request)
         return RedirectResponse(self.home, 303) if who is None else self._ask(request, who)
 
@@ -227,7 +227,7 @@ class _Pages:
         return RedirectResponse(f"{self.home}/page", 303)
 
     def leave(self, request: Request, _form: Form) -> Response:
-        """Forget the participant at this browser, so that the next person may begin."""
+        """Clear the participant from this browser, so that the next person may begin."""
         if (who := self._who(request)) is not None:
             self._turns.leave(who.number)
         response = RedirectResponse(self.home, 303)
@@ -277,7 +277,7 @@ class _Pages:
         return FileResponse(path, headers={"cache-control": "private, max-age=3600"})
 
     def refuse_for_now(self, request: Request, _error: Exception) -> Response:
-        """Say that nothing could be kept now; what was kept before is safe."""
+        """Say that saving failed, and that earlier answers are safe."""
         try:
             language = self._language(request)
         except OutputError:  # nothing can be read, either
@@ -309,7 +309,7 @@ class _Pages:
         return films[order[trial]]
 
     def _has_seen(self, who: Participant) -> bool:
-        """Whether somebody may answer: they have seen the whole gesture, if it is live."""
+        """Whether the participant may answer: a live gesture must have been seen to its end."""
         film, trial = self._film(who), self._study.steps[who.step].trial
         live = film is not None and film.live and trial is not None
         return not live or self._store.has_seen(who.number, trial or 0)

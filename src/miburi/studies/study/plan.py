@@ -37,13 +37,12 @@ __all__ = [
 
 #: The study's file in its folder.
 FILE = "study.toml"
-#: The study that ships, to start from.
+#: The study that ships with Miburi, as a template.
 TEMPLATE = Path(__file__).with_name("eight-feelings.toml")
 #: What is kept as the answer: NONE when somebody chooses the option "no feeling", SKIPPED for a
 #: question that was not asked or was left out.
 NONE, SKIPPED = "none", ""
-#: What the shipped study leaves for its author to fill in.
-#: Words in quotation marks.
+#: The placeholders that the author of a study must fill in. Words in quotation marks.
 _QUOTED = re.compile('[“"「『](.+?)[”"」』]')
 _UNFILLED = re.compile(r"\(WRITE: [^)]*\)|（記入：[^）]*）")
 
@@ -61,8 +60,8 @@ Text = Annotated[
 class Film:
     """One film: the feeling and mood that it is meant to show, with the face or a blank screen.
 
-    ``file`` is the study's own film; without it Miburi draws one. If ``live``, it is no
-    film, but a gesture of the robot in the room.
+    ``file`` is the study's own film; without it Miburi draws one. If ``live``, it is not a film but
+    a gesture of the robot in the room.
     """
 
     feeling: str
@@ -81,7 +80,7 @@ class Film:
 
 
 class Show(Table):
-    """Films of every feeling at every mood, without or with the face; or one film of your own.
+    """Films of each feeling at each mood, with or without the face; or one film of your own.
 
     With ``live`` the robot in the room makes the gestures, with the face that its phone shows.
     """
@@ -112,7 +111,7 @@ class Show(Table):
 
 
 class Item(Table):
-    """One row of a rating: two words, and points between them."""
+    """One row of a rating: two opposite words, and a number of points between them."""
 
     name: Name
     low: Text
@@ -131,8 +130,8 @@ class Option(Table):
 class Question(Table):
     """One question, on a page of its own.
 
-    A ``choice`` is among feelings, a ``pick`` among the study's own answers, such as yes and no. A
-    ``check`` shows whether somebody reads the pages: its text says what to choose.
+    In a ``choice`` one picks a feeling, in a ``pick`` an answer that the study defines, such as yes
+    and no. A ``check`` shows whether somebody reads the pages: its text says what to choose.
     """
 
     name: Name
@@ -145,12 +144,12 @@ class Question(Table):
     optional: bool = False
     #: Of a choice or a check: the feelings to choose from; default: those of all films.
     options: Annotated[tuple[FeelingName, ...], Field(strict=False)] = ()
-    #: Of a check: the right option, and after how many films it is asked.
+    #: For a check: the right option, and the number of films after which it is asked.
     right: FeelingName | None = None
     at: Annotated[int | None, Field(ge=1)] = None
-    #: Of a pick: what to pick from.
+    #: For a pick: the answers to pick from.
     answers: Annotated[tuple[Option, ...], Field(strict=False)] = ()
-    #: Of a number: the smallest and the largest that are allowed.
+    #: For a number: the smallest and the largest allowed.
     low: int = 0
     high: int = 120
     #: The name of the choice right before it: ask this only if a feeling was chosen there.
@@ -158,7 +157,7 @@ class Question(Table):
     #: For a choice: the text of a last option that stands for no feeling; by default there is no
     #: such option.
     none: Text | None = None
-    #: Of a rating: its rows, and the points of each.
+    #: For a rating: its rows, and the number of points in each.
     items: Annotated[tuple[Item, ...], Field(strict=False)] = ()
     points: Annotated[int, Field(ge=2, le=11)] = 7
 
@@ -195,7 +194,7 @@ class Question(Table):
 class Step:
     """One page for a participant: a question about one film, or one that is not about a film.
 
-    ``trial`` counts from 0, and below 0 for practice; None if the question is not about a film.
+    ``trial`` counts from 0, and is negative for practice; None if the question is not about a film.
     """
 
     trial: int | None
@@ -213,9 +212,9 @@ class Exclude(Table):
     Attributes
     ----------
     checks
-        Whoever gets this many checks wrong, or more.
+        Participants with at least this many wrong checks are left out.
     fastest
-        Whoever answers pages about films in a median time below this, s.
+        Participants whose median time on pages about films is below this, s, are left out.
     same
         Whoever chooses one feeling for more than this share of the films.
     unplayed
@@ -237,8 +236,8 @@ class Study(Table):
     languages: Annotated[tuple[Language, ...], Field(strict=False, min_length=1)]
     title: Text
     information: Text
-    #: The text of the last page after the thanks, and the address that it links to, such as that of
-    #: a participant panel.
+    #: The text on the page with thanks, and the address that it links to, such as a participant
+    #: panel's.
     debriefing: Text | None = None
     completion: Annotated[str | None, Field(pattern=r"^https://\S+$")] = None
     #: How many films each participant sees; default: each once. Films for practice come before
@@ -273,7 +272,7 @@ class Study(Table):
 
     @cached_property
     def digest(self) -> str:
-        """A checksum of what is asked, without the words; kept answers belong to one checksum."""
+        """A checksum of what is asked, without its wording; answers belong to one checksum."""
         return _digest(_without_words(self.model_dump(mode="json")))
 
     @cached_property
@@ -308,12 +307,14 @@ class Study(Table):
         _check_once("languages", self.languages)
         if not any(q.after == "film" and q.kind != "check" for q in self.question):
             raise ValueError(
-                'no question is asked after a film; at least one needs: after = "film"'
+                'no question is asked after a film; set after = "film" in at least one'
             )
         choices = [question.name for question in self.question if question.kind == "choice"]
         for question in self.question:
             if question.only_if is not None and question.only_if not in choices:
-                raise ValueError(f"only_if is {question.only_if!r}; choices are {choices}")
+                raise ValueError(
+                    f"only_if must name a choice, one of {choices}; got {question.only_if!r}"
+                )
             self._check_order(question)
             self._check_right(question)
             seen = self.trials or len(self.films)
@@ -330,7 +331,7 @@ class Study(Table):
         return self
 
     def _check_right(self, question: Question) -> None:
-        """Check that the right answer to a check is an option, and the one that its text names."""
+        """Verify that a check's right answer is an option, and the one that its text asks for."""
         right = question.right
         if right is None:
             return
@@ -378,7 +379,7 @@ def load_study(folder: Path) -> Study:
 
 
 def _without_words(value: object) -> object:
-    """Return a dumped table without its texts, which are tables of languages."""
+    """Return a model as a table, without its texts, which are tables by language."""
     if isinstance(value, dict):
         kept = {key: one for key, one in value.items() if not _is_text(one)}
         return {key: _without_words(one) for key, one in kept.items() if key != "completion"}

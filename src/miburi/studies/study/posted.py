@@ -1,4 +1,4 @@
-"""Forms that a participant sends, and the check of each request before the pages."""
+"""Read the forms that participants send, and check each request before a page handles it."""
 
 import unicodedata
 from collections.abc import Awaitable, Callable, Mapping
@@ -16,7 +16,7 @@ __all__ = ["LONGEST", "Door", "Form", "posted", "values_of"]
 
 Form = Mapping[str, str]
 
-#: The longest word that is kept, and the largest form, bytes (ours).
+#: The length of the longest stored word, and the size of the largest form, bytes (ours).
 LONGEST, _LARGEST = 80, 16_384
 
 _HEADERS = (
@@ -48,7 +48,7 @@ def values_of(study: Study, question: Question, form: Mapping[str, str]) -> dict
         whole = value.isascii() and value.isdigit() and len(value) <= 6
         allowed_here = whole and question.low <= int(value) <= question.high
         return {"": str(int(value))} if allowed_here else None
-    # Texts that look the same are kept as the same characters, without invisible ones.
+    # Text that looks the same is stored identically, without invisible characters.
     plain = unicodedata.normalize("NFKC", value)
     shown = "".join(letter for letter in plain if letter.isprintable()).strip()
     return {"": shown} if 0 < len(shown) <= LONGEST else None
@@ -57,7 +57,7 @@ def values_of(study: Study, question: Question, form: Mapping[str, str]) -> dict
 def posted(
     handle: Callable[[Request, Form], Response],
 ) -> Callable[[Request], Awaitable[Response]]:
-    """Return an endpoint that reads a form; its handler may wait for the disk."""
+    """Return an endpoint that reads a form; its handler has a thread, so it may wait."""
 
     async def endpoint(request: Request) -> Response:
         body = b""

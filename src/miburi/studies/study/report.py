@@ -39,12 +39,12 @@ _PAGE = Path(__file__).with_suffix(".html")
 
 @dataclass(frozen=True)
 class AnswerRow:
-    """One value of one answer, with the film that it is about; a participant is only a number.
+    """One value of one answer, and the film that it is about; a participant is only a number here.
 
-    ``whole`` and ``broken`` count how often a live gesture was shown to its end and interrupted in
-    that trial; they are None for a film. ``seconds`` is how long the page took, and ``plays`` how
-    often its film was started; None where that is not known. ``left_out`` says whether the findings
-    leave the participant out.
+    ``whole`` counts how often a live gesture was shown to its end in that trial, and ``broken`` how
+    often it was interrupted; both are None for a film. ``seconds`` is how long the page took, and
+    ``plays`` how often its film was started; None where that is not known. ``left_out`` says
+    whether the findings leave the participant out.
     """
 
     participant: int
@@ -66,7 +66,7 @@ class AnswerRow:
 
 
 def write_report(study: Study, folder: Path, out: Path, *, rehearsal: bool = False) -> Path:
-    """Write the report of the answers in a study's folder, or of those in its rehearsal.
+    """Write the report on a study's answers, or on those of its rehearsal (a trial run).
 
     Returns
     -------

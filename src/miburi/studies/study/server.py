@@ -35,7 +35,7 @@ def serve_study(
 
     ``robot`` makes the gestures, if the study has live ones.
 
-    On a loopback address only this computer may ask. On any other, anybody who can reach it may
+    On a loopback address only this computer can connect. On any other, anybody who can reach it may
     take part.
 
     Raises
@@ -72,7 +72,7 @@ class _Server(uvicorn.Server):
 
     @contextmanager
     def capture_signals(self) -> Iterator[None]:
-        """Take both signals while the server runs."""
+        """Handle both signals while the server runs."""
         kept = {n: signal.signal(n, self.handle_exit) for n in (signal.SIGINT, signal.SIGTERM)}
         try:
             yield

@@ -2,8 +2,9 @@
 
 One person's answers are alike, so intervals treat each participant's answers as a cluster.
 
-Small functions of tables of numbers. Each returns None where it is not defined, for instance
-where all values are the same. Wilson's interval is :func:`miburi.studies.trials.summary.wilson`.
+These are small functions on tables of numbers. Each returns None where it is not defined, for
+instance where all values are the same. Wilson's interval is
+:func:`miburi.studies.trials.summary.wilson`.
 """
 
 from collections.abc import Sequence

@@ -39,7 +39,7 @@ CREATE TABLE wording (digest TEXT NOT NULL, first INTEGER NOT NULL);
 CREATE TABLE participant (
     number INTEGER PRIMARY KEY AUTOINCREMENT,
     place INTEGER NOT NULL,
-    code TEXT UNIQUE,  -- NULL: withdrawn. "closed" and the number: erased
+    code TEXT UNIQUE,  -- NULL after a withdrawal; "closed" and the number once codes are erased
     language TEXT
 );
 CREATE TABLE pace (
@@ -115,7 +115,7 @@ class StudyAnswer:
 
 @dataclass(frozen=True)
 class Shown:
-    """How often somebody saw a live gesture: the whole of it, or a part that was broken off."""
+    """How often somebody saw a live gesture to its end, and how often it was interrupted."""
 
     whole: int = 0
     broken: int = 0
@@ -142,7 +142,7 @@ class Store:
         return self.path.name == REHEARSED
 
     def enter(self, code: str, language: str, gone: Collection[int] = ()) -> Participant:
-        """Add a participant, at the first place that nobody has.
+        """Add a participant in the first free place of the order.
 
         The places of those who have withdrawn, and of those in ``gone``, are free.
         """
@@ -185,7 +185,7 @@ class Store:
         values: Mapping[str, str],
         pace: AnswerPace | None = None,
     ) -> bool:
-        """Keep an answer, by item; False if it is not the answer to the page that comes next."""
+        """Store an answer by item; return False if it is not for the page that comes next."""
         with self._transaction() as database:
             participant = _find(database, code)
             if participant is None or participant.step != step:
@@ -218,7 +218,7 @@ class Store:
     def close(self) -> int:
         """End the study: erase all codes, and return how many.
 
-        Afterwards no answer can be traced to whoever has a code, and none can be withdrawn.
+        After that, no answer can be traced to a person by a code, or withdrawn.
         """
         with self._transaction() as database:
             erased = database.execute(
@@ -289,7 +289,7 @@ class Store:
             return [StudyAnswer(*row) for row in rows]
 
     def counts(self, steps: int) -> Counts:
-        """Return how many people there are; those with ``steps`` answered pages have finished."""
+        """Return how many participants there are; ``steps`` answered pages mean finished."""
         with self._transaction() as database:
             began, kept = database.execute(
                 "SELECT COUNT(*), COUNT(code) FROM participant"
@@ -348,8 +348,9 @@ def open_store(path: Path, study: Study) -> Store:
             _note_wording(database, study.wording)
     if digest != study.digest:
         raise OutputError(
-            f"{path} holds the answers to another study file. Its words may change, but not its "
-            "films, questions, options, seed and [exclude]. Put that file back, or move the "
+            f"{path} holds the answers to another study file. The wording of a study with answers "
+            "may change, but not films, questions, options, seed or [exclude]. Put the old file "
+            "back, or move the "
             "answers away to start again."
         )
     return store

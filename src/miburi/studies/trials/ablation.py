@@ -21,8 +21,8 @@ from miburi.studies.trials.workshop import calibrate_servos
 __all__ = ["PROFILE_GUARDS", "RULES", "STATES", "WITHOUT", "ServoState", "in_state", "undriven"]
 
 _SLACK = np.array([20, 16, 16, 16, 16, 16, 16, 16])
-#: The narrowest guards, µs and steps, with which the delayed profile hardly ever stops a free
-#: move of the identified XL330 (ours).
+#: The narrowest guards, µs and steps, with which the rule that compares with a delayed profile
+#: hardly ever stops a free move of the XL330 (ours).
 PROFILE_GUARDS = Guards(
     lag=np.full(8, 14_000),
     slack=_SLACK,
@@ -42,8 +42,8 @@ RULES: dict[str, Callable[[FreeRule], Rule]] = {
 }
 
 
-#: Parts of the servos' drive that can be left out: the lift of goals above the sag, and the
-#: ceiling of the motors' push.
+#: Parts of the servos' drive that can be switched off: the lift, which raises goals against
+#: sagging, and the ceiling, which limits the motors' torque.
 WITHOUT = {"lift": {"lift": 0.0}, "ceiling": {"headroom": 1000.0}}
 
 
@@ -82,7 +82,7 @@ STATES = {
 def in_state(
     robot: Robot, name: str, seed: int, judged: Callable[[FreeRule], Rule] = RULES["miburi"]
 ) -> Subject:
-    """Return a calibrated robot with servos in one of ``STATES`` and the rule from ``judged``.
+    """Return a calibrated robot with servos in one of ``STATES``, and its rule by ``judged``.
 
     Raises
     ------

@@ -72,7 +72,7 @@ class Point:
 
 
 def rule_map(runs: Sequence[Run], ours: Rule) -> list[Point]:
-    """Judge recorded runs over (p, ratio), by our rule and by the printed one.
+    """Judge recorded runs over a grid of (p, ratio), by Miburi's rule and by the paper's.
 
     All points use the same guards, those for the paper's p and ratio, so that the map shows the
     effect of p and ratio alone.
@@ -87,7 +87,7 @@ def rule_map(runs: Sequence[Run], ours: Rule) -> list[Point]:
 
 
 def rule_map_figure(points: Sequence[Point], path: Path) -> None:
-    """Draw false stops against missed contacts and delay, with a ring at the paper's point."""
+    """Draw false stops against missed contacts and delay, with a ring at the paper's parameters."""
     with plt.rc_context(_STYLE):
         figure, axes = plt.subplots(1, 2, figsize=(7.2, 3.0), layout="constrained", sharey=True)
         colours = dict(zip(PERIODS, (_CORAL, _BLUE, _INK, _GREY), strict=True))

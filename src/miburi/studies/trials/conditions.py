@@ -59,7 +59,7 @@ class Person:
         The link that the hand is to meet, and the place on it: from 0 at its joint to 1 at its
         end, or from the lower to the upper edge of the head.
     part
-        Where on the link's way they meet, 0 to 1.
+        The point on the link's path where link and hand meet, as a fraction, 0 to 1.
     speed
         m/s, of a hand that moves towards the robot.
     tilt, roll

@@ -110,7 +110,7 @@ def _spot(robot: Robot, person: Person) -> tuple[str, Array, Array, float]:
 
 
 def _when(robot: Robot, start: Array, move: Move, fraction: float) -> tuple[float, float]:
-    """Return the time, s, at which a fraction of the move is done, and its growth then, 1/s."""
+    """Return the time, s, at which a fraction of the move is done, and its rate then, 1/s."""
     origin, goal = to_steps(robot, start), to_steps(robot, move.angles)
     profile, _ = plan_profile(robot, origin, goal, to_steps(robot, move.speeds))
     motor = int(np.argmax(profile.distance))
@@ -130,7 +130,7 @@ class Actor:
             plant.offer_hand(self._place(0.0), meeting.along, np.zeros(3), person.skin)
 
     def act(self, phase: Phase) -> None:
-        """Move the hand at this reading; the person feels the robot's ``phase``."""
+        """Move the hand at this reading; ``phase`` tells the person if the robot has stopped."""
         plant, person, meeting = self._plant, self._person, self._meeting
         if phase is Phase.STOPPED:
             # On feeling that the robot has stopped, a person stops pushing; a wall stays in place.

@@ -42,7 +42,7 @@ class Plan:
     Attributes
     ----------
     servos
-        The robots to try, each with its rule.
+        The robots to try, which differ in their servos, each with its rule.
     seed, free, blocked
         The seed, and the number of trials of each kind; 0 or more.
     repertoire

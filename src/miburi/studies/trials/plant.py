@@ -1,7 +1,8 @@
 """The physical robot of contact trials: varied servos, and a human hand on springs.
 
-Unlike the hand of the experiment, this one has mass and hangs on springs. It can give way, move
-towards the robot, or hold on to it, and the plant records the force on it at every physics step.
+Unlike the hand of the paper's experiment, this one has mass and hangs on springs. It can give way,
+move towards the robot, or hold on to it, and the plant records the force on it at every physics
+step.
 """
 
 from dataclasses import dataclass
@@ -22,7 +23,7 @@ __all__ = ["Skin", "TrialPlant", "Variation"]
 
 @dataclass(frozen=True)
 class Variation:
-    """How one robot differs from its description (ours).
+    """How one real robot differs from its description (our assumptions).
 
     Attributes
     ----------
@@ -48,7 +49,7 @@ class Variation:
 
 @dataclass(frozen=True)
 class Skin:
-    """What a human hand is made of (ours).
+    """The mechanics of a human hand (our assumptions).
 
     Attributes
     ----------
@@ -202,7 +203,7 @@ class TrialPlant(Plant):
         jacobian = np.zeros((3, model.nv))
         mujoco.mj_comPos(model, data)
         mujoco.mj_jac(model, data, jacobian, None, place, body)
-        # The hand closes on the moving link at the link's speed, without a blow.
+        # The hand closes on the moving link at the link's speed, without an impact.
         self.offer_hand(place, np.array([0.0, 0.0, 1.0]), jacobian @ data.qvel, skin)
         model.geom_contype[self._hand] = model.geom_conaffinity[self._hand] = 0
         model.eq_obj2id[self._grasp] = body
@@ -211,7 +212,7 @@ class TrialPlant(Plant):
         self.touched, self.touched_at = link, self.time
 
     def power(self, torque: Array | float) -> None:
-        """Feed the servos; see :meth:`Plant.power`. ``torque`` is that of the described motor."""
+        """Power the servos; see :meth:`Plant.power`. ``torque`` is that of the described motor."""
         super().power(torque * self._stronger)
 
     def encoders(self) -> Steps:
@@ -255,7 +256,8 @@ _VARIED = (
     "dof_damping", "jnt_stiffness", "body_mass", "body_inertia", "body_ipos", "geom_quat",
     "geom_solref", "geom_friction", "geom_contype", "geom_conaffinity", "eq_obj2id", "eq_data",
 )  # fmt: skip
-#: How many of a servo's friction constants, from the first on, are torques or shares of a torque.
+#: The number of a servo's friction constants, from the first, that are torques or shares of a
+#: torque.
 _TORQUES = 4
 
 

@@ -32,9 +32,10 @@ class _DeafWatch(Watch):
 
 
 class DeafRule(Rule):
-    """A rule that never stops: a blocked move just ends.
+    """A rule that never stops the body: a blocked move runs to its end.
 
-    Only trials use it, to record runs and to see what the ceiling of the motors' push achieves.
+    Only trials use it, to record runs, and to see what the limit on the motors' torque achieves
+    alone.
     """
 
     @property
@@ -69,7 +70,7 @@ class Judgement:
 
 
 def judge(rule: Rule, run: Run) -> Judgement:
-    """Return what ``rule`` would have done on the card during a recorded run."""
+    """Return what ``rule`` would have done on the robot's Arduino card in a recorded run."""
     stopped_at = _first_stop(rule, run)
     end = len(run.forces) if stopped_at is None else round(stopped_at / TIMESTEP)
     peak = float(run.forces[: max(end, 1)].max())

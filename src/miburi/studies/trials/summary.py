@@ -13,13 +13,13 @@ __all__ = ["ISO_LIMITS", "LATE", "MATTERS", "Summary", "quantile_interval", "sum
 
 need("scipy", "studies")  # loading it takes a second, so only the functions that use it load it
 
-#: A missed contact matters from this force on, N (ours).
+#: A missed contact matters at this force or above, N (ours).
 MATTERS = 2.0
 #: A stop counts as late if it comes more than this after the first touch, s (ours).
 LATE = 0.25
-#: Quasi-static limits of ISO/TS 15066 in N, as secondary sources quote them: we have not read
-#: the standard itself. Transient contact is commonly taken as twice that; none is allowed on
-#: face and head.
+#: Quasi-static limits of ISO/TS 15066 in N, as secondary sources quote them: we have not read the
+#: standard itself. The limits for transient contact are commonly taken as twice that; on face and
+#: head no contact is allowed.
 ISO_LIMITS = {
     "face": 65,
     "forehead": 130,
@@ -67,9 +67,8 @@ class Summary:
     false_stops
         Stops before any touch, in free and blocked trials.
     missed, missed_above_2N, missed_peak_above_2N
-        People who were pressed with 1 N or more (mean over 0.1 s) while the robot did not stop; of
-        these, people pressed with 2 N (mean over 0.1 s), and people on whom the force reached 2 N
-        for a moment.
+        People pressed with 1 N or more (mean over 0.1 s) without a stop; of these, those pressed
+        with 2 N or more (mean over 0.1 s), and those on whom the force reached 2 N for a moment.
     brushes
         People whom the robot only brushed past; the trial drew others in their place.
     late
@@ -77,10 +76,11 @@ class Summary:
     latency_above_2N_max
         The longest latency of contacts that reached 2 N over 0.1 s.
     peak_force_p99, peak_force_p99_interval
-        The force that 99 of 100 contacts stay under, and its interval, from the order of the values
-        alone. The largest value has no interval, because it grows with the number of trials.
+        The 99th percentile of the force, and its interval from the order of the values. The largest
+        value has no interval, because it grows with the number of trials.
 
-    Intervals of counts are Wilson's; all are of 95 %. A figure that rests on no trial is None.
+    Counts have Wilson intervals; all intervals are 95 % intervals. A figure that rests on no trial
+    is None.
     """
 
     free: int

@@ -49,7 +49,8 @@ SUSTAINED = 0.1
 #: force, N (ours); with less it only brushes past.
 IN_THE_WAY = 1.0
 _READING_US = round(READING * SECOND)
-#: How many gestures are drawn, and how many people for each, until robot and person meet.
+#: The greatest number of gestures, and of people for each, that are drawn until robot and person
+#: meet.
 _GESTURES, _PERSONS = 50, 25
 
 
@@ -76,14 +77,14 @@ class Outcome:
     seconds
         Simulated time.
     stopped, sign, motor
-        Whether the contact rule stopped the body, the sign of contact, and the motor.
+        Whether the contact rule stopped the body, which of its tests failed, and at which motor.
     false_stop
         Whether it stopped before anybody touched it.
     touched
         The part of the robot that met the person first.
     latency, latency_from_1N
-        From the first touch to the stop, and from the moment when the force reached 1 N; NaN
-        without that moment, and 0 if the stop came before it.
+        Time to the stop from the first touch, and from the moment when the force reached 1 N; NaN
+        if it did not, and 0 if the stop came before.
     peak_force, sustained_force
         The largest force, and the largest mean over 0.1 s, until half a second after the stop.
     push_after_stop
@@ -91,8 +92,7 @@ class Outcome:
     right_motor
         Whether the stop names a motor that carries the touched part.
     brushes, brush_force
-        The number of people that the trial drew before and the robot only brushed past, and the
-        largest force on them.
+        The number of earlier people whom the robot only brushed, and the largest force on them.
     self_collision
         Whether two parts of the robot met before anybody touched it.
     """
@@ -199,13 +199,15 @@ def enact(
                 continue
             result.brushes = brushes
             return result
-    raise InputError(f"{kind} trial {index} of seed {seed}: nobody can meet this robot.")
+    raise InputError(
+        f"{kind} trial {index} of seed {seed}: no person could be placed in this robot's way."
+    )
 
 
 def _meetings(
     plant: TrialPlant, conditions: Conditions, hand: HandKind, rng: np.random.Generator
 ) -> Iterator[tuple[Person, Meeting]]:
-    """Yield persons in the way of the move that was drawn, each with their meeting."""
+    """Yield people placed in the way of the drawn move, each with place and time of the meeting."""
     for _ in range(_PERSONS):
         person = draw_person(rng, hand)
         meeting = plan(plant, person, conditions.start, conditions.moves[0][0])

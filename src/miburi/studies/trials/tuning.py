@@ -22,8 +22,8 @@ from miburi.studies.trials.trial import PATIENCE, Run
 
 __all__ = ["BOX", "Tuned", "Verdict", "assess", "free_traces", "tune"]
 
-#: Bounds of the search: p in readings of 10 ms, the ratio, the travel in rad below which a motor
-#: is judged later, and the margin of the guards (ours). A card takes no ratio below 0.8.
+#: Bounds of the search: p in readings of 10 ms, the ratio, the travel in rad below which judging a
+#: motor waits, and the margin of the guards (ours). An Arduino card accepts no ratio below 0.8.
 BOX = ((5.0, 20.0), (0.8, 0.99), (0.004, 0.05), (1.0, 2.5))
 #: The most points to try, and the seconds that a false stop above the bound costs.
 _BUDGET, _PENALTY = 150, 100.0
@@ -62,7 +62,7 @@ class Tuned:
 
 
 def free_traces(rule: FreeRule, runs: Sequence[Run]) -> list[FreeTrace]:
-    """Return the traces of runs, to compare with the free servo that a rule expects."""
+    """Return the traces of runs, to compare with a rule's model of an unhindered servo."""
     return [FreeTrace(**vars(trace), rule=rule) for run in runs for trace in run.traces]
 
 
@@ -94,7 +94,8 @@ def tune(
 ) -> Tuned:
     """Return the rule with the smallest delay whose false stops are within the bound.
 
-    Every other free run calibrates a candidate's guards; the candidate then judges the other runs.
+    Half of the free runs, every other one, calibrate a candidate's guards; the candidate then
+    judges the rest.
 
     Parameters
     ----------

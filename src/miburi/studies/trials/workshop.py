@@ -72,15 +72,15 @@ class Calibrated:
 def calibrate_servos(robot: Robot, seed: int, true: Robot | None = None) -> Calibrated:
     """Identify a robot's servos, derive its rule, and test it with gestures, as a card does.
 
-    Guards are raised where gestures need more.
+    Guards, the rule's tolerances, are raised where gestures would be stopped otherwise.
 
-    ``true`` is the robot as it is, by default as described. A gain that does not fit is changed
-    first, and the moves made again.
+    ``true`` is the robot as it is, by default as described. If the P gain makes servos too soft or
+    stiff, it is changed first, and the moves are made again.
 
     Raises
     ------
     BodyError
-        A servo is too soft or too stiff with any gain, or the rule stopped a gesture.
+        With every gain a servo is too soft or too stiff, or the rule stopped a gesture.
     """
     true = true or robot
     seconds = 0.0
