@@ -101,7 +101,7 @@ def main():
         lines += [
             "",
             "| out of reach | targets | off the optimum by 1e-4 of the reach | by 1e-6 "
-            "| called the best, and not | worst |",
+            "| called the best, but is not | worst |",
             "|---|---|---|---|---|---|",
         ]
     size = min(FAR_CHUNK, options.beyond)

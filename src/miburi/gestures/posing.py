@@ -34,7 +34,7 @@ __all__ = [
     "turned",
 ]
 
-#: A movement that changes a coordinate by more than this (rad; distances in arm's reaches) is wide;
+#: A movement that changes a coordinate by more than this (rad; distances in multiples of the reach) is wide;
 #: with bound flow it halts half-way.
 WIDE = 0.5
 #: Variation: the share by which a coordinate may fall short of the written one, and by which a
