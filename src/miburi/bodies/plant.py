@@ -26,10 +26,10 @@ from miburi.safety.profile import Steps, to_steps
 
 __all__ = ["Plant"]
 
-#: How far parts may overlap at neutral, m: their shapes only approximate the robot's (ours).
+#: How far parts may overlap at neutral, m: their shapes only approximate the robot's (our choice).
 _DEEP = 0.001
-#: Clearance between a placed hand and the trunk, m (ours). Both are rigid: if they touched, the
-#: force between them would be decided by rounding errors alone.
+#: Clearance between a placed hand and the trunk, m (our choice). Both are rigid: if they touched,
+#: the force between them would be decided by rounding errors alone.
 _CLEAR = 0.0002
 
 

@@ -1,4 +1,4 @@
-"""Derive guards from free moves: what the contact rule must tolerate of these servos (ours).
+"""Derive guards from free moves: what the contact rule must tolerate of these servos (our choice).
 
 It takes :class:`Trace` objects, each the encoder readings of one free move with its commanded
 profile, and gives the :class:`~miburi.robot.guards.Guards` that would have let all of them pass,
@@ -28,10 +28,10 @@ __all__ = [
     "measure_need",
 ]
 
-#: Guards are this many times what free motion needed (ours).
+#: Guards are this many times what free motion needed (our choice).
 MARGIN = 1.2
 #: The guard ``least``, rad: a window with less expected travel is too short to judge, so it grows
-#: (ours).
+#: (our choice).
 LEAST = 0.0125
 _LONGEST_LAG = 120_000  # µs
 _WORTH_MEASURING = 50  # steps

@@ -36,13 +36,13 @@ __all__ = [
 
 #: Guards are ``MARGIN`` times the model's error in the free moves, and at least the description's
 #: least guards; for moves in another state, which the model predicts in part, ``STATE_MARGIN``
-#: times (both ours).
+#: times (both our choice).
 MARGIN, STATE_MARGIN = 1.5, 1.25
-#: Friction and supply voltage in other states, as multiples of the calibration's (ours): gears are
-#: stiff when cold, and a supply may give 4.75 to 5.25 V.
+#: Friction and supply voltage in other states, as multiples of the calibration's (our choice):
+#: gears are stiff when cold, and a supply may give 4.75 to 5.25 V.
 STATES = ((1.25, 0.95), (0.75, 1.05))
 #: The guards that backlash widens, and how many joints must show backlash before they are widened:
-#: more than half of the five joints that carry little load (ours).
+#: more than half of the five joints that carry little load (our choice).
 _WIDENED, _MANY = ("slack", "behind", "ahead", "arrival"), 3
 
 

@@ -42,10 +42,10 @@ __all__ = [
 ]
 
 #: The allowed and the recommended range of a servo's stiffness at the horn, N·m/rad. A softer servo
-#: cannot carry the body to a pose; a stiffer one oscillates where gears have backlash (ours). It is
-#: measured 10 % too low on average, and 20 % at most: while all joints move, the wiring drops some
-#: of the supply's voltage, and the gears lose more torque than the model assumes. The true value
-#: should be 4 to 6.
+#: cannot carry the body to a pose; a stiffer one oscillates where gears have backlash (our choice).
+#: It is measured 10 % too low on average, and 20 % at most: while all joints move, the wiring drops
+#: some of the supply's voltage, and the gears lose more torque than the model assumes. The true
+#: value should be 4 to 6.
 STIFFNESS, _WELL = (2.0, 8.0), (4.0, 5.5)
 #: The search's steps, as factors, coarse to fine; and those of the delay, µs.
 _FACTORS = (1.6, 1.25, 1.12, 1.06, 1.03)
@@ -57,16 +57,16 @@ _LITTLE = 0.001
 #: The search range of each constant, as multiples of the description's.
 _BOX = (0.2, 5.0)
 #: A servo is reported if it differs by more than these factors from its counterpart on the other
-#: side, or from all others, and from its description too (ours).
+#: side, or from all others, and from its description too (our choice).
 _MIRRORED, _SINGLE, _EXPECTED = 1.5, 2.0, 1.25
 #: The same for a servo that is softer than its mirror image. A servo with a third of its torque
 #: measures 0.67 of its counterpart's stiffness and is reported; one with twice the friction
-#: measures 0.7 and is not (ours).
+#: measures 0.7 and is not (our choice).
 _SOFTER = 1.45
 #: The servos' common wear is measured at joints without play if there are at least this many
-#: (ours).
+#: (our choice).
 _FIRM_ONES = 3
-#: Wear beyond this is not believed; gears would take all of a motor's torque (ours).
+#: Wear beyond this is not believed; gears would take all of a motor's torque (our choice).
 _MOST_WEAR = 2.5
 #: How many times the wear is estimated, and the share of the dry friction that shows in free moves:
 #: friction at rest is higher than in motion (found on simulated servos of known wear).
@@ -79,8 +79,8 @@ _WEARS, _SEEN = 3, 0.92
 _FIRM, _LOOSE, _IN_STEPS, _PLAYS = radians(0.057), radians(0.092), (0.65, 1.05), 3.3
 #: Friction explains a part of the model's error, so a joint with more friction than the others
 #: needs a larger error before it counts as loose. This is the largest ratio of frictions that is
-#: allowed for (ours); with a larger one, half a degree of play at a joint with much friction would
-#: go unreported.
+#: allowed for (our choice); with a larger one, half a degree of play at a joint with much friction
+#: would go unreported.
 _RUBS = 2.0
 _MIRROR = {"left": "right", "right": "left"}
 _NAMES = ("stiffness", "damping", "friction", "gravity")

@@ -44,7 +44,7 @@ __all__ = [
 ]
 
 #: How often the gain is checked. Moves of all joints between these speeds, rad/s, suffice for that,
-#: and every servo reaches these speeds (ours).
+#: and every servo reaches these speeds (our choice).
 _ROUNDS, _SLOWEST, _FASTEST = 3, 0.15, 2.0
 _DEGREES = 360 / STEPS_PER_TURN
 

@@ -20,14 +20,14 @@ __all__ = ["free_moves", "gestures", "record", "swings"]
 #: How far a joint moves to either side of the middle, as a share of half its range. At top speed
 #: the swing must be longer: at least ``_RUN`` times the distance in which the joint reaches that
 #: speed, so that it holds the speed for a while. On either side it moves no further than
-#: ``_FARTHEST`` of the range (ours).
+#: ``_FARTHEST`` of the range (our choice).
 _REACH, _RUN, _FARTHEST = 0.35, 1.1, 0.97
-#: Speeds for moves of one joint, rad/s; the last is faster than any servo can go (ours).
+#: Speeds for moves of one joint, rad/s; the last is faster than any servo can go (our choice).
 _SPEEDS = (0.8, 2.5, np.inf)
-#: Durations of moves of all joints, s; the last is shorter than any servo can manage (ours).
+#: Durations of moves of all joints, s; the last is shorter than any servo can manage (our choice).
 _DURATIONS = (1.5, 0.8, 0.1)
 #: Slow speeds, rad/s, and the distance moved at each, rad. At these speeds encoder steps matter
-#: most (ours).
+#: most (our choice).
 _SLOWLY, _BIT = (0.05, 0.1, 0.2, 0.4), 0.15
 #: Recording time after each move, s; longer than the rule waits for a motor to arrive.
 _AFTER = 0.3
@@ -36,7 +36,7 @@ _ROOM = (
     "Give the robot room, keep hands away, and calibrate again. If nothing is in its way, look at "
     "that joint's horn and screws, its plug, and cables that pull."
 )
-#: The mood of the gestures that test a calibration (ours).
+#: The mood of the gestures that test a calibration (our choice).
 _MOOD = 0.9
 #: The value of ``Report.heard`` when all motors have answered.
 _ALL = 0xFF

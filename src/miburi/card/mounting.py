@@ -17,7 +17,7 @@ from miburi.robot import JOINTS
 __all__ = ["Turned", "mounting_faults"]
 
 #: The least turn that counts, and how far from its place a joint may be put by hand, in encoder
-#: steps: 6° and 20° (ours).
+#: steps: 6° and 20° (our choice).
 _TURN, _BY_HAND = 68, 228
 _QUARTER = STEPS_PER_TURN // 4
 

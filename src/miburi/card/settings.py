@@ -45,7 +45,7 @@ _JOINT = struct.Struct("<BbHhhh" + "".join(guard.unit.code for guard in GUARDS.v
 #: Full duty of an XL330, in units of its registers 36 and 100; as in ``settings.h``.
 FULL_PWM = 885
 #: A servo stops the body if it is hotter than this, °C, or if its supply falls below this, in units
-#: of 0.1 V (ours).
+#: of 0.1 V (our choice).
 HOTTEST, LOWEST = 65, 42
 #: Steps that a joint's range keeps from the seam between two turns; as in ``settings.h``.
 SEAM = 100

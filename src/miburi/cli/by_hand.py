@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["find_faults", "find_zeros", "give_ids", "wait_for_enter"]
 
-#: The least turn from which a direction is read, in encoder steps: 8.8° (ours).
+#: The least turn from which a direction is read, in encoder steps: 8.8° (our choice).
 _TURN = 100
 _SHOULDER = (
     "with its elbow bent, the forearm hangs straight down",

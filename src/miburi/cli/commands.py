@@ -46,7 +46,7 @@ _NEGATIVE_NUMBERS = {"ignore_unknown_options": True}
 _LIVE, _MAKE, _MEASURE = "Live with it", "Make it yours", "Measure"
 _BUILD, _DOCUMENTS = "Build and calibrate", "For Miburi's own documents"
 
-#: Time after which a signal is raised again whose exception was swallowed, s (ours).
+#: Time after which a signal is raised again whose exception was swallowed, s (our choice).
 _LATER = 0.02
 
 

@@ -133,7 +133,7 @@ def preview(
 
 
 _LEAD = "Take a hand of the resting robot and lead it slowly. To end, keep still for 2 s."
-#: If no state arrives for this long, s, the recording may have a gap (ours).
+#: If no state arrives for this long, s, the recording may have a gap (our choice).
 _GAP = 0.5
 
 

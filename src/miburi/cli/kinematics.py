@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 __all__ = ["forward", "ik"]
 
-#: How far a hand or the head may be from its target, m (ours).
+#: How far a hand or the head may be from its target, m (our choice).
 _MISSED = 1e-3
 
 Point = tuple[float, float, float]

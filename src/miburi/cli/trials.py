@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from miburi.studies.trials.trial import Outcome
     from miburi.studies.trials.workshop import Calibrated
 
-#: The largest number of trials of one kind in a run (ours): a week on eight cores.
+#: The largest number of trials of one kind in a run (our choice): a week on eight cores.
 _MOST = 10_000_000
 
 __all__ = ["Seed", "Workers", "calibrate", "safety_page", "show_progress", "trials", "tune"]

@@ -25,7 +25,7 @@ from miburi.wire.messages import GestureOut, SayIn, WishOut
 __all__ = ["Asker"]
 
 #: The status for too many requests; how often such a request is tried, and the time between tries,
-#: s (ours).
+#: s (our choice).
 _TOO_MANY, _TRIES, _BREATH = 429, 20, 0.1
 _EVENTS = TypeAdapter(list[LiveEvent])
 _GESTURES = TypeAdapter(list[GestureOut])

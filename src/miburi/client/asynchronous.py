@@ -43,7 +43,7 @@ from miburi.wire.messages import (
 
 __all__ = ["AsyncPartner", "connect_async"]
 
-#: Interval between two attempts to reconnect, s (ours).
+#: Interval between two attempts to reconnect, s (our choice).
 _AGAIN = 0.5
 _DATA = "data: "
 

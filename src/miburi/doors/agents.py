@@ -58,9 +58,10 @@ except ModuleNotFoundError as error:
 
 __all__ = ["BURST", "RATE", "add_agents", "make_agents"]
 
-#: Wishes per second, and how many at once, from all agents together (ours).
+#: Wishes per second, and how many at once, from all agents together (our choice).
 RATE, BURST = 2.0, 8.0
-#: Time between two looks at a gesture, s, and time after which the agent stops waiting, s (ours).
+#: Time between two looks at a gesture, s, and time after which the agent stops waiting, s (our
+#: choice).
 _GLANCE, _PATIENCE = 0.1, 25.0
 #: The most events in one answer.
 _TOLD = 40

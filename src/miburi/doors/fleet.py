@@ -25,9 +25,9 @@ except ModuleNotFoundError as error:
 
 __all__ = ["LARGEST", "Fleet", "FleetOut", "PartnerOut", "listening_to", "stop_and_look"]
 
-#: Partners in a fleet; more are left out (ours).
+#: Partners in a fleet; more are left out (our choice).
 LARGEST = 2000
-#: How long to wait for the broker's stored messages, s, and for the bodies to stop, s (ours).
+#: How long to wait for the broker's stored messages, s, and for the bodies to stop, s (our choice).
 _GREETING, _PATIENCE = 5.0, 5.0
 _LOOK = 0.05
 _TOPIC = re.compile(r"miburi/(?:([^/]+)/)?([^/]+)/(available|report)")

@@ -50,21 +50,21 @@ __all__ = ["BIRTH", "BURST", "RATE", "add_home", "check_free", "is_taken", "live
 
 #: Where Home Assistant says that it has come back.
 BIRTH = "homeassistant/status"
-#: Wishes per second, and how many at once, not counting Stop (ours).
+#: Wishes per second, and how many at once, not counting Stop (our choice).
 RATE, BURST = 5.0, 10.0
-#: Interval between two looks at the partner, s (ours).
+#: Interval between two looks at the partner, s (our choice).
 _PERIOD = 0.25
 _ONLINE, _OFFLINE = "online", "offline"
-#: Refusals published per second, and at once: no more than a person can read (ours).
+#: Refusals published per second, and at once: no more than a person can read (our choice).
 _TOLD_RATE, _TOLD_BURST = 1.0, 10.0
 #: Rates of reports, 1/s: for values that change often, and for those that a home must know soon.
-#: Bursts included, that is at most ten a minute, not counting Stops (ours).
+#: Bursts included, that is at most ten a minute, not counting Stops (our choice).
 _REPORT_RATE, _URGENT_RATE, _REPORT_BURST = 3 / 60, 3 / 60, 2.0
 #: The key in the history for the last event that was reported to the broker.
 _WHO = "home"
-#: How long to wait for an answer when asking whether a name is taken, s (ours).
+#: How long to wait for an answer when asking whether a name is taken, s (our choice).
 _ANSWER = 1.5
-#: How long to wait at startup for a broker that is away, s (ours).
+#: How long to wait at startup for a broker that is away, s (our choice).
 _PATIENCE = 4.0
 
 

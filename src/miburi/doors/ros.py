@@ -64,14 +64,14 @@ except ModuleNotFoundError as error:
 
 __all__ = ["BURST", "RATE", "add_ros", "live_in_ros"]
 
-#: Commands per second, and the largest burst, not counting Stop (ours).
+#: Commands per second, and the largest burst, not counting Stop (our choice).
 RATE, BURST = 5.0, 10.0
 #: Interval at which the partner is polled, s; every step since the last poll is published.
 _PERIOD = 0.01
 _LOG = logging.getLogger(__name__)
 #: Interval between two diagnoses while nothing changes, s (as diagnostic_updater's default).
 _DIAGNOSIS = 1.0
-#: Time after which a door that has failed is reopened, s (ours).
+#: Time after which a door that has failed is reopened, s (our choice).
 _PAUSE = 5.0
 #: The longest wish, characters.
 _LONGEST = 4_000

@@ -45,7 +45,7 @@ __all__ = [
 NEUTRAL_WORD = "neutral"
 _SECOND = 1_000_000_000
 _OK, _WARNING, _ERROR, _STALE = range(4)
-#: A motor is reported with a warning within this many °C of its temperature limit (ours).
+#: A motor is reported with a warning within this many °C of its temperature limit (our choice).
 _NEARLY_HOT = 10.0
 
 

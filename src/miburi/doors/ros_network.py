@@ -19,11 +19,12 @@ __all__ = ["LARGEST_DOMAIN", "RosNetwork", "find_ros"]
 
 #: The largest domain, 232: with a larger one DDS would run out of ports.
 LARGEST_DOMAIN = 232
-#: The largest message that is taken, bytes (ours); a robot's description has some 20,000.
+#: The largest message that is taken, bytes (our choice); a robot's description has some 20,000.
 _LARGEST_MESSAGE = 200_000
 #: The number of participants to look for on this computer, the same as in rmw_cyclonedds.
 _PARTICIPANTS = 32
-#: Interval between two announcements, s (ours): a node that starts later waits no longer than this.
+#: Interval between two announcements, s (our choice): a node that starts later waits no longer than
+#: this.
 _ANNOUNCED = 2
 _HERE = (
     '<General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>'

@@ -31,7 +31,7 @@ ACCELERATION_UNIT = 214.577 * 4096 / 3600
 _IN_TIME, _TORQUE_BY_GOAL = 0x04, 0x08
 #: A bit of Startup Configuration, and two of Shutdown and Hardware Error Status.
 _TORQUE_AT_START, _VOLTAGE, _HEAT = 0x01, 0x01, 0x04
-#: Bits of Moving Status, and the steps within which a servo is in position (ours).
+#: Bits of Moving Status, and the steps within which a servo is in position (our choice).
 _IN_POSITION, _ONGOING, _FOLLOWING_ERROR, _NEAR = 0x01, 0x02, 0x08, 10
 #: Options of Factory Reset, with the registers that each keeps; and the option and key of Clear.
 _RESETS = {0xFF: (), 0x01: ("id",), 0x02: ("id", "baud")}

@@ -95,7 +95,7 @@ class Habituation(Table):
 
 
 class Turning(Table):
-    """How far the waist turns to a face in rad, and its top speed in rad/s (both ours).
+    """How far the waist turns to a face in rad, and its top speed in rad/s (both our choice).
 
     The waist turns to a face only while the partner shows no feeling; an angle of 0 switches that
     off.
@@ -106,7 +106,7 @@ class Turning(Table):
 
 
 class Attaching(Table):
-    """How slowly an attachment to a person changes, and how much resting moods follow it (ours).
+    """How slowly an attachment to a person changes, and how far resting moods follow (our choice).
 
     The time constant of an attachment is that of a mood, multiplied by ``slower``. The attachment,
     multiplied by ``leaning``, is added to the resting moods.

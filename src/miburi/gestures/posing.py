@@ -34,20 +34,20 @@ __all__ = [
     "turned",
 ]
 
-#: A movement that changes a coordinate by more than this (rad; distances in multiples of the reach) is wide;
+#: A movement that changes a coordinate by more than this (rad, or multiples of the reach) is wide;
 #: with bound flow it halts half-way.
 WIDE = 0.5
 #: Variation: the share by which a coordinate may fall short of the written one, and by which a
 #: duration may differ.
 REACH_VARIES, TIME_VARIES = 0.15, 0.12
 #: A beat gesture of an arm: the hand's offset at the turning point, the times there and back, s,
-#: and the time in which lagging servos reach the turning point, s (all ours).
+#: and the time in which lagging servos reach the turning point, s (all our choice).
 _BEAT = np.array([-0.03, 0.0, 0.3])
 _BEAT_TIMES = (0.4, 0.4)
 BEAT_LEAD = 0.44
 #: Where the partner can look. It does not know where people are, so ``user`` means straight ahead.
 Direction = Literal["user", "left", "right", "up", "down", "aside"]
-#: The head's turn to its left and its rise from neutral, rad (ours).
+#: The head's turn to its left and its rise from neutral, rad (our choice).
 _LOOKS: dict[Direction, tuple[float, float]] = {
     "user": (0.0, 0.0),
     "left": (0.7, 0.0),
@@ -56,7 +56,7 @@ _LOOKS: dict[Direction, tuple[float, float]] = {
     "down": (0.0, -0.35),
     "aside": (0.4, 0.3),
 }
-#: Time from rest to rest, s (ours).
+#: Time from rest to rest, s (our choice).
 _LOOK_TIME = 0.8
 
 
@@ -212,7 +212,7 @@ def turned(target: Array, angle: float) -> Array:
 
 
 def look(robot: Robot, at: Direction, seconds: float) -> list[KeyPose]:
-    """Return a look that is held for ``seconds``, and the way back to neutral (ours)."""
+    """Return a look that is held for ``seconds``, and the way back to neutral (our choice)."""
     there = np.array([*[0.0] * 6, *_LOOKS[at]])
     return [
         key_pose(robot, there, _LOOK_TIME, seconds),

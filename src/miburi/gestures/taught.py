@@ -17,15 +17,16 @@ from miburi.robot import Array, Robot, forward
 
 __all__ = ["as_toml", "check_name", "taught"]
 
-#: How far hands and head may be from a straight path between two key poses, m (ours).
+#: How far hands and head may be from a straight path between two key poses, m (our choice).
 _NEAR = 0.02
-#: The least motion of a joint that counts as a gesture, rad (ours).
+#: The least motion of a joint that counts as a gesture, rad (our choice).
 _LEAST = 0.1
-#: Weight of the head's path: it moves only a few mm, but people see where it looks (ours).
+#: Weight of the head's path: it moves only a few mm, but people see where it looks (our choice).
 _HEAD = 4.0
-#: Duration of the return, s, and the longest pause kept at the end, s: people let go slowly (ours).
+#: Duration of the return, s, and the longest pause kept at the end, s: people let go slowly (our
+#: choice).
 _BACK, _REST = 0.8, 0.4
-#: The greatest number of key poses (ours).
+#: The greatest number of key poses (our choice).
 _MOST = 12
 #: A gesture is played as it was shown: all the way, without halts, at its own tempo.
 _AS_SHOWN = Effort(space=1.0, weight=0.0, time=0.5, flow=1.0)

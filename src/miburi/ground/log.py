@@ -20,7 +20,7 @@ VARIABLE = "MIBURI_LOG"
 _LOG = logging.getLogger(__name__)
 _FORMAT = "miburi: %(message)s"
 #: The greatest number of records that wait for the terminal, and of kinds of error that are logged
-#: (ours).
+#: (our choice).
 _WAITING, _KINDS = 1000, 100
 _SEEN: set[tuple[object, ...]] = set()
 

@@ -32,9 +32,9 @@ __all__ = [
 
 #: Mass of the Arduino Mega with its wires, kg.
 _CARD = 0.06
-#: kg/mm³ of loose steel shot, nuts or washers (ours).
+#: kg/mm³ of loose steel shot, nuts or washers (our choice).
 _BALLAST = 4.3e-6
-#: kg of screws and cables for each servo (ours).
+#: kg of screws and cables for each servo (our choice).
 _SMALL = 0.004
 
 

@@ -45,7 +45,7 @@ _CABLE, _BENDS, _WAY = 180.0, 15.0, 1.15
 _MASS = 0.10
 #: Points on a part at which its wall is measured.
 _POINTS = 1500
-#: Largest zero-moment radius that counts as stable, as a share of the foot's radius (ours).
+#: Largest zero-moment radius that counts as stable, as a share of the foot's radius (our choice).
 _EDGE = 0.9
 #: How many random poses the torques are checked in.
 _POSES = 5000

@@ -8,9 +8,9 @@ __all__ = ["FADES", "TURN", "Attending", "Turn"]
 
 #: Turns that can be reported: a person is about to speak, or waits for an answer.
 Turn = Literal["listening", "thinking"]
-#: The time after which a turn ends unless it is reported again, s (ours).
+#: The time after which a turn ends unless it is reported again, s (our choice).
 FADES: dict[Turn, float] = {"listening": 10.0, "thinking": 30.0}
-#: How long it listens for an answer after its own words, s (ours).
+#: How long it listens for an answer after its own words, s (our choice).
 TURN = 6.0
 
 

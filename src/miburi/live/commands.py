@@ -25,7 +25,7 @@ __all__ = ["STOP_SINCE", "WAITING", "BusyError", "Command", "Commands", "Result"
 
 #: Commands that may wait for the next step.
 WAITING = 256
-#: The number of ids of Stops that are kept to recognise a second copy (ours).
+#: The number of ids of Stops that are kept to recognise a second copy (our choice).
 NAMED = 64
 #: Why a release older than the latest Stop is refused.
 STOP_SINCE = "Stop was pressed after that release; release the body again to go on."

@@ -12,9 +12,9 @@ from miburi.robot import JOINTS
 
 __all__ = ["FORGOTTEN", "Gaze"]
 
-#: A face without reports for this long, s, counts as gone (ours); pages report every 2 s.
+#: A face without reports for this long, s, counts as gone (our choice); pages report every 2 s.
 FORGOTTEN = 5.0
-#: Half the horizontal field of view of a common phone camera, rad (ours).
+#: Half the horizontal field of view of a common phone camera, rad (our choice).
 _HALF = radians(32)
 
 

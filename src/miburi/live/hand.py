@@ -10,16 +10,16 @@ from miburi.robot import Array
 
 __all__ = ["FASTEST", "FEELING", "GIVES_WAY", "GuidedHand"]
 
-#: The hand's greatest speed, m/s (ours): it cannot jump into the robot.
+#: The hand's greatest speed, m/s (our choice): it cannot jump into the robot.
 FASTEST = 1.2
 #: Its speed while it touches the robot, m/s, and the time for which it stays slow afterwards, s
-#: (ours). A faster hand, caught between an arm and the trunk, would go deep into the arm before it
-#: yields.
+#: (our choice). A faster hand, caught between an arm and the trunk, would go deep into the arm
+#: before it yields.
 FEELING, WARY = 0.3, 0.5
-#: A hand that meets more than this force, N, backs off at its greatest speed (ours). The servos
-#: press with less force than this; a bruise needs far more.
+#: A hand that meets more than this force, N, backs off at its greatest speed (our choice). The
+#: servos press with less force than this; a bruise needs far more.
 GIVES_WAY = 40.0
-#: Steps of its path that it remembers, so as to back off along them (ours).
+#: Steps of its path that it remembers, so as to back off along them (our choice).
 REMEMBERED = 200
 
 

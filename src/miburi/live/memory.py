@@ -19,7 +19,7 @@ from miburi.ground.files import write_whole
 
 __all__ = ["keep", "remember", "remembered"]
 
-#: Time between two writes, and how long to wait for the loop's answer, s (ours).
+#: Time between two writes, and how long to wait for the loop's answer, s (our choice).
 _PERIOD, _PATIENCE = 60.0, 5.0
 
 

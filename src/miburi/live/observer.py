@@ -20,7 +20,7 @@ __all__ = ["Observer"]
 #: The displayed force of a touch that caused no stop fades by this factor per step, within a
 #: second.
 _FADING = 0.9
-#: The angle that the eyes reach by themselves, without the head, rad (ours).
+#: The angle that the eyes reach by themselves, without the head, rad (our choice).
 _ASIDE = 0.35
 #: Steps over which the hands' speed is averaged, because a card's reports are not synchronous with
 #: the steps.

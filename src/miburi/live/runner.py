@@ -44,7 +44,7 @@ from miburi.version import __version__
 __all__ = ["SAMPLED", "STEP", "STEPPED", "Runner"]
 
 #: The ``period`` of a running :class:`Partner`'s gestures, s, and the time within which a repeated
-#: refusal is logged only once, s (ours).
+#: refusal is logged only once, s (our choice).
 _PERIOD, _REPEATS = 0.5, 60.0
 #: How many samples and states are kept.
 SAMPLED, STEPPED = 1200, 250

@@ -15,7 +15,7 @@ from miburi.live.commands import BusyError
 
 __all__ = ["WAITING", "Act", "Play", "Stage"]
 
-#: Performances that may wait for the present one's end (ours).
+#: Performances that may wait for the present one's end (our choice).
 WAITING = 10
 
 

@@ -12,12 +12,12 @@ from typing import NamedTuple
 __all__ = ["USUAL", "Lateness", "Watchdog"]
 
 _LOOK = 0.05
-#: If two looks are further apart than this, s, the watchdog's own process was asleep (ours).
+#: If two looks are further apart than this, s, the watchdog's own process was asleep (our choice).
 _ASLEEP = 1.0
 
 
 class Lateness(NamedTuple):
-    """How late a beat may be, s, before the body is stopped, or its loop is given up on (ours).
+    """Delays of a beat, s, at which the body is stopped or the loop abandoned (our choice).
 
     A slow computer, and a test that is not about lateness, may need more.
     """

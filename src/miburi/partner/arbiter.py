@@ -22,7 +22,7 @@ from miburi.robot import Robot
 
 __all__ = ["Arbiter", "Company"]
 
-#: A beat may begin this much later than it should, s (ours).
+#: A beat may begin this much later than it should, s (our choice).
 _LATE = 0.05
 #: The number of the stream of random numbers that chooses gestures.
 _CHOICES = 1

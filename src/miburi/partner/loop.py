@@ -38,7 +38,7 @@ __all__ = ["LAPSES", "Partner"]
 
 #: A wish is dropped after waiting this long, s, for a stopped body: after that, a person who
 #: releases the body no longer expects it. A pause after a contact ends before a request lapses
-#: (ours).
+#: (our choice).
 LAPSES = 8.0
 
 

@@ -14,7 +14,7 @@ from miburi.safety.stop import Phase
 
 __all__ = ["Mover"]
 
-#: The shortest time of the last move, back to neutral, s (ours).
+#: The shortest time of the last move, back to neutral, s (our choice).
 _HOMECOMING = 1.5
 _WAIST, _HEAD = JOINTS.index("waist"), JOINTS.index("head")
 

@@ -29,16 +29,16 @@ __all__ = [
     "UnsettledError",
 ]
 
-#: Seconds from a contact stop to the release: the first pause, and the longest (ours).
+#: Seconds from a contact stop to the release: the first pause, and the longest (our choice).
 FIRST_PAUSE, LONGEST_PAUSE = 1.0, 16.0
-#: A body is at rest once no motor has exceeded this speed, rad/s, for this time, s (ours). The
-#: speed is two encoder steps in the window over which velocities are measured; the time exceeds the
-#: delay after which a stopped motor yields.
+#: A body is at rest once no motor has exceeded this speed, rad/s, for this time, s (our choice).
+#: The speed is two encoder steps in the window over which velocities are measured; the time exceeds
+#: the delay after which a stopped motor yields.
 REST_SPEED, REST_TIME = 0.1, 0.25
 #: Slow guiding by hand counts as motion once a motor has moved further than this, rad, since it
-#: last counted as moving (ours): more than one step of an encoder.
+#: last counted as moving (our choice): more than one step of an encoder.
 _MOVED_ON = 0.004
-#: A hand that moved the body has let go once the body has been still this long, s (ours).
+#: A hand that moved the body has let go once the body has been still this long, s (our choice).
 LET_GO = 2.0
 
 

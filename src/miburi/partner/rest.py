@@ -26,22 +26,24 @@ __all__ = ["Attention", "Rest", "may_go_on"]
 #: The partner's part in a conversation.
 Attention = Literal["listening", "thinking", "speaking"]
 
-#: After an interruption of this length, s, rest begins with a pause (ours).
+#: After an interruption of this length, s, rest begins with a pause (our choice).
 _ANEW = 2.0
-#: How long a turn to a face takes, s, and the angle up to which it is not worth making, rad (ours).
+#: How long a turn to a face takes, s, and the angle up to which it is not worth making, rad (our
+#: choice).
 _TURNING, _FACED = 1.4, 0.02
-#: Moods scale the depth and speed of acts by at most exp(±this) (ours).
+#: Moods scale the depth and speed of acts by at most exp(±this) (our choice).
 _LIVELIEST = 0.3
-#: Ranges of the factors by which the size and tempo of an act vary (ours).
+#: Ranges of the factors by which the size and tempo of an act vary (our choice).
 _SIZES, _TEMPOS = (0.8, 1.2), (0.85, 1.1)
 #: Sizes of the smallest and the largest beat, the range of the other hand's size relative to it,
-#: and the share of stressed syllables that get a beat, since people do not beat to all (all ours).
+#: and the share of stressed syllables that get a beat, since people do not beat to all (all our
+#: choice).
 _BEATS, _OTHERS, _TRIED = (0.5, 1.5), (0.0, 0.5, 0.9), 0.8
 #: The only act while somebody is in distress or talks with the partner.
 _CALM = "breath"
 #: The name of a turn to a face.
 _TURNS = "turn"
-#: The shortest look aside, s (ours).
+#: The shortest look aside, s (our choice).
 _BRIEFEST = 0.1
 #: Indices of the head's turn and rise in ``gestures.coordinates.COORDINATES``, and the permutation
 #: that exchanges the arms.

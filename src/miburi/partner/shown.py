@@ -9,11 +9,11 @@ from miburi.robot import Array
 
 __all__ = ["MOST", "ShownEmotion"]
 
-#: Gestures for one emotion (ours).
+#: Gestures for one emotion (our choice).
 MOST = 3
-#: An emotion that rises by more than this above where it was counts as a new one (ours).
+#: An emotion that rises by more than this above where it was counts as a new one (our choice).
 _RISES = 0.05
-#: The newest feeling shows if it is at least this share of the strongest emotion (ours).
+#: The newest feeling shows if it is at least this share of the strongest emotion (our choice).
 _NEAR = 0.9
 
 

@@ -36,15 +36,15 @@ from miburi.people.remarks import STAYS, Remarks
 __all__ = ["MOST_FACTS", "MOST_PEOPLE", "Memory"]
 
 #: The most people that are kept, and the most things told by each; beyond that, the oldest things
-#: go (ours).
+#: go (our choice).
 MOST_PEOPLE, MOST_FACTS = 50, 500
 #: The share of a question's weight that an answer must match: if the fact was only mentioned in
-#: passing, and if the answer must be sure (ours).
+#: passing, and if the answer must be sure (our choice).
 _SURER, _SUREST = 0.6, 0.7
 #: The share of a correction's weight that a fact must match to be corrected by it, and how long a
-#: correction may refer to the latest fact (both ours).
+#: correction may refer to the latest fact (both our choice).
 _SAME, _JUST = 0.25, timedelta(minutes=1)
-#: How many of the latest facts are told to somebody who asks for all of them (ours).
+#: How many of the latest facts are told to somebody who asks for all of them (our choice).
 _LATEST = 3
 
 

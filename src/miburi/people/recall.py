@@ -27,10 +27,10 @@ from miburi.languages import (
 
 __all__ = ["ENOUGH", "recall", "ways_to_ask"]
 
-#: The share of a question's weight that an answer must match (ours).
+#: The share of a question's weight that an answer must match (our choice).
 ENOUGH = 0.45
 #: How many letters of a word are compared, and the relative weight of a word such as "time" that is
-#: in no fact (ours).
+#: in no fact (our choice).
 _STEM, _UNTOLD = 6, 0.3
 #: The sentences of a remark that are written as questions.
 _ASKED = re.compile(r"[^.!?。！？]+[?？]")
@@ -39,7 +39,7 @@ _ASKED = re.compile(r"[^.!?。！？]+[?？]")
 _WRITTEN, _IDEOGRAM = re.compile(r"[^\s\u3040-\u309f]+"), re.compile(r"[\u4e00-\u9fff]")
 #: The ending of a word, which may differ between question and fact.
 _ENDING = re.compile(r"(?<=\w{4})(ing|ed|es|e|s)$|(?<=\w{2})s$")
-#: The last clause of a question, and how many words are enough for a question (ours).
+#: The last clause of a question, and how many words are enough for a question (our choice).
 _LAST = re.compile(r"(?<=[,、])[^,、.!?。！？]+[?？]?\s*$")
 _SOME = 4
 

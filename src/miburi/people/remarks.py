@@ -8,13 +8,13 @@ from itertools import takewhile
 
 __all__ = ["STAYS", "Remarks"]
 
-#: How long after last speaking somebody counts as present (ours).
+#: How long after last speaking somebody counts as present (our choice).
 STAYS = timedelta(hours=2)
 #: The number of remarks that are kept; how many of the latest a pronoun can refer to, and how many
-#: a name; and for how long (ours).
+#: a name; and for how long (our choice).
 _KEPT, _FEW, _SOME, _MEANT = 60, 3, 12, timedelta(minutes=5)
 #: A remark of at most this many characters is repeated whole, a longer one sentence by sentence
-#: (ours).
+#: (our choice).
 _SHORT = 120
 
 

@@ -21,8 +21,8 @@ __all__ = [
     "to_mjcf",
 ]
 
-#: The share of a servo's dry friction that acts at the horn, behind the backlash (ours). Without
-#: it, an unloaded joint would swing within the backlash for ever.
+#: The share of a servo's dry friction that acts at the horn, behind the backlash (our choice).
+#: Without it, an unloaded joint would swing within the backlash for ever.
 HORN = 0.1
 #: The stiffness of the teeth where the play ends; with MuJoCo's defaults it would be as low as a
 #: servo's.

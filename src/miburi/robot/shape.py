@@ -31,7 +31,7 @@ Point = tuple[float, float, float]
 #: The link that stands on the table, by the name that ROS gives it (REP-105).
 BASE = "base_link"
 
-#: Colours as red, green, blue, alpha; warm and quiet (ours).
+#: Colours as red, green, blue, alpha; warm and quiet (our choice).
 COLOURS = {
     "cream": (0.95, 0.91, 0.84, 1.0),
     "coral": (0.93, 0.50, 0.40, 1.0),

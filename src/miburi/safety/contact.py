@@ -84,8 +84,8 @@ Flags = NDArray[np.bool_]
 PAPER_RATIO = 9372
 #: The period of Eq. 1, in µs.
 PAPER_PERIOD = SECOND // 10
-#: How much a servo's lag may vary from move to move, in µs (ours). With 4 ms there were fewer false
-#: stops, but one of twelve robots did not feel that its upper arm was held with 9.4 N.
+#: How much a servo's lag may vary from move to move, in µs (our choice). With 4 ms there were fewer
+#: false stops, but one of twelve robots did not feel that its upper arm was held with 9.4 N.
 LAG_DOUBT = 2000
 _NONE = np.zeros(8, dtype=np.bool_)
 _NOTHING: Steps = np.zeros(8, dtype=np.int64)

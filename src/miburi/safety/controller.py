@@ -57,26 +57,27 @@ __all__ = [
     "return_speed",
 ]
 
-#: Speed of the return to neutral, in rad/s of the motor that has the furthest to go (ours).
+#: Speed of the return to neutral, in rad/s of the motor that has the furthest to go (our choice).
 RETURN_SPEED = 0.8
 #: After a contact the motor that met something goes back by the first angle, and no motor by more
-#: than the second, in rad (ours).
+#: than the second, in rad (our choice).
 GIVE_WAY, FURTHEST = 0.0245, 0.0736
-#: How long motors are held away from their places before they give in, µs (ours).
+#: How long motors are held away from their places before they give in, µs (our choice).
 YIELD_AFTER = 150_000
-#: The least travel between two readings that counts as motion, in steps; less is noise (ours).
+#: The least travel between two readings that counts as motion, in steps; less is noise (our
+#: choice).
 MOVES = 2
 #: The largest interval between two readings, and the largest age of a reading, from which a speed
-#: is computed, µs (ours).
+#: is computed, µs (our choice).
 TELLS = 60_000
-#: The largest speed that is believed, steps/s; above it, the reading has jumped (ours).
+#: The largest speed that is believed, steps/s; above it, the reading has jumped (our choice).
 SWINGS = 4000
-#: How many times in a row a body that is led by hand yields; together 3 s (ours).
+#: How many times in a row a body that is led by hand yields; together 3 s (our choice).
 YIELDS = 20
 
 
 def return_speed(usual: int, *, led: bool) -> int:
-    """Return the speed of the return, which is 40 % as high after a touch (ours)."""
+    """Return the speed of the return, which is 40 % as high after a touch (our choice)."""
     return usual * 2 // 5 if led else usual
 
 

@@ -21,11 +21,11 @@ from miburi.servos import required_torque
 __all__ = ["EASES_AFTER", "Demand", "aim", "demand", "uneased"]
 
 #: The duty limits allow for this many times the links' inertia, because the load in the hands is
-#: unknown (ours). With 10 g in each hand, the waist's inertia is up to 1.3 times as large, and an
-#: arm's 1.4 to 1.6 times.
+#: unknown (our choice). With 10 g in each hand, the waist's inertia is up to 1.3 times as large,
+#: and an arm's 1.4 to 1.6 times.
 LADEN = 1.6
 #: For this long after the longest ramp, µs, motors may still push as hard as when they speed up:
-#: they lag behind their profiles, and what they carry swings (ours).
+#: they lag behind their profiles, and what they carry swings (our choice).
 EASES_AFTER = 60_000
 #: The fractions of the path at which loads are computed.
 _SHARES = np.linspace(0.0, 1.0, 9)

@@ -30,9 +30,9 @@ from miburi.servos.free import STEP, FreeServo, advance
 
 __all__ = ["FAST", "SETTLES", "FreeRule", "granted_share"]
 
-#: A motor that reaches this speed in its move, 1/256 steps/s, has the full guards (ours).
+#: A motor that reaches this speed in its move, 1/256 steps/s, has the full guards (our choice).
 FAST = 512 * FINE
-#: µs until a motor that swings at a move's start has come to rest (ours).
+#: µs until a motor that swings at a move's start has come to rest (our choice).
 SETTLES = 200_000
 
 

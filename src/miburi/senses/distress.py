@@ -43,7 +43,7 @@ __all__ = ["Doubt", "Heard", "features", "hear_distress", "judge_distress"]
 #: Thresholds of the likelihood of distress: a slight sign above the first, a question to the person
 #: above the second. The numbers are ours, chosen on lines on which the models were not trained.
 _HINTS, _WONDERS = 0.45, 0.5
-#: Above this likelihood, the question names the kind of distress (ours).
+#: Above this likelihood, the question names the kind of distress (our choice).
 _NAMES = 0.35
 #: Thresholds for a death wish without any explicit word, for asking and for reporting; veiled ones
 #: look like small talk ("Give us a song before I go"). Of 2,138 remarks in strangers'
@@ -52,15 +52,15 @@ _WORRIES, _SURE = 0.75, 0.95
 #: Thresholds for asking and for reporting in a long text without any explicit word. The part with
 #: the highest score counts, and among many parts one scores high by chance. The third number is how
 #: many parts count as many. For Japanese there is no such rule, because even a plain sentence has
-#: several parts, and cries for help were lost (ours).
+#: several parts, and cries for help were lost (our choice).
 _CHATTERS, _SURE_OF_CHATTER, _MANY = 0.65, 0.9, 5
 #: Lengths of the longest text that is not split, of the parts of a longer one, and from one part to
-#: the next, in words and in characters (ours). A cry for help has little weight in a minute's
+#: the next, in words and in characters (our choice). A cry for help has little weight in a minute's
 #: chatter.
 _LONG_WORDS, _LONG_LETTERS = (24, 14, 4), (34, 24, 6)
 _LATIN = re.compile(r"[A-Za-z][A-Za-z'’]*")
 #: Each pattern that matches counts as this many features, since one alone would hardly weigh
-#: against a hundred groups of letters (ours).
+#: against a hundred groups of letters (our choice).
 _MARKS = 3
 #: Kinds of distress where somebody who says "he's fine" may be wrong.
 _MISJUDGED = frozenset({"child", "breathing", "heart", "stroke", "poison"})

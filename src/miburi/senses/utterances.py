@@ -25,7 +25,7 @@ _FRAME_TIME = FRAME / 2 / _RATE
 #: defaults).
 _BEGINS, _GOES_ON = 0.5, 0.35
 #: Numbers of frames: speech that begins an utterance, quiet that ends it, quiet kept before it
-#: (ours).
+#: (our choice).
 _SPOKEN, _QUIET, _BEFORE = 3, 19, 12
 
 

@@ -77,9 +77,10 @@ _AGENTS_STOP = _REVISION | {b"mcp-method": b"tools/call", b"mcp-name": b"stop"}
 _AGENTS_LIST = _REVISION | {b"mcp-method": b"tools/list"}
 #: The largest body of a request, and the largest message on a WebSocket, bytes.
 LARGEST = 65_536
-#: The most bytes that a request's headers may have, and s within which they must arrive (ours).
+#: The most bytes that a request's headers may have, and s within which they must arrive (our
+#: choice).
 HEADERS, HEADER_TIME = 16_384, 10.0
-#: Connections that an address may have open, sockets not counted (ours).
+#: Connections that an address may have open, sockets not counted (our choice).
 CONNECTIONS = 200
 #: Limits on requests from one address: per second, and in a burst.
 RATE, BURST = 50.0, 150.0
@@ -87,9 +88,9 @@ RATE, BURST = 50.0, 150.0
 #: page anew.
 PAGE_RATE, PAGE_BURST = 1.0, 12.0
 #: The same limit for all addresses together: building a page takes about 0.8 MB for a few seconds
-#: (ours).
+#: (our choice).
 _PAGES_RATE, _PAGES_BURST = 1.5, 15.0
-#: The pause between two pages, s, in which a waiting Stop is handled (ours).
+#: The pause between two pages, s, in which a waiting Stop is handled (our choice).
 PAGE_BREATH = 0.05
 #: The longest time for which a client that receives its page slowly may delay others, s.
 _PAGE_TIME = 1.0
@@ -99,7 +100,7 @@ WRONG_RATE, WRONG_BURST = 0.2, 10.0
 SOCKETS = 200
 #: The most keys that one request may present: cookies of one name can exist for several paths.
 _LOOKED_AT = 4
-#: Interval between two checks of an open socket's key, s (ours).
+#: Interval between two checks of an open socket's key, s (our choice).
 _KEY_LOOK = 1.0
 _FORGOTTEN = "this device was forgotten; pair it again."
 _PAGES = ("/", "/face")

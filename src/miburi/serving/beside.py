@@ -8,7 +8,7 @@ from fastapi import FastAPI
 
 __all__ = ["beside", "live_beside"]
 
-#: Interval between two cancellations of a task that does not end, s (ours).
+#: Interval between two cancellations of a task that does not end, s (our choice).
 _CANCELLED_AGAIN = 1.0
 
 

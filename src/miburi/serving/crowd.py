@@ -10,10 +10,10 @@ from miburi.serving.relay import Guest
 
 __all__ = ["GRACE", "HANDSHAKES", "Crowd"]
 
-#: Time in which a new connection does not have to give way to newer ones, s (ours).
+#: Time in which a new connection does not have to give way to newer ones, s (our choice).
 GRACE = 0.5
 #: The most HTTPS handshakes, from all addresses, that may be under way: each takes 0.33 MB of the
-#: server's memory (ours).
+#: server's memory (our choice).
 HANDSHAKES = 100
 #: At most this many connections are read from, to find one without a Stop that may be closed.
 _READ = 64

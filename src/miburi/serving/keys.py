@@ -21,11 +21,11 @@ from miburi.ground.files import write_whole
 
 __all__ = ["LIFE", "MOST", "Device", "Keys", "kept_token", "same"]
 
-#: Lifetime of a device's key, s, and the most devices that can hold one (ours).
+#: Lifetime of a device's key, s, and the most devices that can hold one (our choice).
 LIFE, MOST = 30 * 24 * 3600, 50
-#: Interval between two updates of a device's last visit, s (ours).
+#: Interval between two updates of a device's last visit, s (our choice).
 _NOTED = 600.0
-#: Tolerance for a clock that was ahead when a device was paired, s (ours).
+#: Tolerance for a clock that was ahead when a device was paired, s (our choice).
 _CLOCK = 86_400.0
 _TOKEN = re.compile(r"[A-Za-z0-9_-]{32,}")
 _KEY = re.compile(r"([0-9a-f]{8})\.([A-Za-z0-9_-]{43})")

@@ -16,7 +16,8 @@ from miburi.serving.relay import Guest
 
 __all__ = ["BEAT", "SILENCE", "Lane"]
 
-#: Interval between two heartbeats, s, and time after which a Stop counts as undelivered, s (ours).
+#: Interval between two heartbeats, s, and time after which a Stop counts as undelivered, s (our
+#: choice).
 BEAT, SILENCE = 1.0, 1.0
 _WISHES = {b"upgrade", b"expect"}
 _NO_ANSWER = "the partner cannot be reached; as soon as it can, its body will stop."

@@ -15,7 +15,7 @@ __all__ = ["BY", "PRESS", "PRESSED", "By", "Hold", "Press", "outlasting", "press
 BY = "miburi-by"
 #: The header with the id of a press that a page sends twice, so that the copy is recognised.
 PRESS = "miburi-press"
-#: The length of such an id, which is random, so that no two presses share one (ours).
+#: The length of such an id, which is random, so that no two presses share one (our choice).
 _DRAWN = range(16, 65)
 #: Who presses: a person at a page or a terminal; a smart home; an agent (MCP); ROS; a program that
 #: uses :mod:`miburi.client.remote`; or the partner itself, when nobody can reach it.

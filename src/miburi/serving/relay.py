@@ -28,7 +28,7 @@ from miburi.serving.passing import ENCRYPTED
 
 __all__ = ["Address", "Framing", "Guest", "answer_of", "frame"]
 
-#: The size of a read, and the largest response that is held back, bytes (ours).
+#: The size of a read, and the largest response that is held back, bytes (our choice).
 _PIECE = 65_536
 _WISHES = {b"upgrade", b"expect", b"transfer-encoding"}
 

@@ -18,7 +18,7 @@ from miburi.serving.reach import Reach, pairing_url, qr_for_terminal
 
 __all__ = ["EVERY", "Renewal", "reach_of"]
 
-#: Interval between two checks, s (ours).
+#: Interval between two checks, s (our choice).
 EVERY = 60.0
 
 

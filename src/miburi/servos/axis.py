@@ -16,7 +16,7 @@ __all__ = ["Axis"]
 #: Time step in s; it must be below 0.4 ms to resolve the contact at the end of the backlash.
 _STEP = 1e-4
 #: Stiffness of gears and horn where the play ends, and of an obstacle at the horn, N·m/rad; and the
-#: obstacle's damping (ours).
+#: obstacle's damping (our choice).
 _STOP, _STOP_DAMPING = 200.0, 0.05
 
 

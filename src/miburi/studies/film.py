@@ -42,11 +42,11 @@ Picture = NDArray[np.uint8]
 
 #: The phone's screen, lit and empty.
 BLANK: Picture = np.full((FACE_PIXELS, FACE_PIXELS, 3), (212, 228, 228), dtype=np.uint8)
-#: The view of a person at the table, a little to the robot's left, degrees (ours).
+#: The view of a person at the table, a little to the robot's left, degrees (our choice).
 AZIMUTH, ELEVATION = 212.0, -8.0
 #: The camera looks at a point this far below the shoulders, m. The camera's distance is the larger
 #: of two values, so that raised arms fit: a factor times the largest reach of a hand from the
-#: body's axis, and a factor times its largest height above the base (ours).
+#: body's axis, and a factor times its largest height above the base (our choice).
 _BELOW, _BACK_OF_REACH, _BACK_OF_HEIGHT = 0.01, 0.70 / 0.19, 0.70 / 0.26
 
 

@@ -16,7 +16,7 @@ from miburi.wire.messages import Message
 
 __all__ = ["PairIn", "pairing_router"]
 
-#: Wrong tokens allowed per second, and in a burst, from all devices together (ours).
+#: Wrong tokens allowed per second, and in a burst, from all devices together (our choice).
 _RATE, _BURST = 0.5, 20.0
 _WRONG = "This is not this partner's token. Scan the code again."
 

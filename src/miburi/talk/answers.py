@@ -28,17 +28,18 @@ UNREPEATED = 20
 #: The number of turns after the partner has spoken of its own feeling in which it does not do so
 #: again (ours; judges of conversations found none of 12 such answers fitting).
 _OF_OTHERS = 6
-#: For how many remarks after an act was named "do it" may refer to it (ours).
+#: For how many remarks after an act was named "do it" may refer to it (our choice).
 _NAMED = 3
-#: Every second answer to a remark with both a feeling and a topic mentions the topic, too (ours).
+#: Every second answer to a remark with both a feeling and a topic mentions the topic, too (our
+#: choice).
 _TAKES_UP = 0.5
 #: A feeling with a lower likelihood changes the partner's state, but is not mentioned in the answer
-#: (ours). Nearly half of those heard at 0.4 to 0.6 are wrong (bench/words.txt). Nor does it mention
-#: joy if the remark also has bad news.
+#: (our choice). Nearly half of those heard at 0.4 to 0.6 are wrong (bench/words.txt). Nor does it
+#: mention joy if the remark also has bad news.
 JOYS = ("happiness", "thrill")
 _GLAD, _SPOKEN_OF = (*JOYS, "surprise"), 0.6
 #: In a remark of more words than this, a single word does not reveal the topic: "supper" may be
-#: mentioned in passing. The answer then mentions only a person whom the remark names (ours).
+#: mentioned in passing. The answer then mentions only a person whom the remark names (our choice).
 _RAMBLES = 16
 
 

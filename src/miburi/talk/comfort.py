@@ -21,19 +21,19 @@ from miburi.talk.script import script
 __all__ = ["Comfort"]
 
 #: How long a "yes" or "no" still answers the question whether somebody needs help, or is all right
-#: (ours).
+#: (our choice).
 _ANSWERED = timedelta(minutes=2)
 #: After explicit distress, the first three answers mention it again, and then every fifth answer.
 #: If only the model heard it, just the first answer mentions it, and no answer to a request does
-#: (ours). In everyday conversations by strangers, such a false alarm comes once in about 250
+#: (our choice). In everyday conversations by strangers, such a false alarm comes once in about 250
 #: remarks.
 _STAYS, _EVERY = 3, 5
 #: A slight sign of distress leads to a question if there was another at most this many remarks
-#: earlier (ours).
+#: earlier (our choice).
 _SOON = 5
 
 #: Kinds of distress that people deny even when they are true, and how long a denial is ignored
-#: (ours).
+#: (our choice).
 _HIDDEN, _LONG = frozenset({"suicide", "abuse"}), timedelta(minutes=10)
 
 _Question = tuple[Distress, datetime]  # what it was about, and when it was asked

@@ -35,7 +35,7 @@ PATIENCE = 8.0
 #: The largest answer of an endpoint, bytes.
 LARGEST_REPLY = 65_536
 
-#: How long a slow request stays open, s: as long as a model may take to load (ours).
+#: How long a slow request stays open, s: as long as a model may take to load (our choice).
 _LOADING = 120.0
 #: Time to find the server, s.
 _CONNECTING = 3.0

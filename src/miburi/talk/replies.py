@@ -20,9 +20,9 @@ __all__ = ["LONGEST_REPLY", "Content", "read_reply", "tidy"]
 #: The most characters that the partner says at once; a longer text is cut at a sentence's end.
 LONGEST_REPLY = 300
 
-#: Characters that are read, and braces that are tried as the beginning of an object (ours).
+#: Characters that are read, and braces that are tried as the beginning of an object (our choice).
 _READ, _TRIES = 8000, 64
-#: The strength of a feeling whose strength is missing or unusable (ours).
+#: The strength of a feeling whose strength is missing or unusable (our choice).
 _USUAL = 0.5
 #: Names that models use for the eight feelings; any other name counts as no feeling.
 _SYNONYMS = {

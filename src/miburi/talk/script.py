@@ -27,12 +27,12 @@ OPEN = "open"
 
 #: Least likelihoods of an intent from the model: where a wrong guess shows at once, because the
 #: answer repeats what was asked or told; for a wish or an order that is not put as a question; and
-#: where the model must be sure (ours).
+#: where the model must be sure (our choice).
 _GUESSED, _WISHED, _ORDERED, _SURE = 0.25, 0.45, 0.5, 0.65
 #: The least number of words in an order that matches no pattern, and of words or letters in a
-#: question that is answered although its intent is unknown (ours).
+#: question that is answered although its intent is unknown (our choice).
 _WORDS, _LETTERS = 3, 6
-#: Characters that are read; the rest tells no more about what is wanted (ours).
+#: Characters that are read; the rest tells no more about what is wanted (our choice).
 _READ = 300
 _SENTENCE, _CLAUSE = re.compile(r"[^.!?;。！？\n]+"), re.compile(r"[^,.!?;、。！？\n]+")
 _WHOLE = re.compile(r"[^.!?。！？\n]+[.!?。！？]*")

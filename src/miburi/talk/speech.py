@@ -38,11 +38,13 @@ if TYPE_CHECKING:
 
 __all__ = ["Speech"]
 
-#: Duration of a requested look, s, and the mood (strength) of a requested gesture (ours).
+#: Duration of a requested look, s, and the mood (strength) of a requested gesture (our choice).
 _LOOKED, _SHOWN = 2.0, 0.8
-#: How long the partner waits after the server is up before it loads what answers need, s (ours).
+#: How long the partner waits after the server is up before it loads what answers need, s (our
+#: choice).
 _SETTLED = 2.0
-#: The least likelihood of joy to share in a sentence that also mentions illness or death (ours).
+#: The least likelihood of joy to share in a sentence that also mentions illness or death (our
+#: choice).
 _SURE_OF_JOY = 0.9
 
 

@@ -27,7 +27,7 @@ _SIGNS: dict[str, Sign] = {
     "−": "minus",
     " - ": "minus",
 }
-#: Digits of a number, at most (ours).
+#: Digits of a number, at most (our choice).
 _MOST = 9
 
 

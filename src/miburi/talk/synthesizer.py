@@ -27,7 +27,7 @@ LANGUAGES = ("en",)
 _VOWEL = re.compile(r"a[aehowxy]|axr|e[hry]|i[hy]|o[wy]|u[hw]")
 _SILENCE = "pau"
 #: Which of flite's voices; its pitch, Hz, which a feeling raises or lowers; and the lowest pitch,
-#: Hz (ours).
+#: Hz (our choice).
 _VOICE, _PITCH, _LOWEST = "slt", 172.0, 60.0
 _PHONE = re.compile(r"([a-z]+):(\d+\.\d+)")
 #: Typographic characters that it cannot read, and the plain ones to use instead.
@@ -59,7 +59,8 @@ class Synthesizer:
     program
         The path of its executable.
     patience
-        The longest time for a sentence, s (ours); 25 s of speech take 0.5 s of processor time.
+        The longest time for a sentence, s (our choice); 25 s of speech take 0.5 s of processor
+        time.
     """
 
     program: str

@@ -33,7 +33,7 @@ from miburi.serving.press import Press
 
 __all__ = ["UNSERVED", "answer"]
 
-#: How long the server, or the process that receives Stops, may hang, s (ours).
+#: How long the server, or the process that receives Stops, may hang, s (our choice).
 UNSERVED = 3.0
 _SLOW_THREADS = 4
 

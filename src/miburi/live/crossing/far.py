@@ -37,7 +37,7 @@ from miburi.serving.press import PRESSED, Press
 
 __all__ = ["SILENCE", "FarPartner"]
 
-#: The partner counts as unreachable after this time without an answer, s (ours).
+#: The partner counts as unreachable after this time without an answer, s (our choice).
 SILENCE = 1.0
 #: The partner counts as silent after this many waits in a row without news. If this process itself
 #: sleeps, as on a closed laptop, only one wait has passed, and its request may not even have been

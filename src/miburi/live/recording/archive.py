@@ -24,7 +24,7 @@ from miburi.live.state import EndReason
 __all__ = ["LARGEST", "LIMIT", "WAITING", "Archive", "Kept", "News"]
 
 _LOG = logging.getLogger(__name__)
-#: The largest recording, and the most that all of them may take together, bytes (ours).
+#: The largest recording, and the most that all of them may take together, bytes (our choice).
 LARGEST, LIMIT = 500_000_000, 5_000_000_000
 #: Steps that may wait for the disk: ten seconds of them.
 WAITING = 500

@@ -40,11 +40,12 @@ __all__ = ["PATIENCE", "STEP", "STEPS_PER_FRAME", "Experiment", "conduct"]
 
 #: The loop's period in s; the encoders are read twice per period.
 STEP = 0.02
-#: A contact that no stop follows within this many seconds is missed (ours).
+#: A contact that no stop follows within this many seconds is missed (our choice).
 PATIENCE = 0.3
-#: How much of the time before each stop the figure shows, s, for the motor that caused it (ours).
+#: How much of the time before each stop the figure shows, s, for the motor that caused it (our
+#: choice).
 _APPROACH = 0.4
-#: Healing lasts for twice the mood's time constant, with this many samples (ours).
+#: Healing lasts for twice the mood's time constant, with this many samples (our choice).
 _HEALING, _MOMENTS = 2.0, 9
 #: A film shows every third step: about 17 pictures a second.
 STEPS_PER_FRAME = 3

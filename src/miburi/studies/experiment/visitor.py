@@ -16,10 +16,10 @@ from miburi.robot.geometry import shoulders
 
 __all__ = ["REACH", "Visitor"]
 
-#: Seconds in which the hand reaches in, at about 1 m/s (ours).
+#: Seconds in which the hand reaches in, at about 1 m/s (our choice).
 REACH = 0.16
 #: The distance from which the hand comes, in m, and the directions to choose from: outwards,
-#: forwards and up from the place where it blocks (ours).
+#: forwards and up from the place where it blocks (our choice).
 _APPROACH = 0.16
 _DIRECTIONS = (
     (1, 0, 0),
@@ -32,7 +32,7 @@ _DIRECTIONS = (
 )
 #: A move shorter than this, in m, ends before a hand could block it.
 _WORTH_BLOCKING = 0.05
-#: Gestures before the first visit, and between visits: minimum, and exclusive maximum (ours).
+#: Gestures before the first visit, and between visits: minimum, and exclusive maximum (our choice).
 _BEFORE, _BETWEEN = (0, 4), (1, 4)
 #: Seconds that the hand waits for an arm that does not come.
 _PATIENCE = 2.5

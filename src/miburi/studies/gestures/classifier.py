@@ -19,7 +19,7 @@ from miburi.studies.gestures.measures import measure
 
 __all__ = ["LEARNT_MOODS", "NearestNeighbour", "confusion", "features", "learn"]
 
-#: The moods at which the classifier learns (ours).
+#: The moods at which the classifier learns (our choice).
 LEARNT_MOODS = (0.5, 0.9)
 
 

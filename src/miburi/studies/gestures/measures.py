@@ -19,7 +19,7 @@ __all__ = ["Measures", "measure"]
 
 Array = NDArray[np.float64]
 
-#: Below this speed, in m/s, a path has no direction and no curvature (ours).
+#: Below this speed, in m/s, a path has no direction and no curvature (our choice).
 STILL = 0.01
 
 

@@ -278,7 +278,7 @@ class Runs:
 
 
 #: The links in the order of :func:`_gaps`, and the distance at which a link counts as touching an
-#: obstacle, m: half an arm's width plus half a finger's (ours).
+#: obstacle, m: half an arm's width plus half a finger's (our choice).
 _LINKS = ("upper_arm", "forearm", "upper_arm", "forearm", "phone")
 _SKIN = 0.02
 

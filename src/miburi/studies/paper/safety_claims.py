@@ -28,7 +28,7 @@ __all__ = [
 
 _NOT_BUILT = "the emulated card has not been built here (`make firmware`)"
 #: Speed below which a motor counts as stopped, rad/s; time within which it must have stopped, s
-#: (ours).
+#: (our choice).
 _STILL, _SOON = 0.1, 0.3
 #: A stop counts as direct if 95 % come within 0.1 s after the first touch, and all within 0.3 s
 #: (our threshold).

@@ -21,9 +21,10 @@ from miburi.safety.stop import StopReason
 
 __all__ = ["IDLE", "Ending", "Perform", "Performer", "Showing", "Turn", "Turns", "show"]
 
-#: How long a robot stays with an idle participant, s (ours).
+#: How long a robot stays with an idle participant, s (our choice).
 IDLE = 300.0
-#: States read per second, and the greatest number of them for one showing: half a minute (ours).
+#: States read per second, and the greatest number of them for one showing: half a minute (our
+#: choice).
 _RATE, _LOOKS = 20, 600
 
 

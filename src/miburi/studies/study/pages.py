@@ -37,13 +37,13 @@ _PAGES = Path(__file__).parent / "pages"
 #: Letters and digits that nobody confuses on paper.
 _LETTERS = "23456789ABCDEFGHJKMNPQRSTUVWXYZ"
 #: Limits, for one address, on registering and on attempts to withdraw: per second, and in a burst
-#: (ours).
+#: (our choice).
 _RATE, _BURST = 0.5, 60.0
 _DAYS = 30
 #: An unfinished participant without a request for this long, s, counts as gone, and a newcomer may
-#: take that place in the order (ours).
+#: take that place in the order (our choice).
 _GONE = 7200.0
-#: Reports of more starts of a film than this are ignored (ours).
+#: Reports of more starts of a film than this are ignored (our choice).
 _MOST_PLAYS = 100
 
 

@@ -22,7 +22,7 @@ __all__ = ["PROFILE_GUARDS", "RULES", "STATES", "WITHOUT", "ServoState", "in_sta
 
 _SLACK = np.array([20, 16, 16, 16, 16, 16, 16, 16])
 #: The narrowest guards, µs and steps, with which the rule that compares with a delayed profile
-#: hardly ever stops a free move of the XL330 (ours).
+#: hardly ever stops a free move of the XL330 (our choice).
 PROFILE_GUARDS = Guards(
     lag=np.full(8, 14_000),
     slack=_SLACK,
@@ -69,7 +69,7 @@ class ServoState:
 
 
 #: States for trials: a hot motor has a fifth more resistance, worn gears 1.8 times the friction
-#: (both ours). No state adds play; `--play` adds it to servos with workshop tolerances.
+#: (both our choice). No state adds play; `--play` adds it to servos with workshop tolerances.
 STATES = {
     "hot": ServoState(resistance=1.2),
     "warmed-up": ServoState(resistance=1.2, before=True),

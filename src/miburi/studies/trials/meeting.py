@@ -15,7 +15,7 @@ from miburi.studies.trials.plant import TrialPlant
 
 __all__ = ["LEAST_REST", "Actor", "Meeting", "carriers", "plan"]
 
-#: A person is in the way only if the link still has this far to go, m (ours).
+#: A person is in the way only if the link still has this far to go, m (our choice).
 LEAST_REST = 0.015
 #: A hand that moves towards the robot starts this far from the meeting point, m.
 _APPROACH = 0.10

@@ -13,9 +13,9 @@ __all__ = ["ISO_LIMITS", "LATE", "MATTERS", "Summary", "quantile_interval", "sum
 
 need("scipy", "studies")  # loading it takes a second, so only the functions that use it load it
 
-#: A missed contact matters at this force or above, N (ours).
+#: A missed contact matters at this force or above, N (our choice).
 MATTERS = 2.0
-#: A stop counts as late if it comes more than this after the first touch, s (ours).
+#: A stop counts as late if it comes more than this after the first touch, s (our choice).
 LATE = 0.25
 #: Quasi-static limits of ISO/TS 15066 in N, as secondary sources quote them: we have not read the
 #: standard itself. The limits for transient contact are commonly taken as twice that; on face and

@@ -38,7 +38,7 @@ __all__ = [
 ]
 
 #: The robot must stop within this time after the touch, s; otherwise the contact counts as missed
-#: (ours).
+#: (our choice).
 PATIENCE = 1.0
 #: How long after a stop the robot may still push, s, and for how long after that its push is
 #: measured, s.
@@ -46,7 +46,7 @@ SETTLED, WATCHED = 0.3, 0.2
 #: The sustained force is a mean over this time, s: the rule's own period.
 SUSTAINED = 0.1
 #: A person is in the way if a robot that does not stop presses on them with this sustained
-#: force, N (ours); with less it only brushes past.
+#: force, N (our choice); with less it only brushes past.
 IN_THE_WAY = 1.0
 _READING_US = round(READING * SECOND)
 #: The greatest number of gestures, and of people for each, that are drawn until robot and person

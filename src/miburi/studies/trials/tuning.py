@@ -23,7 +23,8 @@ from miburi.studies.trials.trial import PATIENCE, Run
 __all__ = ["BOX", "Tuned", "Verdict", "assess", "free_traces", "tune"]
 
 #: Bounds of the search: p in readings of 10 ms, the ratio, the travel in rad below which judging a
-#: motor waits, and the margin of the guards (ours). An Arduino card accepts no ratio below 0.8.
+#: motor waits, and the margin of the guards (our choice). An Arduino card accepts no ratio below
+#: 0.8.
 BOX = ((5.0, 20.0), (0.8, 0.99), (0.004, 0.05), (1.0, 2.5))
 #: The most points to try, and the seconds that a false stop above the bound costs.
 _BUDGET, _PENALTY = 150, 100.0
