@@ -34,7 +34,7 @@ export interface paths {
         };
         /**
          * State
-         * @description Return everything that a viewer needs, now.
+         * @description Return all of the present state that a viewer needs.
          */
         get: operations["state"];
         put?: never;
@@ -114,7 +114,7 @@ export interface paths {
         };
         /**
          * Motors
-         * @description Return the motors' temperatures and supply, and the guards they were calibrated to.
+         * @description Return motors' temperatures and voltage, and the thresholds (guards) from calibration.
          */
         get: operations["motors"];
         put?: never;
@@ -134,7 +134,7 @@ export interface paths {
         };
         /**
          * Bodies
-         * @description Return the kinds of body, and which one moves.
+         * @description Return the kinds of body, and the present one.
          */
         get: operations["bodies"];
         put?: never;
@@ -180,9 +180,9 @@ export interface paths {
         put?: never;
         /**
          * Say
-         * @description Say something to the partner; it takes on the words' feeling, and answers.
+         * @description Say something to the partner, which is moved by the words' feeling, and answers.
          *
-         *     "Stop" stops all motors; "wave" or "lift your arms" is performed.
+         *     It obeys orders, too: "stop" stops all motors; "wave" and "lift your arms" are carried out.
          */
         post: operations["say"];
         delete?: never;
@@ -222,7 +222,7 @@ export interface paths {
         put?: never;
         /**
          * Face
-         * @description Turn slowly to a face while nothing is felt.
+         * @description Turn slowly to a face while the partner shows no feeling.
          *
          *     Repeat this within 5 s, or the face counts as gone.
          */
@@ -244,7 +244,7 @@ export interface paths {
         put?: never;
         /**
          * Attend
-         * @description Face the person who is talking, and look aside now and then, as people do.
+         * @description Face the person who is talking, and look away now and then, as people do.
          */
         post: operations["attend"];
         delete?: never;
@@ -264,7 +264,7 @@ export interface paths {
         put?: never;
         /**
          * Release
-         * @description Go on after a stop; refused in the pause after a contact, and after a person's Stop.
+         * @description Resume after a stop; refused in the pause after a contact, and after a person's Stop.
          */
         post: operations["release"];
         delete?: never;
@@ -284,7 +284,7 @@ export interface paths {
         put?: never;
         /**
          * Pause
-         * @description Rest at neutral, or go on.
+         * @description Pause at neutral, or resume.
          */
         post: operations["pause"];
         delete?: never;
@@ -344,7 +344,7 @@ export interface paths {
         put?: never;
         /**
          * Speak
-         * @description Say something aloud, if a page's voice is on; a new sentence replaces the last.
+         * @description Say something aloud on pages whose voice is on; a new sentence replaces the last.
          */
         post: operations["speak"];
         delete?: never;
@@ -510,7 +510,7 @@ export interface paths {
         };
         /**
          * Manners
-         * @description Return when the partner may begin to speak by itself.
+         * @description Return when the partner may speak unasked.
          */
         get: operations["manners"];
         put?: never;
@@ -576,7 +576,7 @@ export interface paths {
         put?: never;
         /**
          * Set Present
-         * @description Say who is there.
+         * @description Set which person is present.
          */
         post: operations["set_present"];
         delete?: never;
@@ -596,12 +596,12 @@ export interface paths {
         put?: never;
         /**
          * Correct Fact
-         * @description Correct something that somebody told.
+         * @description Correct a fact.
          */
         post: operations["correct_fact"];
         /**
          * Delete Fact
-         * @description Delete something that somebody told.
+         * @description Delete a fact.
          */
         delete: operations["delete_fact"];
         options?: never;
@@ -621,7 +621,7 @@ export interface paths {
         post?: never;
         /**
          * Delete Person
-         * @description Delete somebody, with all that they told.
+         * @description Delete what the partner knows about a person.
          */
         delete: operations["delete_person"];
         options?: never;
@@ -663,7 +663,7 @@ export interface paths {
          * Events
          * @description Send events as they happen (server-sent events), each with its `id` and JSON `data`.
          *
-         *     The stream begins after the event that is named, or now.
+         *     The stream begins after the event given in `after`, or else with the next event.
          */
         get: operations["events"];
         put?: never;
@@ -694,7 +694,7 @@ export interface components {
         };
         /**
          * AttendIn
-         * @description The turn in a conversation with the partner.
+         * @description Whose turn it is in the conversation.
          * @example {
          *       "turn": "listening"
          *     }
@@ -759,12 +759,12 @@ export interface components {
         Brought: {
             /**
              * What
-             * @description In words: a word of the sentence, say.
+             * @description The evidence, such as a word of the sentence.
              */
             what: string;
             /**
              * Weight
-             * @description Evidence for the feeling over no feeling; log-odds, above 0.
+             * @description Log-odds of the feeling against no feeling, above 0.
              */
             weight: number;
         };
@@ -791,7 +791,7 @@ export interface components {
             kind: "suicide" | "child" | "breathing" | "heart" | "stroke" | "poison" | "fire" | "gas" | "abuse" | "fraud" | "lost" | "fall" | "injury" | "help";
             /**
              * Words
-             * @description What was said, if the user lets others hear it.
+             * @description What was said, if the user allows events to include it.
              */
             words: string | null;
         };
@@ -823,7 +823,7 @@ export interface components {
         };
         /**
          * EndReason
-         * @description Why a recording ended by itself; the languages' files have the words.
+         * @description Why a recording ended without a request; the languages' files have the sentences.
          * @enum {string}
          */
         EndReason: "full" | "slow" | "size" | "folder" | "failed";
@@ -841,7 +841,7 @@ export interface components {
         ExpressIn: {
             /**
              * Feeling
-             * @description The feeling whose gesture leads.
+             * @description The feeling of the main gesture.
              * @enum {string}
              */
             feeling: "happiness" | "sadness" | "fright" | "fear" | "thrill" | "disgust" | "anger" | "surprise";
@@ -853,7 +853,7 @@ export interface components {
             mood?: number;
             /**
              * Blend
-             * @description Other feelings' gestures to mix in, each with its μ.
+             * @description Other feelings' gestures to mix in, each with its weight μ.
              */
             blend?: {
                 [key: string]: number;
@@ -874,7 +874,7 @@ export interface components {
             feeling: "happiness" | "sadness" | "fright" | "fear" | "thrill" | "disgust" | "anger" | "surprise";
             /**
              * Mood
-             * @description Its mood, the intensity μ.
+             * @description The mood of that feeling, used as the intensity μ.
              */
             mood: number;
         };
@@ -894,9 +894,9 @@ export interface components {
         };
         /**
          * FactIn
-         * @description The text that is to replace something told.
+         * @description The new text of a fact.
          * @example {
-         *       "text": "My daughter comes on Monday."
+         *       "text": "My daughter is coming on Monday."
          *     }
          */
         FactIn: {
@@ -908,12 +908,12 @@ export interface components {
         };
         /**
          * FactOut
-         * @description Something that somebody told.
+         * @description A fact that a person told the partner.
          */
         FactOut: {
             /**
              * Number
-             * @description Its number among the facts that this person told.
+             * @description Its number among this person's facts.
              */
             number: number;
             /**
@@ -929,7 +929,7 @@ export interface components {
             told: string;
             /**
              * Due
-             * @description The day that it is about, if it names a future one.
+             * @description The future day that it is about, if any.
              */
             due: string | null;
         };
@@ -946,7 +946,7 @@ export interface components {
             feeling: "happiness" | "sadness" | "fright" | "fear" | "thrill" | "disgust" | "anger" | "surprise";
             /**
              * Strength
-             * @description By how much, before the temperament weighs it.
+             * @description By how much, before the temperament scales it.
              */
             strength: number;
             /**
@@ -970,7 +970,7 @@ export interface components {
         GestureAct: {
             /**
              * Feeling
-             * @description The feeling whose gesture leads.
+             * @description The feeling of the main gesture.
              * @enum {string}
              */
             feeling: "happiness" | "sadness" | "fright" | "fear" | "thrill" | "disgust" | "anger" | "surprise";
@@ -982,7 +982,7 @@ export interface components {
             mood?: number;
             /**
              * Blend
-             * @description Other feelings' gestures to mix in, each with its μ.
+             * @description Other feelings' gestures to mix in, each with its weight μ.
              */
             blend?: {
                 [key: string]: number;
@@ -1003,7 +1003,7 @@ export interface components {
         };
         /**
          * GestureOut
-         * @description A movement function.
+         * @description The description of a gesture, a movement function.
          */
         GestureOut: {
             /**
@@ -1046,12 +1046,12 @@ export interface components {
             slack: number;
             /**
              * Least
-             * @description Expected travel below this is judged later, rad.
+             * @description With less expected travel the test waits, rad.
              */
             least: number;
             /**
              * Behind
-             * @description How far it may be behind its profile, rad.
+             * @description How far a motor may lag behind its profile, rad.
              */
             behind: number;
             /**
@@ -1152,13 +1152,13 @@ export interface components {
         LiveEvent: {
             /**
              * Boot
-             * @description Which start of the partner it belongs to.
+             * @description The id of the partner's run that it belongs to.
              * @example 5f2c9a10
              */
             boot: string;
             /**
              * Number
-             * @description Counts up by one, across starts with the same folder.
+             * @description Counts up by one, even across restarts that use the same folder.
              * @example 42
              */
             number: number;
@@ -1180,12 +1180,12 @@ export interface components {
             kind: "started" | "stimulus" | "heard" | "distress" | "wish" | "wish_dropped" | "gesture_begun" | "gesture_ended" | "gesture_broken_off" | "speech_begun" | "speech_ended" | "speech_broken_off" | "performance_begun" | "performance_ended" | "performance_broken_off" | "pressed" | "stop" | "release_begun" | "release_ended" | "release_broken_off" | "paused" | "resumed" | "body" | "temperament" | "words" | "recording" | "recorded" | "recording_ended" | "deleted" | "talk" | "talk_failed" | "refused" | "trouble" | "loop_failed" | "gap";
             /**
              * By
-             * @description Who caused it: a person, a home's button, an agent (MCP), ROS, a program; or the partner itself, while nobody could reach it.
+             * @description Who caused it: a person, a smart home's button, an agent (MCP), ROS, a program; or the partner itself, while nobody could reach it.
              */
             by?: ("person" | "home" | "agent" | "ros" | "program" | "partner") | null;
             /**
              * Wish
-             * @description The id of the wish that it belongs to, if somebody asked.
+             * @description The id of the request that led to it, if any.
              */
             wish?: string | null;
             /**
@@ -1227,14 +1227,14 @@ export interface components {
             detail?: string | null;
             /**
              * Why
-             * @description What indicated the stimulus: words, or the name of a sign.
+             * @description What indicated the stimulus: words, or the name of what was noticed.
              */
             why?: components["schemas"]["Brought"][] | null;
             /** @description What is known about a stop. */
             stop?: components["schemas"]["StopOut"] | null;
             /**
              * Limit
-             * @description The rule's limit at that stop.
+             * @description The contact rule's limit at that stop.
              */
             limit?: number | null;
             /**
@@ -1278,7 +1278,7 @@ export interface components {
         };
         /**
          * LookIn
-         * @description Where to look, and for how long; ``user`` is ahead, ``aside`` looks thoughtful.
+         * @description Where to look, and for how long; ``user`` is straight ahead, ``aside`` looks thoughtful.
          * @example {
          *       "at": "left",
          *       "seconds": 2
@@ -1300,7 +1300,7 @@ export interface components {
         };
         /**
          * Manners
-         * @description When it may begin by itself; a person sets this in the page.
+         * @description When it may speak unasked; a person sets this on the page.
          * @example {
          *       "most": 6,
          *       "on": true
@@ -1362,7 +1362,7 @@ export interface components {
              * @description V
              */
             voltage: number | null;
-            /** @description What the contact rule grants this motor. */
+            /** @description The contact rule's tolerances for this motor. */
             guards: components["schemas"]["Guards_float_"];
         };
         /**
@@ -1382,7 +1382,7 @@ export interface components {
             port: string | null;
             /**
              * Calibrated
-             * @description Whether the guards differ from those that ship with the robot.
+             * @description Whether the tolerances differ from those that ship with the robot.
              */
             calibrated: boolean;
             /**
@@ -1397,7 +1397,7 @@ export interface components {
             hottest: number | null;
             /**
              * Lowest
-             * @description Voltage below which the supply stops the body, V.
+             * @description Supply voltage below which the body is stopped, V.
              */
             lowest: number | null;
             /** @description The contact rule in force. */
@@ -1445,7 +1445,7 @@ export interface components {
             end: number[] | null;
             /**
              * Tilt
-             * @description Its turn about the y axis, rad.
+             * @description Its rotation about the y axis, rad.
              */
             tilt: number;
             /**
@@ -1475,12 +1475,12 @@ export interface components {
         PeopleOut: {
             /**
              * Allowed
-             * @description Whether it is kept on the partner's own disk.
+             * @description Whether facts about people are kept on the partner's own disk.
              */
             allowed: boolean;
             /**
              * Present
-             * @description Who is there, as far as somebody has said.
+             * @description Who is present, if anybody has said so.
              */
             present: string | null;
             /**
@@ -1518,7 +1518,7 @@ export interface components {
             acts: (components["schemas"]["GestureAct"] | components["schemas"]["LookAct"] | components["schemas"]["PosesAct"] | components["schemas"]["SpeechAct"])[];
             /**
              * When
-             * @description `next`: after what waits. `now`: instead of what is under way and what waits.
+             * @description `next`: after what is queued. `now`: in place of what is running and queued.
              * @default next
              * @enum {string}
              */
@@ -1548,12 +1548,12 @@ export interface components {
             seen: string;
             /**
              * Facts
-             * @description What they told, the latest last.
+             * @description The facts that they told the partner, oldest first.
              */
             facts: components["schemas"]["FactOut"][];
             /**
              * Leaning
-             * @description What this person's presence adds to each resting mood.
+             * @description What this person's presence adds to each resting (baseline) mood.
              */
             leaning: {
                 [key: string]: number;
@@ -1610,7 +1610,7 @@ export interface components {
             effort?: components["schemas"]["EffortIn"];
             /**
              * Hedge
-             * @description How the intensity counts: μ, μ², or √μ.
+             * @description How the gesture follows the intensity μ: as μ, μ² or √μ.
              * @default plainly
              * @enum {string}
              */
@@ -1691,7 +1691,7 @@ export interface components {
             effort?: components["schemas"]["EffortIn"];
             /**
              * Hedge
-             * @description How the intensity counts: μ, μ², or √μ.
+             * @description How the gesture follows the intensity μ: as μ, μ² or √μ.
              * @default plainly
              * @enum {string}
              */
@@ -1719,8 +1719,8 @@ export interface components {
          *     phase, until
          *         When the body arrives at the pose and when it leaves, as shares of the gesture's duration.
          *     right, left
-         *         Position of the hand relative to its own shoulder, [forward, out, up] of the chest, in
-         *         arm's reaches (L23 + L34).
+         *         Position of the hand relative to its own shoulder, [forward, out, up] in the chest's frame,
+         *         in multiples of the arm's length (L23 + L34).
          *     head
          *         Direction from the head's joint to its centre, [forward, left, up] of the base, of any
          *         length. A direction to the side turns the waist.
@@ -1738,7 +1738,7 @@ export interface components {
             until?: number | null;
             /**
              * Right
-             * @description The right hand, relative to its shoulder: forward, out, up; 1 is the reach.
+             * @description The right hand, relative to its shoulder: forward, out, up; 1 is the arm's full reach.
              */
             right: number[];
             /**
@@ -1832,7 +1832,7 @@ export interface components {
         };
         /**
          * Repeat
-         * @description Repeat the key poses ``first`` to ``last``, counted from 1, in ``times`` rounds.
+         * @description Play the key poses ``first`` to ``last``, counted from 1, ``times`` times in all.
          *
          *     ``back`` is the time from the last pose to the first, as a share of the gesture's duration. Each
          *     repeat makes the gesture longer.
@@ -1871,12 +1871,12 @@ export interface components {
             name: string;
             /**
              * Joints
-             * @description The joints, in the order of all arrays.
+             * @description The joints' names, in the order used in every array.
              */
             joints: string[];
             /**
              * Feelings
-             * @description The feelings, in the order of all levels.
+             * @description The feelings' names, in the order used in every list of levels.
              */
             feelings: string[];
             /**
@@ -1911,7 +1911,7 @@ export interface components {
             floor: number;
             /**
              * Threshold
-             * @description The contact rule's limit on measured over expected travel.
+             * @description The contact rule's limit on the ratio of measured to expected travel.
              */
             threshold: number;
             /**
@@ -2041,12 +2041,12 @@ export interface components {
             asked?: boolean;
             /**
              * Meant
-             * @description What was wanted of it, such as `time`, `wave` or `thanks`.
+             * @description The intent of what was said, such as `time`, `wave` or `thanks`.
              */
             meant?: string | null;
             /**
              * Distress
-             * @description What somebody needs help with now; it calls nobody.
+             * @description What somebody needs help with now. The partner does not call for help.
              */
             distress?: ("suicide" | "child" | "breathing" | "heart" | "stroke" | "poison" | "fire" | "gas" | "abuse" | "fraud" | "lost" | "fall" | "injury" | "help") | null;
             /**
@@ -2056,7 +2056,7 @@ export interface components {
             worry?: ("suicide" | "child" | "breathing" | "heart" | "stroke" | "poison" | "fire" | "gas" | "abuse" | "fraud" | "lost" | "fall" | "injury" | "help") | null;
             /**
              * Answer
-             * @description What it answered, aloud where a page has its voice on.
+             * @description The partner's answer; it is spoken on pages whose voice is on.
              */
             answer: string;
             /**
@@ -2089,7 +2089,7 @@ export interface components {
         };
         /**
          * SpeakIn
-         * @description What the partner is to say aloud; its letters and words reveal the language.
+         * @description What the partner is to say aloud; its language is recognised from the text.
          * @example {
          *       "text": "Somebody is at the door."
          *     }
@@ -2148,7 +2148,7 @@ export interface components {
             language: string;
             /**
              * Feeling
-             * @description What it felt then: it colours the voice.
+             * @description The partner's feeling then, which colours the voice.
              */
             feeling: ("happiness" | "sadness" | "fright" | "fear" | "thrill" | "disgust" | "anger" | "surprise") | null;
             /**
@@ -2195,7 +2195,7 @@ export interface components {
             temperament: string;
             /**
              * Rest
-             * @description How much it moves while it shows nothing.
+             * @description How much the partner moves while it shows no feeling.
              * @enum {string}
              */
             rest: "still" | "quiet" | "lively";
@@ -2247,12 +2247,12 @@ export interface components {
             hand_speed: number;
             /**
              * Extent
-             * @description The farther hand's distance from its neutral place, m.
+             * @description The larger of the two hands' distances from neutral, m.
              */
             extent: number;
             /**
              * Ratios
-             * @description Measured over expected travel in the latest window; null if not judged. A card reports only that of the motor that stopped it.
+             * @description The ratio of measured to expected travel in the latest window; null if there is none. A card reports only the ratio of the motor that caused the stop.
              */
             ratios: (number | null)[];
             /** @description The contact rule in force. */
@@ -2273,7 +2273,7 @@ export interface components {
             hand: components["schemas"]["Hand"] | null;
             /**
              * Hand Out
-             * @description Whether the hand reaches in; else it waits beside the table.
+             * @description Whether the simulated hand is at the robot; otherwise it waits beside the table.
              */
             hand_out: boolean;
             /**
@@ -2290,7 +2290,7 @@ export interface components {
             attention?: ("listening" | "thinking" | "speaking") | null;
             /**
              * Eyes
-             * @description Where the eyes look, to the face's right and down, -1 to 1: they go first, and come back as the head follows.
+             * @description Where the eyes look, to the face's right and down, -1 to 1. They move before the head, and return to the middle as it follows.
              * @default [
              *       0,
              *       0
@@ -2304,7 +2304,7 @@ export interface components {
             distress?: components["schemas"]["DistressOut"] | null;
             /**
              * Words
-             * @description Whether the user lets events tell what is said to the partner.
+             * @description Whether the user allows events to include what people say to the partner.
              */
             words: boolean;
             /**
@@ -2314,7 +2314,7 @@ export interface components {
             boot: string;
             /**
              * Latest
-             * @description Number of the latest event; `boot:latest` is the cursor of a client that knows all.
+             * @description Number of the latest event; `boot:latest` is the cursor of a client that is up to date.
              */
             latest: number;
         };
@@ -2341,7 +2341,7 @@ export interface components {
             strength?: number;
             /**
              * Source
-             * @description Its source, which the temperament weighs.
+             * @description Its source; the temperament has a weight for each.
              * @default application
              * @enum {string}
              */
@@ -2366,12 +2366,12 @@ export interface components {
             motor?: string | null;
             /**
              * Sign
-             * @description What the rule noticed: speed, tracking or arrival.
+             * @description The test of the contact rule that failed: speed, tracking or arrival.
              */
             sign?: string | null;
             /**
              * Ratio
-             * @description Measured over expected travel. If `sign` is `speed`, both are those of the judged window, and the rule's limit applies; otherwise, those since the move began.
+             * @description The ratio of measured to expected travel: in the window that failed the test, if `sign` is `speed`, and otherwise since the move began.
              */
             ratio?: number | null;
             /**
@@ -2386,7 +2386,7 @@ export interface components {
             due?: number | null;
             /**
              * Measured
-             * @description Speed, rad/s: in the judged window (sign speed), or at the stop (tracking).
+             * @description Speed, rad/s: over that window if `sign` is `speed`, at the stop if it is `tracking`.
              */
             measured?: number | null;
             /**
@@ -2417,7 +2417,7 @@ export interface components {
         };
         /**
          * StopReason
-         * @description Why a body stopped; pages say it in the words of their language.
+         * @description The reason for a stop; pages show it in their language.
          * @enum {string}
          */
         StopReason: "contact" | "touched" | "asked" | "card_started" | "line_lost" | "servo_silent" | "servo_deaf" | "servo_faulty" | "servo_hot" | "low_voltage" | "servo_astray" | "servo_misnamed" | "servo_restarted" | "loop_late";
@@ -2554,7 +2554,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Who presses: `program`, if a program may release it again; else it counts as a person. */
+                /** @description Who stops it: `program`, if programs may release it again; else it counts as a person's. */
                 "miburi-by"?: string;
             };
             path?: never;
@@ -4217,7 +4217,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description Nobody has that name, or it is not allowed. */
+            /** @description Nobody has that name, or the name is not allowed. */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -4313,7 +4313,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description Nobody has that name, or it is not allowed. */
+            /** @description Nobody has that name, or the name is not allowed. */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -4371,7 +4371,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description Nobody has that name, or it is not allowed. */
+            /** @description Nobody has that name, or the name is not allowed. */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -4434,7 +4434,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description Nobody has that name, or it is not allowed. */
+            /** @description Nobody has that name, or the name is not allowed. */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -4493,7 +4493,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description Nobody has that name, or it is not allowed. */
+            /** @description Nobody has that name, or the name is not allowed. */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -4550,7 +4550,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description Nobody has that name, or it is not allowed. */
+            /** @description Nobody has that name, or the name is not allowed. */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -4609,7 +4609,7 @@ export interface operations {
                     "application/json": components["schemas"]["LiveEvent"][];
                 };
             };
-            /** @description The cursor names no event. */
+            /** @description The cursor matches no event. */
             400: {
                 headers: {
                     [name: string]: unknown;

@@ -45,7 +45,7 @@ def test_a_robot_whose_hands_hang_into_the_table_is_refused_in_words(
     if longer == 1.0:
         Plant(described)
         return
-    with pytest.raises(DescriptionError, match="table and the right hand are .* L01 lifts"):
+    with pytest.raises(DescriptionError, match="table and the right hand are .* L01 raises"):
         Plant(described)
 
 

@@ -35,7 +35,7 @@ LINES = {
     "calibrate --out .": "--out: . is a folder, and a file is needed",
     "tune --out tuned.toml --bound 5": "got '5'",
     "to-ros notes.txt out.mcap": "not a recording by Miburi, or it is cut off",
-    "to-ros notes.txt notes.txt": "notes.txt would be written over itself",
+    "to-ros notes.txt notes.txt": "notes.txt is the file to read",
     "card load calibration.toml /dev/ttyACM0": "the port comes first, then the file; got",
     "card monitor /dev/ttyACM0 --seconds -5": "-5",
     "hardware bill --fit 0,25": "0,25",

@@ -131,7 +131,7 @@ def test_every_tool_does_what_it_says(door: Server, transport: Callable[[str], C
         )
         assert await agent.call("say", words="Hello, you.") == "It is saying that."
         assert (await agent.state())["said"] == "Hello, you."
-        assert "does not say that" in await agent.call("say", words="You are worthless.")
+        assert "refuses to say this" in await agent.call("say", words="You are worthless.")
         assert (await agent.state())["said"] == "Hello, you."
         assert await agent.call("think", on=True) == "It looks thoughtful."
         await agent.until(lambda state: state["asked"] and state["shows"] is None)

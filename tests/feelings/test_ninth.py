@@ -98,7 +98,7 @@ def test_shipped_temperaments_have_neutral_values_for_it_and_a_users_own_must_na
 
 
 def test_a_state_of_the_eight_is_refused(report: dict[str, Any]) -> None:
-    assert "must be of the feelings happiness" in report["old state"]
+    assert "must be for the feelings happiness" in report["old state"]
 
 
 @pytest.mark.proof("test_it_is_felt")
@@ -118,5 +118,5 @@ def test_the_command_reads_it_from_its_option(mine: Path) -> None:
     wrong = miburi("--feelings", "temperament.toml", "forward", *["0"] * 8)
     assert wrong.returncode == 1
     assert "temperament.toml:\n" in wrong.stderr
-    assert "allowed are rest, feeling" in wrong.stderr
+    assert "the known ones are rest, feeling" in wrong.stderr
     assert "Traceback" not in wrong.stderr

@@ -88,7 +88,7 @@ def test_the_error_for_a_state_of_other_feelings_names_them(kind):
 def test_a_state_whose_level_would_exceed_1_is_refused():
     state = EmotionalModel().save()
     state["levels"][2][0] = state["pending"][2][0] = 0.6
-    with pytest.raises(InputError, match="together"):
+    with pytest.raises(InputError, match="must not exceed 1"):
         EmotionalModel.load(state)
 
 

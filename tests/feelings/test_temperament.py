@@ -39,7 +39,7 @@ def test_the_default_lasts_seconds_minutes_an_hour():
 
 
 def test_the_error_for_an_unknown_name_lists_the_names():
-    with pytest.raises(InputError, match="'wild'; take one of default, calm, lively"):
+    with pytest.raises(InputError, match="'wild'; use one of default, calm, lively"):
         shipped_temperament("wild")
 
 

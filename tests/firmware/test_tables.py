@@ -36,7 +36,7 @@ def test_deaf_servo_is_named(rig: Rig) -> None:
     stop = rig.body.state.stop
     assert (stop.reason, stop.motor) == (StopReason.SERVO_DEAF, JOINTS[4])
     assert rig.at_rest()
-    with pytest.raises(BodyError, match="does not take orders"):
+    with pytest.raises(BodyError, match="does not accept commands"):
         rig.body.release()
     rig.servos[4].deaf = False
     recovers(rig)
@@ -67,7 +67,7 @@ def test_a_servo_that_takes_no_gains_is_refused(rig: Rig) -> None:
         return 0 if address == 80 else write(address, data, time)
 
     servo.write = but_gains  # type: ignore[method-assign]
-    with pytest.raises(BodyError, match=f"{JOINTS[6]}: servo does not take orders"):
+    with pytest.raises(BodyError, match=f"{JOINTS[6]}: servo does not accept commands"):
         wake(rig.body)
     servo.write = write  # type: ignore[method-assign]
     recovers(rig)

@@ -51,7 +51,7 @@ def test_it_goes_where_it_was_led(robot: Robot, tall_file: Path, tmp_path: Path,
 
 
 def test_of_a_still_hand_nothing_is_kept(robot: Robot) -> None:
-    with pytest.raises(InputError, match="no joint moved by 6°"):
+    with pytest.raises(InputError, match="no joint moved as far as 6°"):
         taught(robot, "wave", "happiness", *shown(robot, (0.05, 0.0, 0.5)))
 
 

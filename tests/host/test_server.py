@@ -415,7 +415,7 @@ def test_while_the_server_hangs_the_body_is_stopped(there: Program, which: int, 
     hung = helpers_of(there.process.pid)[which]
     os.kill(hung, signal.SIGSTOP)
     try:
-        there.errors.next(f"the {name} hangs, so the body was stopped")
+        there.errors.next(f"the {name} does not respond, so the body was stopped")
     finally:
         os.kill(hung, signal.SIGCONT)
     # What the server was told while it hung, it hears first: the body still moves there.
@@ -438,7 +438,7 @@ def test_while_the_server_hangs_stop_works_and_comes_before_an_earlier_release(
             release.sendall(b"POST /api/v1/release HTTP/1.1\r\nHost: localhost\r\n\r\n")
             answers = [kept.post("/stop"), post(there.url + "/api/v1/stop"), kept.post("/stop")]
             # Long enough for the server to take its own sleep for the partner's.
-            there.errors.next("the server hangs")
+            there.errors.next("the server does not respond")
         finally:
             os.kill(server, signal.SIGCONT)
         assert [answer.status_code for answer in answers] == [204] * 3
@@ -446,6 +446,6 @@ def test_while_the_server_hangs_stop_works_and_comes_before_an_earlier_release(
         said.begin()
         # A server that hears this before it hears the partner again refuses it, too: 503. That was
         # seen once in many runs, while the reception hung as well.
-        refusals = {409: "Stop has been pressed since", 503: "cannot be reached"}
+        refusals = {409: "Stop was pressed after", 503: "cannot be reached"}
         assert refusals.get(said.status, "?") in said.read().decode()
         assert kept.get("/state").json()["phase"] == "stopped"

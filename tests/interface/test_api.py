@@ -83,7 +83,12 @@ def test_what_cannot_be_done_is_said_in_words(client: httpx.Client) -> None:
         ("/bodies", {"name": "marble"}, {400}, "one of simulated"),
         ("/bodies", {"name": "two-words"}, {400}, "one of simulated"),
         ("/temperament", {"name": "wild"}, {400}, "default, calm"),
-        ("/express", {"feeling": "fear", "blend": {"fear": 0.5}}, {400}, "already leads"),
+        (
+            "/express",
+            {"feeling": "fear", "blend": {"fear": 0.5}},
+            {400},
+            "already the main feeling",
+        ),
         ("/hand", {"position": [0.1, 0.2, 0.1], "along": [0, 0, 0]}, {400}, "zero vector"),
     ]
     assert unlike(client, refused) == []

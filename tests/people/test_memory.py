@@ -208,7 +208,7 @@ def test_the_oldest_facts_go_first(path: Path, clock: Clock) -> None:
 
 def test_a_file_that_is_none_of_ours_is_refused_and_left(path: Path, clock: Clock) -> None:
     path.write_text("{}[", encoding="utf-8")
-    with pytest.raises(InputError, match="no file of people"):
+    with pytest.raises(InputError, match="not a file of people"):
         memory(path, clock)
     assert path.read_text(encoding="utf-8") == "{}["
 

@@ -48,7 +48,7 @@ def test_limits_cannot_be_changed(robot: Robot) -> None:
         (
             "L34 = 0.08",
             "L34 = 0.08\nL45 = 1.0",
-            ["lengths.L45", "1.0", "allowed are L01, L12, L23"],
+            ["lengths.L45", "1.0", "the known ones are L01, L12, L23"],
         ),
         ("[joints.head]", "[joints.neck]", ["joints.head", "missing", "joints.neck"]),
         ("min = -1.744", "min = 1.744", ["joints.waist", "min must be less than max"]),
@@ -62,7 +62,7 @@ def test_limits_cannot_be_changed(robot: Robot) -> None:
         (
             "lag = [0.0055",
             "late = [0.0055",
-            ["guards.lag is missing", "allowed are lag, slack, least"],
+            ["guards.lag is missing", "the known ones are lag, slack, least"],
         ),
         ("lag = [0.0055", "lag = [1.5", ["guards.lag.0", "1.5", "less than or equal to 1"]),
         ("lag = [0.0055", 'lag = ["0.0055"', ["guards.lag.0", "'0.0055'", "valid number"]),

@@ -137,7 +137,7 @@ def test_a_mistyped_key_in_a_file_of_ones_own_is_named(
     monkeypatch.setenv("MIBURI_SENSES", str(own))
     happenings.cache_clear()
     try:
-        with pytest.raises(DescriptionError, match="strenght.*allowed are .*strength"):
+        with pytest.raises(DescriptionError, match="strenght.*the known ones are .*strength"):
             happenings()
     finally:
         happenings.cache_clear()

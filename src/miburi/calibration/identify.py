@@ -244,7 +244,7 @@ def check(robot: Robot, found: Identified) -> None:
     if abs(np.log(value / middle)) > np.log(_MIRRORED):
         raise BodyError(
             f"{name} springs back with {value:.1f} N·m/rad, the others with "
-            f"{middle:.1f}; {allowed}. Check its horn's screw, its plug and its "
+            f"{middle:.1f}; {allowed}. Check its horn's screw, its connector and its "
             "P gain (address 84), or replace the servo; then calibrate again."
         )
     raise BodyError(

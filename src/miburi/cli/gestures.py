@@ -132,7 +132,7 @@ def preview(
         print(out / name)
 
 
-_LEAD = "Take a hand of the resting robot and lead it slowly. To end, keep still for 2 s."
+_LEAD = "Take a hand of the resting robot and guide it slowly. To end, keep still for 2 s."
 #: If no state arrives for this long, s, the recording may have a gap (our choice).
 _GAP = 0.5
 

@@ -66,13 +66,14 @@ _GLANCE, _PATIENCE = 0.1, 25.0
 #: The most events in one answer.
 _TOLD = 40
 
-_INSTRUCTIONS = r"""\ A small robot partner with feelings that show in its body. Its temperament
-scales how strongly it feels that; `gesture` shows a gesture once, whatever it feels. It stops by
-itself when it touches somebody. After a stop, only a person can release it: tell people why it
-stopped and wait. Of several wishes the latest counts. If it has heard distress, somebody may need
-help now. It calls nobody, so tell people if you can, and use only calm gestures for ten minutes. Do
-not hurry it: a gesture takes a few seconds."""
-_TOO_FAST = "Nothing was done: too many wishes at once. Wait a second, then ask again."
+_INSTRUCTIONS = """\
+A small robot partner with feelings that show in its body. Its own temperament scales how strongly
+it feels what you send; `gesture` shows something once, whatever it feels. It stops by itself when
+it touches somebody. After a stop, only a person can release it: tell people why it stopped and
+wait. Of several requests the latest counts. If it has heard distress, somebody may need help now.
+It calls nobody, so tell people if you can, and use only calm gestures for ten minutes. Do not hurry
+it: a gesture takes a few seconds."""
+_TOO_FAST = "Nothing was done: too many requests at once. Wait a second, then ask again."
 _UNSAID = (
     "The partner refuses to say this: the words could hurt somebody, or sound like a call for help."
 )
@@ -284,7 +285,7 @@ class _Tools:
     async def events(
         self, since: Annotated[str, Field(pattern=r"^[0-9a-f:]{0,24}$", max_length=24)] = ""
     ) -> str:
-        """List what happened after the event `since`: words, stops; earlier runs included."""
+        """List what happened after the event `since`, in earlier runs too."""
         events = await self._partner.log(since or None)
         told = events[:_TOLD] if since else events[-_TOLD:]
         lines = [as_line(event) for event in told]

@@ -281,7 +281,7 @@ class FeelingModel(ABC):
         if names != list(FEELINGS):
             raise InputError(
                 f"The state must be for the feelings {', '.join(FEELINGS)}, got {names!r:.200}. "
-                "Load it with the file of feelings that it was saved with (MIBURI_FEELINGS)."
+                "Load it with the feelings file that it was saved with (MIBURI_FEELINGS)."
             )
         model = cls(temperament)
         model._time = _seconds(state.get("time"), "the state's time")

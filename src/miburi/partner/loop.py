@@ -164,16 +164,13 @@ class Partner:
         ----------
         expression
             The feeling, and the mood. The mood is the intensity from the first key pose to the
-            last. If None, the poses show no feeling, as in a glance, and any later request replaces
-            them.
+            last. If None, the poses show no feeling, and any later request replaces them.
         poses
-            Key poses to perform instead of the feeling's own gesture, such as a blend of two
-            gestures.
+            Key poses to perform instead of the feeling's own gesture, such as a blend of two.
         wish
             A name for this wish; the events that it causes carry it.
         interrupt
-            Whether to cut the present gesture short: at its next key pose, or with ``life`` at
-            once.
+            Whether to cut the present gesture short, at a key pose or (with ``life``) at once.
 
         Raises
         ------

@@ -130,8 +130,8 @@ class PhraseRecogniser:
         unknown = [word for word in phrases.words if self._phrases.lookup_word(word) is None]
         if unknown:
             raise InputError(
-                f"{', '.join(unknown)} are not in the CMU dictionary of English; use words that "
-                "are."
+                f"not in the CMU dictionary of English: {', '.join(unknown)}. Use words that are "
+                "in it."
             )
         self._phrases.add_jsgf_string("phrases", phrases.grammar)
         self._phrases.activate_search("phrases")

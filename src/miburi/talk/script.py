@@ -160,8 +160,7 @@ class Script(Calendar):
         last = [*sentences, *clauses[-1:]]
         unwanted = {part for part in (*sentences, *clauses) if self._says("unwanted", part)}
         for cue, pattern in cues:
-            # "Dance, I've had a long day", "A test, what's my name?": any clause may match, but
-            # "stop" only the last.
+            # "Dance, I've had a long day": any clause may match, but "stop" only the last.
             parts = [*sentences, *clauses] if cue.brief else last if cue.do == "stop" else sentences
             for sentence in parts:
                 if cue.orders and sentence in unwanted:

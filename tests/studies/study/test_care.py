@@ -254,7 +254,7 @@ def test_words_may_be_mended_but_not_what_is_asked(tmp_path: Path) -> None:
     page = (tmp_path / "report" / "index.html").read_text(encoding="utf-8")
     assert "From participant 2 on, some of the study's words were others" in page
     file.write_text(TWO_FILMS.replace('["fear", "fright"]', '["fear", "anger"]'))
-    with pytest.raises(OutputError, match="Its words may change"):
+    with pytest.raises(OutputError, match="The wording of a study with answers may change"):
         open_store(tmp_path / ANSWERS, load_study(tmp_path))
 
 

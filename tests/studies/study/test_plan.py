@@ -39,7 +39,7 @@ def test_the_study_that_ships_asks_about_eight_feelings_at_three_moods(tmp_path:
         ('kind = "choice"', 'kind = "choice"\nafter = "all"', "belongs to a film"),
         (', ja = "一言で？"', "", "'In a word.' is missing in ja"),
         ('name = "word"', 'name = "feeling"', "feeling appears twice among the questions"),
-        ('name = "two"', 'name = "two"\ntrails = 3', "allowed are .*trials"),
+        ('name = "two"', 'name = "two"\ntrails = 3', "the known ones are .*trials"),
         ('kind = "word"', 'kind = "pick"', "a pick needs at least two answers"),
         ('kind = "word"', 'kind = "word"\nright = "fear"', "needs both 'right' and 'at'"),
         ('kind = "word"', 'kind = "check"\nright = "joy"\nat = 1', "joy"),
@@ -50,7 +50,7 @@ def test_the_study_that_ships_asks_about_eight_feelings_at_three_moods(tmp_path:
             'kind = "check"\nright = "fear"\nat = 1\nask = { en = "Please choose “surprise”."',
             r"'right' is 'fear', but its text \(en\) names surprise",
         ),
-        ('kind = "word"', 'kind = "word"\nonly_if = "word"', "choices are"),
+        ('kind = "word"', 'kind = "word"\nonly_if = "word"', r"one of \["),
         (
             'name = "word"\nkind = "word"',
             'name = "between"\nkind = "word"\nask = { en = "?", ja = "?" }\n[[question]]\n'

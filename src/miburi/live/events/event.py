@@ -165,7 +165,7 @@ class EndOfWish:
         if event.boot != self._boot:
             raise BodyError("the partner was restarted, so it is unknown how that request ended.")
         if event.kind == "gap":
-            raise BodyError(f"nobody knows how that wish ended: {event.detail}.")
+            raise BodyError(f"it is unknown how that request ended: {event.detail}.")
         if event.wish != self._wish:
             return False
         what, _, how = event.kind.partition("_")

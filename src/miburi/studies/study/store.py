@@ -39,7 +39,7 @@ CREATE TABLE wording (digest TEXT NOT NULL, first INTEGER NOT NULL);
 CREATE TABLE participant (
     number INTEGER PRIMARY KEY AUTOINCREMENT,
     place INTEGER NOT NULL,
-    code TEXT UNIQUE,  -- NULL after a withdrawal; "closed" and the number once codes are erased
+    code TEXT UNIQUE,  -- NULL after a withdrawal, "closed" and the number once codes are erased
     language TEXT
 );
 CREATE TABLE pace (
