@@ -1,10 +1,10 @@
-/* An Arduino Mega 2560 in virtual time: runs an ELF with libsimavr, hands UART bytes over.
+/* An Arduino Mega 2560 in virtual time: runs an ELF with libsimavr, and exchanges its UART bytes.
  *
  * Copyright: the Miburi founders. Licence of this file: GPL-3.0-or-later, as it is linked with
- * libsimavr (GPL-3). It is built where it is used. The miburi package does not contain it, and
- * needs it only to emulate a card.
+ * libsimavr (GPL-3). It is compiled on the user's machine. The miburi package does not contain it,
+ * and needs it only to emulate a card.
  *
- * It corrects libsimavr 1.6 in four points: a byte takes 10 bit times, not 11; a UART keeps three
+ * It corrects four faults of libsimavr 1.6: a byte takes 10 bit times, not 11; a UART keeps three
  * unread bytes at most; the flag that there is room for a byte to send is read-only; sleep jumps to
  * the next event instead of waiting.
  */
@@ -133,14 +133,14 @@ uint64_t mega_cycle(mega_t *m) { return m->avr->cycle; }
 int mega_run(mega_t *m, uint64_t until) {
   avr_t *avr = m->avr;
   port_t *bus = &m->ports[1];
-  /* For speed, and again after each reset: long runs, and no polling of unused pins. */
+  /* Two things for speed, needed after each reset: long runs, no polling of unused pins. */
   avr->run_cycle_limit = 1000;
   for (int i = 0; i < 8; i++) avr_extint_set_strict_lvl_trig(avr, i, 0);
   avr_cycle_timer_register(avr, until > avr->cycle ? until - avr->cycle : 1, halt, m);
   while (avr->cycle < until) {
     const int state = avr_run(avr);
     if (state == cpu_Done || state == cpu_Crashed) return 2;
-    /* Interrupts that come together hold a byte of a packet up by more than three bytes' time. */
+    /* Coinciding interrupts can delay a byte within a packet by more than three bytes' time. */
     if (bus->count && avr->cycle - bus->last_sent > 5 * byte_time(bus)) {
       avr_cycle_timer_cancel(avr, halt, m);
       return 1;
@@ -149,7 +149,7 @@ int mega_run(mega_t *m, uint64_t until) {
   return 0;
 }
 
-/* Bytes to a UART, back to back, the first not before a cycle. */
+/* Sends bytes to a UART, back to back, the first no earlier than a cycle. */
 void mega_input(mega_t *m, int port, const uint8_t *bytes, unsigned count, uint64_t at) {
   port_t *p = &m->ports[port];
   const int idle = p->head == p->tail;
@@ -180,7 +180,7 @@ unsigned mega_waiting(mega_t *m, int port) {
 }
 unsigned mega_dropped(mega_t *m, int port) { return m->ports[port].dropped; }
 
-/* Bits a second at which a UART speaks. */
+/* A UART's baud rate. */
 unsigned mega_baud(mega_t *m, int port) {
   return (unsigned)(m->avr->frequency * 10 / byte_time(&m->ports[port]));
 }
@@ -206,7 +206,7 @@ void mega_eeprom(mega_t *m, uint8_t *bytes, unsigned count, int write) {
 }
 
 
-/* For tests: writes to data memory, reads it; makes the processor go on elsewhere. */
+/* For tests: writes and reads data memory, and sets the program counter. */
 void mega_poke(mega_t *m, unsigned address, uint8_t byte) { m->avr->data[address] = byte; }
 unsigned mega_peek(mega_t *m, unsigned address) { return m->avr->data[address]; }
 void mega_jump(mega_t *m, unsigned pc) { m->avr->pc = pc; }

@@ -1,6 +1,6 @@
 // The body: polls the servos, lets the controller decide, takes orders; does not talk to the host.
 //
-// `Io` is what servo_xl330.h and memory.h need.
+// `Io` must provide what servo_xl330.h and memory.h ask of it.
 #pragma once
 
 #include "controller.h"
@@ -46,8 +46,8 @@ class Body {
     return true;
   }
 
-  // Does what can wait until the report is out. If the report were still going out during the next
-  // reading, that reading would lose bytes.
+  // Does what can wait until the report is out. It must be complete before the next reading, which
+  // would otherwise lose bytes.
   void look_after() {
     if (table_.complete()) {
       look_at(NO_MOTOR);
@@ -119,11 +119,11 @@ class Body {
     return Result::ok;
   }
 
-  // Sets the loads on the motors in the next move or release, and the most duty that each may use:
-  // one limit until the ramp is over, and one for after it, which must be no higher than the first
-  // and enough to hold the load at the end.
-  // The loads that a host sends shift what the rule expects, by less than 32 steps times the
-  // calibrated factor `sag`.
+  // Sets the loads on the motors in the next move or release, and the limits of their duty: one
+  // during the ramp, and one after it. The second must be no higher than the first, and enough to
+  // hold the load at the end. The loads that a host sends shift the positions that the contact rule
+  // expects by less than 32 steps times the calibrated factor `sag`, so no host can switch the rule
+  // off.
   Result set_loads(const Load* loads, Writer& out) {
     for (uint8_t i = 0; i < MOTORS; i++) {
       const Load& load = loads[i];
@@ -176,8 +176,8 @@ class Body {
     return Result::ok;
   }
 
-  // The only way out of a stop, and the only place where torque is switched on; before that, the
-  // motors are told to hold the positions where they are.
+  // The only way out of a stop, and the only place where torque is switched on. Before that, each
+  // motor's goal is set to its present position.
   Result release(Writer& out) {
     if (controller_.phase != Phase::stopped) {
       return wrong_phase(out);
@@ -201,8 +201,8 @@ class Body {
         servos_.set_torque(table_.joints, false);
       }
     }
-    // A motor that has just been configured, or that somebody turned by hand, must be read again to
-    // be believed.
+    // A motor that has just been configured, or that somebody turned by hand, must be read again
+    // before its position counts.
     const uint8_t limp = servos_.limp(table_.joints);
     for (uint8_t tries = 0; tries < SETTLED && !look_around(limp); tries++) {
     }
@@ -269,8 +269,8 @@ class Body {
     }
     return_speeds(controller_.origin, goal,
                   return_speed(controller_, table_.settings.return_speed), speeds);
-    // A motor that was given another place must reach it first. Otherwise the rest of its way would
-    // be taken for its load, and every release would end as a contact.
+    // A motor whose goal has changed must reach it first. Otherwise the remaining distance would be
+    // mistaken for the effect of its load, and every release would end as a contact.
     const int64_t until = now() + (creeps ? SETTLING : 0);
     do {
       look_around();
@@ -353,14 +353,15 @@ class Body {
 
  private:
   static const int32_t POLL = 20000;  // µs between two readings of the servos
-  static const int32_t HOST_SILENT = 30000000;  // µs that a host may be silent if the body rests
+  static const int32_t HOST_SILENT = 30000000;  // µs that a host may be silent at rest
   // µs between two readings, at least: while the card sends to the host, a servo's bytes get lost.
   static const int32_t APART = 19000;
-  // How many steps outside its limits a joint may be at a release. For a limp joint they
-  // are few, as its servo may have lost count of its turns; a held joint hangs from a goal inside.
+  // How many steps outside its limits a joint may be at a release. For a limp joint they are few,
+  // because its servo may have lost count of its turns; a held joint sags by more, but from a goal
+  // within its limits.
   static const int16_t LIES_BEYOND = 8;
   static const int16_t HANGS_BEYOND = HANGS;
-  static const int32_t SETTLING = 120000;  // µs: the servos' lag, and GIVE_WAY steps at CREEP
+  static const int32_t SETTLING = 120000;  // µs: the servos' lag plus GIVE_WAY steps at CREEP
   static const uint8_t COPIES = 3;  // how often an order is sent, at most, if bytes are lost
 
   // The clock: 64 bits that never wrap; must be called at least once every 71 minutes.
@@ -435,8 +436,8 @@ class Body {
     }
   }
 
-  // A servo that did not take its duty limit is sent it once more; if it does not take that either,
-  // it is deaf.
+  // A servo that did not accept its duty limit is sent the limit again; if it does not accept that
+  // either, it is reported as deaf.
   void look_at_ceiling(uint8_t motor) {
     const uint8_t bit = static_cast<uint8_t>(1u << motor);
     if (motor >= MOTORS) {
@@ -453,7 +454,8 @@ class Body {
     }
   }
 
-  // Stops for a fault. A fault that ends the hold of a stopped body replaces the stop's reason.
+  // Stops for a fault. A fault with which a stopped body cannot be held any longer replaces the
+  // stop's reason.
   void fail(Reason reason, uint8_t motor) {
     const bool limp = reason == Reason::restarted || reason == Reason::faulty;
     const bool kept = hold_.loose() == 0 && controller_.latched.reason != reason;
@@ -497,7 +499,8 @@ class Body {
     loaded_ = eased_ = false;
     unlimited_ = 0;
     hold_.move_on();
-    // The rule's clock starts with the copy of the order that the servos obeyed.
+    // The rule's clock starts with the transmission that the servos obeyed, as an order is sent
+    // more than once.
     int64_t began = 0;
     uint8_t waiting = ALL;
     uint8_t deaf = 0;
@@ -533,7 +536,8 @@ class Body {
       table_.given = static_cast<uint16_t>(table_.given & ~(1u << piece));
     }
     adopt();
-    // Under the new settings, known positions and holding places mean something else.
+    // Under new settings, known positions and the positions to hold mean something else, so they
+    // are discarded.
     hold_.forget();
     readings_.forget(now());
     for (uint8_t i = 0; i < MOTORS; i++) {

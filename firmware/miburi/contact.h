@@ -1,4 +1,4 @@
-// The contact rule of Section 2 of the paper: always on, one motor stops all.
+// The contact rule of the paper's Section 2. It is always on, and a contact of one motor stops all.
 //
 // The twin of miburi/safety/contact.py and free.py, decision for decision: each motor's speed is
 // compared with that of a free servo under the same load. Positions are encoder steps, travels
@@ -12,13 +12,13 @@ namespace miburi {
 
 const int64_t WHOLE_RATIO = 10000;  // what stands for a ratio of 1
 const int64_t LAG_DOUBT = 2000;     // µs by which a servo's lag may differ from move to move
-const int64_t SETTLES = 200000;     // µs after which a motor that swung at the start no longer does
-const int32_t FAST = 512 * FINE;    // 1/256 steps/s: the speed from which on Guards count in full
+const int64_t SETTLES = 200000;     // µs after which swinging at the start has died down
+const int32_t FAST = 512 * FINE;    // 1/256 steps/s: at this speed or above, Guards apply in full
 
-// What the rule grants a motor; found by calibration.
+// The tolerances that the rule allows a motor, found by calibration.
 struct Guards {
   int32_t lag;       // µs by which it lags its profile
-  int16_t slack;     // steps of travel that may always be missing
+  int16_t slack;     // steps of missing travel that are always tolerated
   int16_t least;     // steps expected before it is judged
   int16_t behind;    // steps that it may be behind its profile
   int16_t ahead;     // steps that it may be ahead of it
@@ -50,7 +50,8 @@ inline int32_t lag_doubt(const Profile& profile) {
   return static_cast<int32_t>(fastest(profile) * LAG_DOUBT / SECOND);
 }
 
-// Returns the share of its guards that a motor is granted, in 1/256: half at rest, all at FAST.
+// Returns the share of its guards that applies to a motor at a speed, in units of 1/256: half at
+// rest, all at FAST.
 inline int16_t granted(const Profile& profile, int32_t velocity) {
   const int32_t fine = static_cast<int32_t>(FINE);
   const int32_t own = distance_between(velocity, 0);
@@ -67,14 +68,14 @@ struct Watch {
   int32_t expected[MOTORS];  // at the end of the last period in which the motor was judged
   int32_t measured[MOTORS];
   int64_t since[MOTORS];  // when that was
-  int32_t doubt[MOTORS];  // travel within LAG_DOUBT at the move's top speed
+  int32_t doubt[MOTORS];  // distance in LAG_DOUBT µs at the move's top speed
   int32_t early_doubt[MOTORS];  // the same until SETTLES
   int16_t early[MOTORS];  // the share until SETTLES: a motor that swings is granted more
-  int16_t share[MOTORS];  // 1/256 of slack, behind and ahead: the model is more exact at low speeds
-  int64_t modelled;       // up to when the free servos have been modelled, µs into the move
+  int16_t share[MOTORS];  // of slack, behind and ahead, in 1/256; smaller at low speeds
+  int64_t modelled;       // time of the model of the free servos, µs into the move
   Loading loading[MOTORS];
   FreeMotion free[MOTORS];
-  int32_t profile_then[MOTORS];  // where the profiles were at that time, from the start
+  int32_t profile_then[MOTORS];  // the profiles' distance from the start at that time
   int16_t came[MOTORS];  // steps already made in this direction, in moves that this one replaced
   uint8_t turned;        // motors that went the other way in the replaced move
 };
@@ -118,11 +119,10 @@ inline void follow(Watch& watch, const Rule& rule, uint8_t motor, int32_t steps)
   const Profile& profile = watch.profile[motor];
   const int32_t went =
       static_cast<int32_t>(travel(profile, watch.modelled - rule.guards[motor].lag));
-  // The load changes linearly along the motor's way; `share` is the part gone, in 1/256.
+  // The load changes linearly along the motor's path; `share` is the fraction covered, in 1/256.
   int32_t sag = loading.begin;
   if (loading.end != loading.begin && profile.distance > 0) {
-    // A motor that comes back from beyond an end of its way has gone less than nothing, or more
-    // than all of it.
+    // A motor outside the ends of its path would have a fraction below 0 or above 1.
     const int32_t fine = static_cast<int32_t>(FINE);
     const int32_t gone = clipped(went, profile.distance * fine);
     const int32_t share = small_quotient(gone, profile.distance, 9);
@@ -138,7 +138,7 @@ inline void follow(Watch& watch, const Rule& rule, uint8_t motor, int32_t steps)
 inline int32_t into_step(const Watch& watch, int64_t time) {
   return static_cast<int32_t>(time - watch.modelled) * static_cast<int32_t>(FINE) / MODEL_STEP;
 }
-// How far a motor should have travelled by then.
+// How far a motor should have travelled, `into` 1/256 of the model's next step.
 inline int32_t expected_of(const FreeMotion& free, int32_t into) {
   return (free.x >> 8) + (((free.v >> 8) * into) >> 8);
 }
@@ -146,8 +146,8 @@ inline int32_t expected_of(const FreeMotion& free, int32_t into) {
 // Carries one motor's watch into a move that replaces the present one, from a new start and perhaps
 // in the other direction. Nothing is forgotten, so a hand that holds a motor back is seen however
 // often moves replace one another. Only the window of a motor that turns round starts again, at its
-// turning point: otherwise it would add up travel in both directions.
-// `seen` is the time from the earlier start to the latest reading, `elapsed` that to the new start;
+// turning point: otherwise it would add up travel in both directions. `seen` is the time from the
+// earlier start to the latest reading, and `elapsed` the time from the earlier to the new start;
 // both in µs.
 inline void go_on(Watch& watch, uint8_t motor, int16_t start, int8_t direction, int64_t seen,
                   int64_t elapsed) {
@@ -179,8 +179,8 @@ inline void go_on(Watch& watch, uint8_t motor, int16_t start, int8_t direction, 
   watch.direction[motor] = direction;
 }
 
-// Grants a motor at first as much as the replaced move granted it at its end, `elapsed` µs after
-// its start: it may still be as far behind its profile.
+// At first allows a motor what the replaced move allowed it at its end, `elapsed` µs after that
+// move's start: the motor may still be as far behind its profile.
 inline void grant_on(Watch& watch, uint8_t motor, int64_t elapsed) {
   const bool early = elapsed < SETTLES;
   const int16_t share = early ? watch.early[motor] : watch.share[motor];
@@ -196,7 +196,7 @@ inline void restart(Watch& watch, int64_t elapsed) {
   watch.modelled -= elapsed;
 }
 
-// Keeps the suspect that is furthest from what was expected; of equals, the first.
+// Keeps the contact that deviates most from what was expected; on a tie, the first.
 inline void suspect(Contact& worst, const Contact& met) {
   if (worst.sign == Sign::none || distance_between(met.measured, met.expected) >
                                       distance_between(worst.measured, worst.expected)) {
@@ -204,7 +204,8 @@ inline void suspect(Contact& worst, const Contact& met) {
   }
 }
 
-// Judges the positions `time` µs after the move began, at every reading; returns a contact, if any.
+// Called at every reading: judges the positions `time` µs after the move began, and returns a
+// contact, if any.
 inline Contact look(Watch& watch, const Rule& rule, const int16_t* positions, int64_t time) {
   const int32_t fine = static_cast<int32_t>(FINE);
   Contact slow = {Sign::none, 0, 0, 0, 0};

@@ -16,7 +16,7 @@ enum class Reason : uint8_t {
   started,     // the card has just been switched on or reset
   asked,       // by the host
   contact,     // the rule saw one: motor, sign, measured, expected, length
-  // From here on the stop's contact names the motor, except for `alone`.
+  // For the reasons from here on, except `alone`, the stop's contact holds the motor concerned.
   silent,      // a servo does not answer
   deaf,        // a servo does not take its commands
   faulty,      // a servo reports a hardware error
@@ -38,27 +38,28 @@ const uint8_t NO_MOTOR = 0xff;
 const int32_t GIVE_WAY = 16;
 const int32_t FURTHEST = 48;  // below 2^6
 
-// To yield is to stay where one is pushed instead of pushing back. A motor yields if somebody still
-// keeps it from its place this many µs after a contact; it does so once per contact, so that no
-// load can pull it further and further. If a motor of a body at rest is pushed away for the same
-// time, the body becomes stopped and yields again and again: it is led.
+// A motor yields by holding the position to which it was pushed, instead of pushing back. A motor
+// yields if somebody still keeps it from its place this many µs after a contact; it does so once
+// per contact, so that no load can pull it further and further. If a motor of a body at rest is
+// pushed away for the same time, the body stops and yields again and again: a person guides it
+// (leads it).
 const int64_t YIELD_AFTER = 150000;
 // How often a led body yields in a row, at most. Without a limit, a motor that turns backwards or
 // reports a wrong place would go on for ever.
 const uint8_t YIELDS = 20;
-// A led motor yields to a displacement of more than this many steps: an encoder's last step
-// flickers.
+// A led motor yields to a displacement of more than this many steps, because an encoder's last
+// digit flickers.
 const int32_t NOTICED = 1;
 
-// A motor that goes further than MOVES steps between two readings is moving. Two readings tell its
-// speed if they are at most TELLS µs apart, and the latest is no older than that. A motor that
-// seems faster than SWINGS steps/s did not move that fast: its believed place was corrected.
+// A motor that goes further than MOVES steps between two readings is moving. Two readings give its
+// speed if they are at most TELLS µs apart, and the later one is at most TELLS µs old. An apparent
+// speed above SWINGS steps/s is not a motion but a correction of the assumed position.
 const int32_t MOVES = 2;
 const int32_t TELLS = 60000;
 const int32_t SWINGS = 4000;
 
-// For this many µs after the longest ramp, motors may still push as hard as while they speed up:
-// they lag their profiles, and what they carry swings.
+// For this many µs after the longest ramp, motors keep the duty limit of their acceleration: they
+// lag behind their profiles, and what they carry swings.
 const int64_t EASES_AFTER = 60000;
 
 struct Stop {
@@ -150,8 +151,8 @@ inline void lose(Controller& c, Reason reason, uint8_t motor, int64_t time) {
 // Whether the latest stop is a touch: a hand leads the body, or has led it.
 inline bool led(const Controller& c) { return c.latched.reason == Reason::touched; }
 
-// Stops, and holds the motors where they are. A latched stop keeps its reason. Only a touch gives
-// way to any other reason, since the host releases a touch by itself.
+// Stops, and holds the motors where they are. A latched stop keeps its reason. Any other reason
+// replaces a touch, because the host releases a touch without a person.
 inline void stop(Controller& c, Reason reason, uint8_t motor, const int16_t* positions,
                  int64_t time) {
   if (c.phase != Phase::stopped) {
@@ -177,8 +178,9 @@ inline int32_t error_of(const Rule& rule, uint16_t pwm) {
 }
 
 // Starts a motion that the caller has checked; speeds are in 1/256 steps/s, above 0. If it replaces
-// another, the motors go on from their present speeds, and the rule keeps what it knows.
-// `late`: µs by which a motor heard of it after the others; it kept to the old move until then.
+// another, the motors go on from their present speeds, and the rule keeps what it knows. `late`
+// says by how many µs each motor heard of the new move after the others; it followed the old move
+// until then.
 inline void start(Controller& c, const Rule& rule, Phase phase, const int16_t* goal,
                   const uint32_t* speeds, const Load* loads, uint16_t acceleration,
                   const int16_t* positions, int64_t time, const int32_t* late) {
@@ -273,8 +275,8 @@ inline void give_way(const Watch& watch, const Contact& contact, const int16_t* 
     longest = way[motor] > longest ? way[motor] : longest;
   }
   if ((watch.turned & (1u << met)) && way[met] < GIVE_WAY) {
-    // The motor has turned round, and has hardly come back along the path of the replaced move.
-    // What it met lies where the free servo would be by now.
+    // The motor has turned round, and has retraced only a little of the replaced move's path. The
+    // obstacle is on the side where the modelled servo would be by now.
     const int32_t back = contact.measured < contact.expected ? GIVE_WAY : -GIVE_WAY;
     goals[met] = static_cast<int16_t>(goals[met] - watch.direction[met] * back);
     return;
@@ -327,7 +329,7 @@ inline void feel(Controller& c, const Rule& rule, const int16_t* positions, int6
   }
 }
 
-// Lets the motors that are kept from their places stay where they are; returns true if one does.
+// Lets displaced motors hold where they are; returns true if any motor does.
 inline bool yield(Controller& c, const Rule& rule, const int16_t* positions, int64_t time) {
   if (c.phase != Phase::stopped || c.yields_at == 0 || time < c.yields_at) {
     return false;
@@ -336,8 +338,8 @@ inline bool yield(Controller& c, const Rule& rule, const int16_t* positions, int
   bool kept = false;
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
     const int16_t here = goal_here(c, motor, positions);
-    // At rest a motor may stray by half its slack. While a hand leads it, it may hardly stray,
-    // since the hand would feel it push.
+    // At rest a motor may stray by half its slack. While a hand guides it the tolerance is small,
+    // because the hand would feel it push.
     const int32_t away = distance_between(here, c.origin[motor]);
     if (led(c) ? away > NOTICED : 2 * away > rule.guards[motor].slack) {
       c.origin[motor] = c.yields > 0 ? here : c.origin[motor];

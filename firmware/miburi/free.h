@@ -15,7 +15,7 @@ const int32_t MODEL_STEP = 5000;  // µs
 const int32_t MODEL_FASTEST = 0x7FFFFF;
 const int32_t MODEL_FARTHEST = 0x40000000;
 
-// A motor with its joint; found by calibration.
+// The model of a motor with its joint; its constants are found by calibration.
 struct FreeServo {
   uint16_t pull;      // 1/65536: how much an error changes the speed in a MODEL_STEP
   uint16_t brake;     // 1/65536: by how much damping reduces the speed in a MODEL_STEP
@@ -23,7 +23,7 @@ struct FreeServo {
   uint8_t lost;       // 1/256: the share of the motor's torque that the gears take
 };
 
-// What bears on one motor during a move, along its way.
+// The load on one motor along the path of a move.
 struct Loading {
   int32_t offset;  // from where the motor is at the start to the origin of its profile
   int32_t begin;   // the error that the load causes at the beginning …
@@ -58,9 +58,9 @@ inline FreeMotion set_off(const Loading& loading) {
 inline void advance(FreeMotion& motion, const FreeServo& servo, int32_t before, int32_t now,
                     int32_t steps, int32_t sag, int32_t most) {
   const int32_t weight = (servo.pull * sag) >> 8;
-  // The k-th part of the profile's way is (now - before) · k / steps; a division for each would
-  // take the card as long as everything else. The usual four steps need none at all. Where the
-  // profile runs backwards, the remainder is made positive.
+  // After k steps the profile has gone (now - before) · k / steps. A division for each step would
+  // take the card as long as everything else, so additions are used. The usual four steps need none
+  // at all. Where the profile runs backwards, the remainder is made positive.
   int32_t part = steps == 4 ? (now - before) >> 2 : (now - before) / steps;
   int32_t left = now - before - part * steps;
   if (left < 0) {

@@ -20,11 +20,11 @@ class HealthWatch {
 
   void count_reading() { readings_++; }
 
-  // After a reading of the motors, checks whatever is due; returns what speaks against going on,
-  // and sets `motor`. A servo that lost its power for a moment answers as before, but is limp and
-  // has its own gains, so the servos are checked in turn, in every phase. The caller may set
-  // `motor` to one that is to be checked now. Motors that are `loose` have no torque to lose;
-  // `gains` are those that were written.
+  // After a reading of the motors, checks whatever is due; returns the reason why the body must
+  // stop, if any, and sets `motor`. A servo that lost its power for a moment answers as before, but
+  // is limp and has its default gains, so the servos are checked in turn, in every phase. The
+  // caller may set `motor` to one that is to be checked now. Motors that are `loose` have no torque
+  // to lose; `gains` are those that were written.
   Reason look(const Table& table, const Gains& gains, uint8_t loose, bool rests,
               uint8_t& motor) {
     if (motor == NO_MOTOR) {
@@ -39,7 +39,8 @@ class HealthWatch {
     return servos_.alarmed() ? Reason::faulty : Reason::restarted;
   }
 
-  // Reads all temperatures and voltages; returns what speaks against moving, and sets `motor`.
+  // Reads all temperatures and voltages; returns the reason why the body must not move, if any, and
+  // sets `motor`.
   Reason measure(const Table& table, uint8_t& motor) {
     readings_ = 0;
     const uint8_t measured = servos_.read_health(table.joints, health_);

@@ -38,12 +38,13 @@ class Hold {
     told_ = false;
     loose_ = ALL;
   }
-  // Prepares a release. The servos' own watchdogs may have stopped them.
+  // Prepares a release. The servos' own watchdogs may have stopped them, which is cleared first.
   void take_up() {
     limp_ = told_ = false;
     stopped_themselves_ = true;
   }
-  // Under new settings, known positions and holding places mean something else.
+  // Under new settings, known positions and the positions to hold mean something else, so they are
+  // discarded.
   void forget() {
     told_ = false;
     pinned_ = 0;
@@ -73,7 +74,8 @@ class Hold {
     if (stopped_themselves_) {
       servos_.set_bus_watchdog(table.joints, false);
     }
-    // A motor that gets no goal finishes its motion, softly if it hears the new duty limit.
+    // A motor that gets no goal finishes its motion, with little force if it received the new duty
+    // limit.
     if (pinned_ != ALL) {
       servos_.set_pwm(table.joints, orders);
     }
@@ -96,7 +98,7 @@ class Hold {
       for (uint8_t i = 0; i < MOTORS; i++) {
         controller_.goal[i] = controller_.origin[i];
       }
-      // A card that was reset finds servos that kept their torque.
+      // After a card was reset, its servos may still have torque, so they are asked.
       loose_ = loose_ != 0 ? servos_.limp(table.joints) : 0;
     }
   }
@@ -104,9 +106,9 @@ class Hold {
  private:
   static const uint16_t CREEP = 187;  // steps/s (0.29 rad/s) to where a motor was found again
 
-  // Chooses where to hold the motors that were `found` again. A motor with torque hangs from the
-  // setpoint of its servo's own profile, or is going there by itself, so the place where it is held
-  // lies closer to that setpoint than its angle does.
+  // Chooses where to hold the motors that were `found` again. A motor with torque sags from the
+  // setpoint of its servo's own profile, or is on its way there, so the setpoint is nearer to the
+  // position to hold than the motor's angle is.
   void adopt_places(const Table& table, uint8_t found) {
     if (found == 0) {
       return;
@@ -120,8 +122,9 @@ class Hold {
       const Joint& joint = table.joints[i];
       int32_t here = readings_.angles()[i];
       if (known & (1u << i)) {
-        // Its lag and the time since it was read come to 1/16 s in all. A motor further from its
-        // setpoint than it travels in that time is kept away by something, and must not push.
+        // The motor's lag and the age of the reading come to 1/16 s together. If a motor is further
+        // from its setpoint than it travels in that time, something blocks it, and it must not
+        // push.
         const int16_t speed = readings_.speed(i);
         const int32_t most = GIVE_WAY + (speed < 0 ? -speed : speed) / 16;
         here += clamped(to_joint(joint, setpoints[i]) - here, most);

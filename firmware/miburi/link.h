@@ -15,7 +15,7 @@ const uint8_t LINK_VERSION = 8;
 const uint8_t MAX_PAYLOAD = 96;
 
 enum class Kind : uint8_t {
-  hello = 1,       // → link version, 3 of firmware version, motors, 2 flags, CRC of settings
+  hello = 1,       // → link version, 3 bytes of firmware version, motors, 2 flags, CRC of settings
   settings = 2,    // Settings, without the joints
   joint = 3,       // index, Joint
   read = 4,        // index of a joint, or 8 for the settings → a Joint, or Settings
@@ -26,7 +26,7 @@ enum class Kind : uint8_t {
   status = 9,      // ms between reports, 0 for none
   relax = 10,      // torque off; only while stopped
   identify = 11,   // old id, new id: the only servo on the bus gets a new id and our bus speed
-  loads = 12,      // 8 loads of the next move or release; sent apart, as a UART holds 63 bytes
+  loads = 12,      // 8 loads of the next move or release; a frame of its own, as a UART holds 63 bytes
   peek = 13,       // motor, address, count → registers; not in motion
   refused = 0x7f,  // answer to a frame that could not be read
   report = 0x40    // the status, sent unasked

@@ -1,4 +1,5 @@
-// The settings in EEPROM: a mark and the layout's number, the CRC of the table, then the table.
+// The settings in EEPROM: a magic number and the layout's number, the CRC of the table, then the
+// table.
 //
 // `Io` provides eeprom_ready(), eeprom_read(address), eeprom_write(address, byte).
 #pragma once
@@ -38,8 +39,8 @@ class Memory {
     }
   }
 
-  // Whether nothing needs saving: it holds this table already, or one that another version of the
-  // firmware saved, which is not to be overwritten.
+  // Whether no save is needed: the EEPROM holds this table already, or a table by another version
+  // of the firmware, which must not be overwritten.
   Stored has(const Table& table) {
     uint8_t bytes[SIZE];
     image(table, bytes);

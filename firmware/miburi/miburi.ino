@@ -50,7 +50,7 @@ struct Board {
       for (int room = Serial.availableForWrite(); count != 0 && room > 0; count--, room--) {
         Serial.write(*bytes++);
       }
-      // Serial.write() would wait awake for room: a byte takes 1,390 cycles.
+      // Serial.write() would wait for room without sleeping: a byte takes 1,390 cycles.
       sleep_while([] { return Serial.availableForWrite() == 0; });
     }
   }
@@ -65,8 +65,8 @@ struct Board {
     eeprom_update_byte(reinterpret_cast<uint8_t*>(address), byte);
   }
 
-  // Sleeps until a byte comes, the host has got all, or the clock ticks (every 1.024 ms). Each byte
-  // that leaves for the host wakes the processor, too, but then there is nothing to do.
+  // Sleeps until a byte comes, all has been sent to the host, or the clock ticks (every 1.024 ms).
+  // Each byte that is sent to the host wakes the processor, too, which then goes back to sleep.
   void rest() {
     const uint32_t tick = millis();
     const bool quiet = host_is_quiet();
@@ -76,11 +76,11 @@ struct Board {
     });
   }
 
-  // Sleeps, and asks again after each interrupt.
+  // Sleeps while the condition holds, which is checked again after each interrupt.
   template <class Condition>
   static void sleep_while(Condition holds) {
     set_sleep_mode(SLEEP_MODE_IDLE);
-    noInterrupts();  // else what comes between question and sleep would wait for the next tick
+    noInterrupts();  // else an interrupt before the sleep would wait for the next tick
     while (holds()) {
       sleep_enable();
       interrupts();

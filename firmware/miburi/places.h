@@ -12,7 +12,7 @@ const int32_t JERK = 48;            // largest jump in steps that comes from pla
 const int64_t LONGEST_GAP = 60000;  // µs; a longer silence does not make more travel believable
 const int32_t FARTHEST = 1L << 20;  // an XL330 counts no further, in either direction
 const uint8_t BAD_READING = 2;      // what an impossible reading adds to the doubt
-const uint8_t TOO_DOUBTFUL = 4;     // this much doubt is a fault: two bad readings, or every second
+const uint8_t TOO_DOUBTFUL = 4;     // this much doubt is a fault: two bad readings, or every other
 const uint8_t SETTLED = 3;          // readings that agree on another place
 const int32_t HANGS = 128;          // steps from its goal at which a held joint may hang
 const uint8_t FIRST = 2;            // readings that agree on a place, at first or after silence
@@ -31,10 +31,10 @@ inline int32_t reach(int64_t time, uint16_t speed) {
   return JERK + ((gap >> 10) * speed >> 10);  // 2^20 µs is about a second, and a division is slow
 }
 
-// Where a joint may be although it cannot have gone there, if several readings agree. A `limp`
-// joint may be anywhere, since somebody may have turned it. A held joint may be where it is held,
-// since it is pulled back there; anywhere else it is astray. A joint that was `lost` for a while
-// may be on the way to its goal, since nobody watched it.
+// Positions that are accepted if several readings agree, although the joint could not have moved
+// there in the time. A `limp` joint may be anywhere, since somebody may have turned it. A held
+// joint may be where it is held, since it is pulled back there; anywhere else it is astray. A joint
+// that was `lost` for a while may be on the way to its goal, since nobody watched it.
 struct Elsewhere {
   bool limp;
   bool lost;

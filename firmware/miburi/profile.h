@@ -21,7 +21,7 @@ struct Profile {
   int8_t slows;     // -1 if the first ramp slows down from that speed, else 1
   int64_t ramp;     // to the cruising speed
   int64_t fall;     // from there to rest
-  int64_t shift;    // twice the profile's delay behind a move that begins at cruising speed
+  int64_t shift;    // twice the delay against a move that begins at cruising speed
   int64_t total;
 };
 
@@ -55,7 +55,7 @@ inline int32_t fastest(const Profile& p) {
   return tip < initial ? initial : tip;
 }
 
-// How far a motor with a speed goes until it stops, 1/256 steps.
+// Stopping distance of a motor at a speed, 1/256 steps.
 inline int32_t stopping(int32_t speed, int32_t acceleration) {
   const int64_t square = static_cast<int64_t>(speed) * size_of(speed);
   return static_cast<int32_t>(square / (2 * FINE * acceleration));
@@ -116,8 +116,8 @@ inline int32_t small_quotient(int32_t a, int32_t b, uint8_t bits) {
   return quotient;
 }
 
-// n / (2 · SECOND) for n below 2^45, as no motor goes as far as 2^16 steps. A 64-bit division takes
-// the card longer than all the rest of a motor's model.
+// n / (2 · SECOND) for n below 2^45, which holds because no motor goes as far as 2^16 steps. A
+// 64-bit division takes the card longer than all the rest of a motor's model.
 inline int32_t over_two_seconds(uint64_t n) {
   const int32_t odd = 15625;  // 2 · SECOND is 128 times that
   n >>= 7;

@@ -28,7 +28,7 @@ struct Health {
 
 // What one servo is to do; acceleration 0 means: without a ramp.
 struct Order {
-  uint16_t pwm;           // the limit of the duty; FULL_PWM is all
+  uint16_t pwm;           // the limit of the duty; FULL_PWM is 100 %
   uint16_t speed;         // steps/s
   uint16_t acceleration;  // steps/s²
   int32_t goal;
@@ -64,9 +64,9 @@ class Xl330 {
   uint8_t read_motion(const Joint* joints, Motion* motion, uint32_t& late) {
     const uint32_t began = io_.micros();
     uint8_t heard = 0;
-    // A byte is lost now and then. Then all are asked again: one motor asked alone has gone on
-    // meanwhile, and would seem to be ahead of the others. If a servo was missing last time, all
-    // are asked only once: waiting for it costs the others time.
+    // A byte is lost now and then. Then all are asked again, because a motor that is asked
+    // separately has moved further meanwhile, and would seem to be ahead of the others. If a servo
+    // was missing last time, all are asked only once: waiting for it costs the others time.
     const uint8_t asks = missing_ ? 1 : ASKS;
     for (uint8_t asked = 0; asked < asks && heard != ALL; asked++) {
       late = io_.micros() - began;
@@ -74,7 +74,8 @@ class Xl330 {
     }
     misnamed_ = 0;
     for (uint8_t i = 0; i < MOTORS; i++) {
-      // After a servo that is missing, the others wait in vain for their turn: ask them alone.
+      // Servos after a missing one in the order of answers never get their turn, so they are asked
+      // one by one.
       if (!(heard & (1u << i))) {
         if (read(joints[i].id, SPEED_AND_POSITION, 8)) {
           answers_[i] = answer_;
@@ -125,8 +126,8 @@ class Xl330 {
     send(packet);
   }
 
-  // Tells `motors` where to stay, without a ramp, and then tells all motors their duty limits. The
-  // places go first, in a short packet, because the robot may be pressing on somebody.
+  // Sets the positions that `motors` hold, without a ramp, and then sends all motors their duty
+  // limits. The places go first, in a short packet, because the robot may be pressing on somebody.
   void hold(const Joint* joints, const Order* orders, uint8_t motors) {
     protocol2::Instruction packet(protocol2::BROADCAST, protocol2::SYNC_WRITE);
     packet.put(PROFILE_AND_GOAL, 2).put(12, 2);
@@ -277,8 +278,8 @@ class Xl330 {
     return heard;
   }
 
-  // Makes sure that a servo works in the mode that this layer needs, and starts limp after a loss
-  // of power; to change either, it switches torque off.
+  // Makes sure that a servo works in the mode that this layer needs, and is limp after a loss of
+  // power. To change either, its torque is switched off first.
   bool set_mode(uint8_t id) {
     // A byte is lost now and then: a silent servo is asked, or told, once more.
     if (!read(id, RETURN_DELAY, 3) && !read(id, RETURN_DELAY, 3)) {
@@ -309,8 +310,8 @@ class Xl330 {
     return read(id, address, count) ? answer_.parameters : nullptr;
   }
 
-  // Gives the only servo on the bus, new or not, an id and our bus speed. It may have one of them
-  // already: an attempt that was interrupted is completed.
+  // Gives the only servo on the bus, new or not, an id and our bus speed. The servo may have the
+  // new id or speed already: an attempt that was interrupted is completed.
   bool identify(uint8_t old_id, uint8_t new_id) {
     // Servos from other projects may be set to 2 Mbit/s, 115,200 or 9,600 bit/s. At 2 Mbit/s the
     // card may miss answers, so it switches such a servo to the card's speed without waiting for
@@ -325,7 +326,7 @@ class Xl330 {
       const uint8_t id = ids[i % 2];
       io_.bus_speed(speeds[i / 2]);
       if (read(id, ID, 1) || (i < 4 && read(id, ID, 1))) {
-        // A servo may answer an EEPROM write late or never: what counts is how it is afterwards.
+        // A servo may answer an EEPROM write late or never, so the registers are read back.
         write(id, TORQUE_ENABLE, 0);
         if (id != new_id && !write(id, ID, new_id)) {
           write(id, ID, new_id);

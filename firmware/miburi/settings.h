@@ -10,7 +10,7 @@ namespace miburi {
 
 struct Joint {
   uint8_t id;
-  int8_t direction;  // +1 or -1: the sign of joint angle against servo angle
+  int8_t direction;  // +1 or -1: whether joint angle and servo angle rise together
   uint16_t zero;     // the servo's position at joint angle 0
   int16_t min;
   int16_t max;
@@ -26,7 +26,7 @@ struct Settings {
   uint16_t acceleration;  // steps/s²
   uint16_t max_speed;     // steps/s
   uint16_t return_speed;  // steps/s
-  uint16_t hold_pwm;      // the most duty of a stopped body; FULL_PWM is all
+  uint16_t hold_pwm;      // the greatest duty of a stopped body; FULL_PWM is 100 %
   uint16_t p_gain;        // of the servos' position control
   uint16_t d_gain;
   uint16_t error_per_pwm;  // 1/65536 steps of error for each unit of duty
@@ -205,7 +205,7 @@ struct Table {
     }
   }
 
-  // What was stored comes into force whole, or not at all.
+  // Stored settings are applied as a whole, or not at all.
   void read(const uint8_t* bytes) {
     Reader in(bytes, TABLE_SIZE);
     Table stored;

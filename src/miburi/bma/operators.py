@@ -133,7 +133,7 @@ def free(x: Array, gradient: Array, lower: Array, upper: Array) -> NDArray[np.bo
 def printed_step(gradient: Array, damping: float) -> tuple[Array, float]:
     """Eq. 12: return the step s = -(g gᵀ + γ I)⁻¹ g, and the change gᵀs that it predicts.
 
-    The decrease that it predicts, gᵀs, is the denominator of the ratio that updates γ.
+    The decrease that was predicted, gᵀs, is the denominator of the ratio that updates γ.
 
     Apart from γ I the matrix has rank one, so s = -g / (γ + gᵀg) (Sherman and Morrison).
     """
@@ -158,7 +158,7 @@ def newton_step(normal: Array, gradient: Array, moves: NDArray[np.bool_], dampin
 
 
 def curve(normal: Array, step: Array, change: Array) -> Array:
-    """Return half the Hessian, (n, n), after a ``step`` that changed the gradient (BFGS)."""
+    """Return the estimate of half the Hessian, (n, n), after a ``step`` (BFGS)."""
     along, bent = float(step @ change), normal @ step
     if not along > 1e-10 * np.linalg.norm(step) * np.linalg.norm(change):
         return normal
@@ -182,8 +182,9 @@ def ends(x: Array, lower: Array, upper: Array) -> Array:
 
     This is ours, not the paper's. Where a local search is trapped, the way out often begins at a
     bound. A search that is stuck at one limit of a joint restarts from the joint's other limit.
-    After half a turn, an arm bent the other way is nearly in the same place. A nearly straight arm
-    restarts from the limit at which the elbow bends backwards.
+    With a shoulder turned by 180°, an arm bent the other way puts the hand in nearly the same
+    place. If an arm is nearly straight, the search restarts at the limit where the elbow bends
+    backwards.
     """
     clones, j = np.repeat(x[None], 2 * x.size, axis=0), np.arange(x.size)
     clones[2 * j, j], clones[2 * j + 1, j] = lower, upper

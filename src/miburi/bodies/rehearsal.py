@@ -58,7 +58,8 @@ def rehearse(
     """Perform key poses from neutral on a new simulated body.
 
     ``settings`` are those of the inverse kinematics; see :func:`miburi.ik.solve`. With ``flows``,
-    the body passes key poses without halting where it can, as a partner with ``life`` does.
+    the body does not stop at key poses if it can pass them, as in a partner with the option
+    ``life``.
     """
     body = Simulated(robot)
     present = np.array(robot.neutral)

@@ -2,8 +2,8 @@
 
 It takes :class:`Trace` objects, each the encoder readings of one free move with its commanded
 profile, and gives the :class:`~miburi.robot.guards.Guards` that would have let all of them pass,
-with a margin. A trace holds only what a card sees, so the same code calibrates simulated servos
-and those of a real robot.
+with a margin. A trace holds only what an Arduino card can measure, so the same code calibrates
+simulated and real servos.
 """
 
 from collections.abc import Iterable, Sequence
@@ -30,8 +30,8 @@ __all__ = [
 
 #: Guards are this many times what free motion needed (our choice).
 MARGIN = 1.2
-#: The guard ``least``, rad: a window with less expected travel is too short to judge, so it grows
-#: (our choice).
+#: The guard ``least``, rad: a window with less expected travel is too short to judge, so the window
+#: is extended (our choice).
 LEAST = 0.0125
 _LONGEST_LAG = 120_000  # µs
 _WORTH_MEASURING = 50  # steps
@@ -72,7 +72,7 @@ class Trace:
 
     @property
     def granted(self) -> Steps:
-        """The fraction of its guards that each motor gets in this move, (8,) in 1/256."""
+        """The share of its guards that applies to each motor in this move, (8,) in 1/256."""
         return np.full(len(JOINTS), FINE)
 
     def expected(self, lag: Steps) -> Steps:
@@ -89,7 +89,7 @@ class Need:
     Attributes
     ----------
     slack
-        The travel that a window fell short of, beyond what the ratio allows.
+        How far the travel in a window falls short of what the ratio requires.
     behind, ahead
         Distance from the delayed profile, less the ``lag_doubt`` that the rule adds itself.
     arrival
@@ -107,7 +107,7 @@ def measure_need(
 ) -> Need:
     """Apply the rule of :class:`miburi.safety.contact.Watch` to free motion with guards of zero.
 
-    A motor that gets half of its guards needs guards twice as large as the observed shortfall.
+    If only half of a guard applies to a motor, the guard must be twice the observed shortfall.
     """
     zero = np.zeros(len(JOINTS), dtype=np.int64)
     slack, behind, ahead, arrival = zero, zero, zero, zero
@@ -206,7 +206,7 @@ def calibrate(
         There is no trace.
     """
     if not traces:
-        raise InputError("A calibration needs the traces of some free moves, got none.")
+        raise InputError("A calibration needs the traces of some free moves; there are none.")
     lag = measure_lag(traces) if lag is None else lag
     judged = np.full(len(JOINTS), max(round(LEAST / step), 4) if least is None else least)
 

@@ -47,7 +47,7 @@ __all__ = [
 #: some of the supply's voltage, and the gears lose more torque than the model assumes. The true
 #: value should be 4 to 6.
 STIFFNESS, _WELL = (2.0, 8.0), (4.0, 5.5)
-#: The search's steps, as factors, coarse to fine; and those of the delay, µs.
+#: Steps of the search, coarse to fine: factors of the constants, and steps of the delay in µs.
 _FACTORS = (1.6, 1.25, 1.12, 1.06, 1.03)
 _DELAYS = (2000, 1000, 500, 250, 250)
 #: Passes over the constants with each step, at most.
@@ -68,8 +68,8 @@ _SOFTER = 1.45
 _FIRM_ONES = 3
 #: Wear beyond this is not believed; gears would take all of a motor's torque (our choice).
 _MOST_WEAR = 2.5
-#: How many times the wear is estimated, and the share of the dry friction that shows in free moves:
-#: friction at rest is higher than in motion (found on simulated servos of known wear).
+#: The number of passes in which the wear is estimated; and the share of the dry friction that shows
+#: in free moves, because friction in motion is lower than at rest (found on simulated servos o
 _WEARS, _SEEN = 3, 0.92
 #: RMS error of the model, rad: the usual value without play, and the threshold above which gears
 #: count as loose. The same two in encoder steps, for coarser encoders. The last value converts
@@ -119,7 +119,9 @@ def identify(robot: Robot, traces: Sequence[Trace], wear: float = 1.0) -> Identi
         There is no trace.
     """
     if not traces:
-        raise InputError("Servos are identified from the traces of some free moves, got none.")
+        raise InputError(
+            "Servos are identified from the traces of some free moves; there are none."
+        )
     rule = FreeRule.of(robot)
     shares = {name: np.ones(len(JOINTS)) for name in _NAMES}
     delay = int(rule.guards.lag[0])
@@ -216,7 +218,7 @@ def _missed(way: Steps, before: Steps, part: Array, seen: Steps) -> Array:
 
 
 def expecting(robot: Robot, shares: Shares, guards: Guards[Steps]) -> FreeRule:
-    """Return the rule that expects servos with these shares of the description's constants."""
+    """Return the contact rule for servos with these multiples of the description's constants."""
     described = FreeRule.of(robot).servo
     return FreeRule(
         guards,
@@ -275,16 +277,16 @@ def worn(
 ) -> tuple[Robot, Identified, list[Trace]]:
     """Return the robot, the identified servos and the traces, adapted to the wear that was found.
 
-    Worn gears take more of the motors' torque, so a move needs more of it, and the same stiffness
-    at the horn needs a stiffer control at the motor. ``robot`` has the wear that ``found`` names.
-    If the friction is at most ``_EXPECTED`` times the description's, nothing changes.
+    Worn gears absorb more torque, so a move needs more torque from the motor, and the same
+    stiffness at the horn needs a higher gain. ``robot`` has the wear given in ``found``. If the
+    friction is at most ``_EXPECTED`` times the description's, nothing changes.
     """
     known = found.wear
     wear = known * _rubs(robot, found)
     if max(wear, known) <= _EXPECTED:
         return robot, found, list(traces)
-    # Gears that take more torque also seem to rub more, so each pass applies only the square root
-    # of the remaining factor.
+    # Gears that absorb more torque also show more friction, so each pass applies only the square
+    # root of the factor that remains.
     for _ in range(_WEARS):
         wear = min(max(wear, 1.0), _MOST_WEAR)
         rubbing = robot.with_servo(robot.servo.model.varied(friction=wear / known))
@@ -297,7 +299,7 @@ def worn(
 
 
 def _rubs(robot: Robot, found: Identified) -> float:
-    """Return the servos' friction as a share: the median where gears show no play.
+    """Return the friction as a multiple of the described, the median of joints without backlash.
 
     Within its backlash a joint moves with its gears disengaged, so its friction is measured too
     low. If fewer than ``_FIRM_ONES`` joints are free of play, the median is taken over all.
@@ -335,13 +337,13 @@ def proposed_gain(robot: Robot, found: Identified) -> int:
 def play(robot: Robot, found: Identified) -> Array:
     """Return roughly how much play each servo's gears have, (8,) rad; 0 where none shows.
 
-    It shows where a joint carries little, but not where a load presses the teeth together, as at
-    the shoulders.
+    Backlash shows in joints that carry little, but not where a load presses the teeth together, as
+    at the shoulders.
     """
     step = robot.servo.step
     firm, loose = (max(a, n * step) for a, n in zip((_FIRM, _LOOSE), _IN_STEPS, strict=True))
     missed = found.missed * step
-    # The model misses more at a joint whose gears rub more than those of the others.
+    # The model's error is larger at a joint whose gears have more friction than the others'.
     rubs = np.sqrt(np.clip(found.friction / np.median(found.friction), 1.0, _RUBS))
     about: Array = np.where(missed > loose * rubs, _PLAYS * (missed - firm * rubs), 0.0)
     return about

@@ -1,7 +1,7 @@
 """The latest reports of a card, and their times on the body's clock.
 
 The card's clock starts again when the card does; the body's clock goes on. It takes reports with
-the line's time and returns the body's state.
+their times of arrival and returns the body's state.
 """
 
 from collections import deque

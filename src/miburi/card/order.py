@@ -179,7 +179,7 @@ class Underway(NamedTuple):
     def of(
         cls, order: Order, settings: CardSettings, place: Steps, velocity: Steps, began: int = 0
     ) -> "Underway":
-        """Return an order that begins where the profiles are, and at their speed.
+        """Return an order that starts at the profiles' present positions and speeds.
 
         ``place`` is in 1/256 steps, ``velocity`` in 1/256 steps/s.
         """

@@ -2,8 +2,8 @@
 
 A robot's description, with a calibration if there is one, becomes the bytes that the card takes. A
 card compares each motor with the model of an unhindered servo (:mod:`miburi.safety.free`), so each
-joint has constants of its own. ``firmware/miburi/settings.h`` is the other side. It refuses values
-outside the ranges in ``ALLOWED``.
+joint has constants of its own. ``firmware/miburi/settings.h`` is its counterpart on the card. It
+refuses values outside the ranges in ``ALLOWED``.
 """
 
 import struct
@@ -47,7 +47,8 @@ FULL_PWM = 885
 #: A servo stops the body if it is hotter than this, °C, or if its supply falls below this, in units
 #: of 0.1 V (our choice).
 HOTTEST, LOWEST = 65, 42
-#: Steps that a joint's range keeps from the seam between two turns; as in ``settings.h``.
+#: The least distance, in steps, between a joint's range and the point where the encoder's count
+#: wraps around; as in ``settings.h``.
 SEAM = 100
 #: The settings of :class:`General` that belong to a calibration.
 _CALIBRATED = ("period", "ratio", "p_gain", "d_gain", "error_per_pwm")
@@ -144,7 +145,8 @@ class JointSettings:
     zero
         The servo's position, 0–4095, at joint angle 0.
     sag
-        The error that weight causes in this servo, relative to the described servo's, in 1/256.
+        The error under weight in this servo, relative to the error of the servo in the robot's
+        description, in 1/256.
     """
 
     servo: int
@@ -195,8 +197,8 @@ class CardSettings:
     def of(cls, robot: Robot, rule: Rule | None = None) -> "CardSettings":
         """Return settings for a robot whose card has not been calibrated.
 
-        By default the rule has the guards of uncalibrated servos. Servos have the ids 1–8, and the
-        middle of each joint's range is at the middle of its servo.
+        By default the rule has the wide guards (tolerances) of uncalibrated servos. Servos have the
+        ids 1–8, and the middle of each joint's range is at the middle of its servo.
 
         Raises
         ------

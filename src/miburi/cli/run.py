@@ -67,7 +67,7 @@ def run(
         ),
     ] = None,
     broker_ca: BrokerCertificates = None,
-    ros: Annotated[bool, typer.Option("--ros", help="Be a peer of ROS 2 nodes (DDS).")] = False,
+    ros: Annotated[bool, typer.Option("--ros", help="Connect to ROS 2 nodes over DDS.")] = False,
     name: Annotated[
         str | None,
         typer.Option(
@@ -79,8 +79,8 @@ def run(
     talk: Annotated[
         str | None,
         typer.Option(
-            help="A language model's server, such as http://localhost:11434/v1, that answers what "
-            "is said to the partner; by default nothing leaves this computer.",
+            help="The server of a language model that answers people, such as "
+            "http://localhost:11434/v1. By default nothing leaves this computer.",
             show_default=False,
         ),
     ] = None,

@@ -11,8 +11,8 @@ from miburi.emulation.trajectory import Segment
 
 __all__ = ["MotorDrive"]
 
-#: Operating modes that drive the motor here; in the modes for current and speed the motor gets no
-#: duty.
+#: Operating modes in which this module drives the motor; in the modes for current and speed the
+#: motor gets no duty.
 _EXTENDED, _CURRENT_AND_POSITION, _PWM = 4, 5, 16
 _POSITIONS = (POSITION, _EXTENDED, _CURRENT_AND_POSITION)
 _GAINS_BYTES, _GAINS_AT = Struct("<3H2x2H"), REGISTERS[GAINS[0]].address

@@ -19,7 +19,8 @@ __all__ = ["pump", "serve"]
 
 #: Seconds between two updates of the card.
 _TICK = 0.005
-#: The most time, s, that the card makes up in one update; on a slow machine its clock lags.
+#: The longest time by which the card's clock catches up in one update, s; on a slow machine the
+#: clock lags.
 _PATIENCE = 0.05
 
 

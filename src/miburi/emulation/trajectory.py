@@ -29,7 +29,7 @@ class Segment:
     def in_time(
         cls, began: float, origin: float, goal: float, whole: float, ramp: float
     ) -> "Segment":
-        """Return a stretch of ``whole`` s, with ramps of ``ramp`` s each, at most half of it."""
+        """Return a movement of ``whole`` s in all, with two ramps of ``ramp`` s (half at most)."""
         ramp = min(ramp, whole / 2)
         speed = abs(goal - origin) / (whole - ramp) if whole else 0.0
         return cls(began, origin, goal, speed, speed / ramp if ramp else 0.0)

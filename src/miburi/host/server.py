@@ -43,7 +43,7 @@ from miburi.talk.endpoint import Endpoint
 
 __all__ = ["GREETING", "Launch", "own_folder", "serve"]
 
-#: On waking, a partner is glad to see people (our number).
+#: The strength of the partner's happiness when it is started and meets people (our number).
 GREETING = Stimulus("happiness", 0.8)
 
 
@@ -68,7 +68,7 @@ class Launch:
     headless
         Open no browser.
     doors
-        The doors that are open beside HTTP.
+        The doors (other protocols) that are open besides HTTP.
     folder
         Where the token, the partner's state and recordings are kept.
     forget
@@ -193,7 +193,7 @@ def _check(launch: Launch) -> None:
 
 
 def _feelings(launch: Launch, memory: Path | None) -> EmotionalModel:
-    """Return the saved feelings or new ones, with the partner's gladness at waking."""
+    """Return the saved feelings or new ones, with happiness at the start."""
     kept = None if memory is None else _recall(memory, launch.temperament)
     feelings = kept or EmotionalModel(launch.temperament)
     feelings.stimulate(GREETING)
@@ -263,8 +263,8 @@ def _live(
     return end
 
 
-#: Events after which Stop no longer works, each with a message. The first two stand for the helper
-#: processes, in their order.
+#: Events after which Stop no longer works, each with a message. The first two correspond to the
+#: helper processes, in the same order.
 _LEFT_ALONE = {
     Moment.SERVER_ENDED: "the server has ended",
     Moment.RECEPTION_ENDED: "the process that receives Stop has ended",
@@ -298,7 +298,7 @@ def _keep(path: Path, feelings: EmotionalModel) -> bool:
 def _say_good_bye(runner: Runner, folder: Path, *, kept: bool) -> None:
     """Print one line about the state of the body at the end."""
     if runner.held:
-        how = "was stopped and stays where it is, with little force"
+        how = "was stopped and holds its position with little force"
     elif runner.at_home:
         how = "rests at neutral"
     else:

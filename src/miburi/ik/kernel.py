@@ -1,8 +1,8 @@
-"""The compiled solver: one target after another, each by a search along the waist.
+"""The compiled solver: it solves one target after another, each by a search over the waist's angle.
 
 Inputs are a body, as :func:`miburi.ik.problem.pack` packs it, targets, and optionally a present
-pose. Out: angles, errors and how each search ended. Importing this module loads Numba, which
-compiles each function at its first call, or loads it from the disk.
+pose. Outputs are angles, errors, and how each search ended. Importing this module loads Numba,
+which compiles each function at its first call, or loads it from the disk.
 """
 
 from math import sqrt

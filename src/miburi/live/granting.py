@@ -1,7 +1,7 @@
 """How the loop of a live partner carries out each wish.
 
-Each function is called in the asker's thread, where slow work and early refusals happen.
-It returns the command that the loop runs between two steps.
+Each function is called in the caller's thread, where slow work and early refusals happen. It
+returns the command that the loop runs between two steps.
 """
 
 from collections.abc import Callable
@@ -116,7 +116,7 @@ class Inside:
         )
 
     def sense(self, impression: Impression) -> tuple[Stimulus, ...]:
-        """Turn an impression, something noticed, into stimuli by the temperament, and feel them."""
+        """Convert an impression into stimuli, as the temperament says, and feel them."""
         for stimulus in (felt := stimuli(impression, self.feelings.temperament)):
             self.feel(stimulus, impression)
         return felt

@@ -88,7 +88,7 @@ def demand(robot: Robot, start: Steps, origin: Steps, profile: Profile, directio
     way = origin + np.multiply.outer(_SHARES, goal - origin)
     gravity, inertia = loads(robot, np.multiply(way, step, dtype=np.float64))
     needed = _needed(robot, profile, gravity * direction, LADEN * inertia)
-    # The torque at the horn counts, and worn gears pass on less of the motor's torque.
+    # What matters is the torque at the horn, and worn gears pass on less of the motor's torque.
     most = servo.drive.headroom / (1 - servo.friction.motor_load) * needed
     ceiling, cruise = np.minimum(most, servo.motor_torque)
     cruise = np.minimum(cruise + servo.drive.room * servo.motor_torque, ceiling)
@@ -124,13 +124,13 @@ def _needed(robot: Robot, profile: Profile, along: Array, inertia: Array) -> Arr
     fastest = np.where(moves, profile.fastest, 0) * step / FINE
     # A motor at rest must hold its load while the others accelerate, whichever way gravity pulls.
     against = np.where(moves, along, np.abs(along))
-    # A motor accelerates over the first part of its path, rounded up to the next of those points,
-    # and slows down over the last part.
+    # A motor accelerates over the first part of its path, rounded up to the next of the nine
+    # points, and slows down over the last part.
     way = np.where(profile.distance != 0, np.abs(profile.distance) * step, 1.0)
     part = fastest**2 / (2 * ramp) / way
     rises = _SHARES[:, None] < part + _SHARES[1]
     after = _SHARES[:, None] > part - _SHARES[1]
-    # A motor that already moves may do either anywhere on its path.
+    # A motor that already moves may accelerate or slow down anywhere on its path.
     under_way = profile.initial != 0
     rises, after = rises | under_way, after | under_way
     accelerations = np.array([0.0, ramp, -ramp])[:, None, None]

@@ -1,6 +1,6 @@
 """Things that happen to the partner besides speech: touches, motion, sounds, faces.
 
-An impression is made from the kind of an event and from its clarity. ``happenings.toml``, beside
+An impression is made from the kind of an event and how clear it was. ``happenings.toml``, beside
 this module, has the feelings for each kind. A file of your own may add others, or replace some:
 name it in the environment variable ``MIBURI_SENSES``, or call ``miburi run --senses FILE``, which
 sets the variable.
@@ -62,7 +62,7 @@ def _check_kind(kind: str) -> str:
 
 
 class _Listed:
-    """Puts the kinds into the JSON schema, so that a client needs no file of kinds."""
+    """Lists the kinds in the JSON schema, so that a client needs no list of its own."""
 
     @classmethod
     def __get_pydantic_json_schema__(
@@ -83,7 +83,7 @@ def notice(kind: str, clearness: float = 1.0, *, since_contact: float | None = N
     kind
         What happened.
     clearness
-        How clear it was, or how sudden, 0 to 1; a factor of the strength.
+        How clear it was, or how sudden, 0 to 1; the strength is multiplied by it.
     since_contact
         Time since the latest contact stop, s; None without one.
 

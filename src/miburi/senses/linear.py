@@ -1,4 +1,4 @@
-"""Small linear models: from groups of words and letters to the likelihood of each meaning.
+"""Small linear models: from groups of words and letters (n-grams) to each meaning's likelihood.
 
 ``tools/linear_model.py`` trains them. A model is a file of arrays: the hashes by which it knows the
 groups, their weights in eight bits, and a bias for each meaning.
@@ -18,7 +18,7 @@ __all__ = ["groups_of", "load_model", "numbered"]
 
 
 def groups_of(said: str, language: Language) -> set[str]:
-    """Return the groups of words and of letters that a text of plain words contains."""
+    """Return the groups of words and of letters (n-grams) in a normalised text."""
     if not is_spaced(language):
         text = f"^{said}$"
         return {f"1{text[i : i + n]}" for n in range(1, 6) for i in range(len(text) - n + 1)}

@@ -1,9 +1,9 @@
-"""How a server takes connections: what it grants them before it knows who is asking.
+"""How a server accepts connections, and its limits before it knows who is asking.
 
 Headers are limited in size, and must arrive in time. An address may have only a limited number of
-connections. A further connection closes the oldest silent one of its address, so nobody keeps
-others out by opening many and saying nothing. An encrypted connection counts from its first moment,
-not from the end of its handshake, so the same holds for it.
+connections. When an address has too many connections, its oldest silent one is closed, so nobody
+can shut others out by opening many connections and sending nothing. An encrypted connection counts
+from its first moment, not from the end of its handshake, so the same holds for it.
 
 If a :mod:`reception <miburi.serving.reception>`, a process that accepts connections, runs before
 the server, each http request arrives through a :class:`Passage` on a connection of its own, which
@@ -34,12 +34,12 @@ from miburi.serving.passing import ENCRYPTED, Note, Passed, taken_in
 __all__ = ["Passage", "configure", "encryption", "listen_encrypted"]
 
 #: How long to wait for the other side to close a connection after we close it, s; it may be asleep.
-#: It must be shorter than the server's own shutdown may take.
+#: It must be shorter than the time that the server's own shutdown may take.
 _FAREWELL = 0.5
 _BACKLOG = 2048
 #: Key in a request's state for what the reception knows about it.
 _NOTE = "note"
-#: Connections that are taken in at once; between such batches, whatever is waiting is served.
+#: How many connections are accepted in a batch; between batches, waiting requests are served.
 _AT_ONCE = 16
 
 
@@ -57,7 +57,7 @@ class _Connection(H11Protocol):
             return  # its handshake is over; it was counted when that began
         crowd = self._crowds[self._address]
         if len(crowd) >= CONNECTIONS:
-            # Never the new one: it may be a Stop.
+            # The new connection is never closed, because it may carry a Stop.
             silent = (other for other in crowd if other._timer is not None)
             oldest = next(silent, next(iter(crowd)))
             oldest.transport.abort()
@@ -111,8 +111,8 @@ _CROWDS = WeakKeyDictionary()
 class _Handshake(SSLProtocol):
     """Encrypts a connection, which counts as a silent one until its handshake is over.
 
-    ``create_server(ssl=…)`` does the same, but tells nobody of the connection before that: there
-    would be no limit to connections that never complete a handshake.
+    ``create_server(ssl=…)`` does the same, but gives no access to a connection before its
+    handshake, so connections that never complete one could not be limited.
     """
 
     max_size = 16_384  # size of each connection's buffer; asyncio's 256 KiB would help a flood
@@ -222,7 +222,7 @@ class Passage:
         self._loop.add_reader(end.fileno(), self._take_in)
 
     def close(self) -> None:
-        """Take in no more connections."""
+        """Stop accepting connections."""
         self._loop.remove_reader(self._end.fileno())
 
     def _take_in(self) -> None:
@@ -249,7 +249,7 @@ class Passage:
 
     def _make_encrypted(self, passed: Passed) -> asyncio.BaseProtocol:
         if self._context is None:
-            raise ValueError("a server without a certificate takes no encrypted connection.")
+            raise ValueError("a server without a certificate accepts no encrypted connections.")
         return _Handshake(self._make(passed), self._context)
 
 

@@ -1,8 +1,8 @@
 """Who presses Stop, and who may end it.
 
-A Stop counts as a person's unless it says that a program pressed it, so a home-made button need not
-send anything more. A release counts as a program's unless it comes from a page, or from another
-place where a person acts.
+A Stop counts as a person's unless it says that a program pressed it, so a home-made button can send
+a bare Stop. A release counts as a program's unless it comes from a page, or from another place
+where a person acts.
 """
 
 from typing import Literal, NamedTuple, get_args
@@ -15,13 +15,13 @@ __all__ = ["BY", "PRESS", "PRESSED", "By", "Hold", "Press", "outlasting", "press
 BY = "miburi-by"
 #: The header with the id of a press that a page sends twice, so that the copy is recognised.
 PRESS = "miburi-press"
-#: The length of such an id, which is random, so that no two presses share one (our choice).
+#: The length of the id, whose characters are random so that no two presses share one (our choice).
 _DRAWN = range(16, 65)
 #: Who presses: a person at a page or a terminal; a smart home; an agent (MCP); ROS; a program that
 #: uses :mod:`miburi.client.remote`; or the partner itself, when nobody can reach it.
 By = Literal["person", "home", "agent", "ros", "program", "partner"]
-#: Programs may release a Stop that one of these pressed. Agents and ROS cannot release anything:
-#: people who press Stop through them expect that a person looks at the body before it is released.
+#: Programs may release a Stop that one of these pressed. Agents and ROS cannot release anything: if
+#: a Stop came through them, people expect somebody to look at the body before it is released.
 _PROGRAMS_MAY_END = ("program", "partner")
 _HELD = (
     "a person pressed Stop, so only a person can release the body: in the studio or on the "
@@ -39,7 +39,7 @@ def who(claim: str) -> By:
 
 
 class Press(NamedTuple):
-    """A press of Stop, or several that are obeyed together.
+    """One press of Stop, or several that are handled as one.
 
     A page sends each press by two routes, because one of them may be blocked. The second copy to
     arrive must not count as a Stop that came after the person's release.

@@ -3,10 +3,10 @@
 The server may be busy with pages, requests or a long computation, or it may hang. So a separate
 process accepts connections, and reads the head of each request over plain http. A Stop goes from
 here to the partner's process, past the server (:mod:`miburi.serving.lane`). Any other request is
-relayed to the server and its answer to the client (:mod:`miburi.serving.relay`); this process keeps
-the connection. So a Stop never waits for the server, whether it comes over a new connection or over
-one that was kept open; and connections that say nothing cost the server nothing. If there are too
-many connections, it closes one (:mod:`miburi.serving.crowd`).
+relayed to the server, and the server's answer to the client (:mod:`miburi.serving.relay`); this
+process keeps the connection. So a Stop never waits for the server, whether it comes over a new
+connection or over one that was kept open; and connections that say nothing cost the server nothing.
+If there are too many connections, the reception closes one (:mod:`miburi.serving.crowd`).
 
 Over https only the server, which has the keys, can read a head, so a Stop waits there like any
 other request.
@@ -40,8 +40,8 @@ __all__ = ["Reception", "receive"]
 
 #: The number of this process's files other than connections.
 _OWN_FILES = 64
-#: The number of connections that are accepted, and passed on, before others get a turn, because one
-#: of those may be a Stop.
+#: How many connections are accepted, and how many are passed on, before other connections get a
+#: turn, one of which may carry a Stop.
 _AT_ONCE, _PASSED_AT_ONCE = 64, 16
 _GLANCE = 0.25
 _END = re.compile(rb"\n\r?\n")
@@ -58,7 +58,7 @@ def receive(
     keys: Keys | None,
     origins: frozenset[str],
 ) -> None:
-    """Run the reception until the partner's process has ended; it has a process of its own.
+    """Run the reception, in its own process, until the partner's process has ended.
 
     The parameters are those of :class:`Reception` and of its gate.
     """
@@ -74,7 +74,7 @@ def receive(
 
 
 async def _nobody(scope: Scope, receive: Receive, send: Send) -> None:
-    """Stand in for the application behind a gate, which only decides about access."""
+    """Stands in for the application: only the gate's decision about access is used."""
 
 
 class Reception:
@@ -87,12 +87,12 @@ class Reception:
     passage
         Leads to the server; a Unix socket that never blocks.
     stopping
-        The connection to the partner's process. It takes the time of a Stop and who pressed it, or
-        None as a heartbeat, and answers each message with None when it has been handled.
+        The connection to the partner's process. Each message to it is the time of a Stop and who
+        pressed it, or None as a heartbeat; it answers None once the message has been handled.
     gate
         Says who may stop the partner.
     most
-        The greatest number of open files: one for each connection, two for one that is relayed.
+        The greatest number of open files: one for each connection, and two for a relayed one.
     clock
         Returns the time in s, on the clock that all processes share.
     """
@@ -181,7 +181,7 @@ class Reception:
             line.setblocking(False)
             guest = Guest(line, (address[0], address[1]), kind, self._clock())
             self._crowd.enter(guest)
-            # Data that has been read is handled at once; further requests in it wait.
+            # The first request in data that has been read is handled at once; further ones wait.
             self._hear(guest, selectors.EVENT_READ)
             self._attend(guest)
 

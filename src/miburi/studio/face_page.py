@@ -1,4 +1,4 @@
-"""The face (``/face``): one page for a phone's whole screen, without any library."""
+"""The face (``/face``): a page that fills a phone's screen and uses no library."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -27,7 +27,7 @@ RELEASE = "/api/page/release"
 
 
 class _Shown(Message):
-    """The number of the state that a page shows."""
+    """The serial number of the state that a page shows."""
 
     seen: int | None = None
 
@@ -74,7 +74,7 @@ def add_face_page(app: FastAPI, runner: LivePartner, sounded: Sequence[str] = ()
     @app.post(RELEASE, status_code=204, include_in_schema=False)
     async def release(shown: _Shown, origin: Annotated[str | None, Header()] = None) -> None:
         # Browsers send the origin of the page that asks, and the gate has compared that origin with
-        # this server's. A program that sends an origin as well poses as a page on purpose.
+        # this server's. A program that also sends an ``Origin`` header poses as a page on purpose.
         if origin is None:
-            raise BodyError("only a person at the partner's own page can release it here.")
+            raise BodyError("only a person on one of the partner's own pages can release it here.")
         await granted(runner, Release(by_person=True, seen=shown.seen))

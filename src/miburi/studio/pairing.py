@@ -33,7 +33,7 @@ def pairing_router(reach: Reach, content: Callable[[Request], str]) -> APIRouter
     Parameters
     ----------
     reach
-        Holds the keys for pairing, and the home authority's certificate.
+        Holds the keys for pairing, and the certificate of the partner's own authority.
     content
         Returns the page for a request, as HTML.
     """

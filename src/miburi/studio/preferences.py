@@ -14,7 +14,7 @@ _STRENGTH = 0.7
 
 @dataclass(frozen=True)
 class Preferences:
-    """How a visitor wants the pages.
+    """A visitor's preferences for the pages.
 
     Attributes
     ----------

@@ -11,7 +11,7 @@ __all__ = ["FeltOut", "SayOut", "WhyOut"]
 
 
 class WhyOut(BaseModel):
-    """A word, and its evidence for the feeling (log-odds against no feeling)."""
+    """A word, and the evidence in it for the feeling (log-odds relative to no feeling)."""
 
     what: str = Field(description="The word.")
     weight: float = Field(description="How strongly it indicated the feeling.")

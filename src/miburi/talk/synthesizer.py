@@ -108,8 +108,8 @@ class Synthesizer:
             finally:
                 with suppress(ProcessLookupError):
                     process.kill()
-                # When the server ends, this task is cancelled twice, so the wait for the killed
-                # process is repeated; it ends soon.
+                # When the server ends, this task is cancelled twice, so it waits again for the
+                # killed process, which ends soon.
                 while process.returncode is None:
                     with suppress(asyncio.CancelledError):
                         await process.wait()

@@ -153,7 +153,7 @@ class AttendIn(Message):
 
 
 class EffortIn(Message):
-    """Laban's effort, to replace the effort in a gesture's file."""
+    """Laban effort values that replace those of a gesture's file."""
 
     space: Share = Field(description="How far the gesture goes, 0 to 1.")
     weight: Share = Field(description="How strong it is, 0 to 1.")
@@ -295,17 +295,19 @@ class PerformanceIn(Message):
 
 
 class WishOut(BaseModel):
-    """What was asked for; events that belong to it carry its id as `wish`."""
+    """A request that was accepted; its events carry this id as `wish`."""
 
     id: str = Field(description="The wish's id, BOOT:NUMBER.", examples=["5f2c9a10:42"])
 
 
 class WordsIn(Message):
-    """Whether events may repeat what is said to the partner."""
+    """Whether events may contain what people say to the partner."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"allowed": False}]})
 
-    allowed: bool = Field(description="false also forgets what has been kept.", examples=[False])
+    allowed: bool = Field(
+        description="false also deletes the words that are stored.", examples=[False]
+    )
 
 
 class HandIn(Message):
@@ -364,7 +366,7 @@ class RecordingIn(Message):
 
 
 class GestureOut(BaseModel):
-    """The description of a gesture, a movement function."""
+    """The description of a gesture (in the paper: a movement function)."""
 
     name: str = Field(description="Its name.")
     feeling: TheirFeeling = Field(description="The feeling that it shows.")

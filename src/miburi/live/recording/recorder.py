@@ -10,9 +10,9 @@ robot's clock (``time``, s); MCAP's own times are those of the computer's clock.
 - ``/contacts``: stops
 - ``/touch``: the force on the simulated human hand, N, while there is a force
 - ``/events``: the events that a running partner reports, including what the partner itself says
-- ``/stimuli``: each stimulus, with what caused it (its words, or the name of what was noticed;
-never sound or pictures). To replay a recording in another emotional model, apply each stimulus at
-its time.
+- ``/stimuli``: each stimulus, with what caused it (words, or the name of what was noticed; never
+sound or pictures). To replay a recording in another emotional model, apply each stimulus at its
+time.
 
 No whole sentence that somebody said to the partner is recorded. The metadata names the robot.
 """
@@ -144,7 +144,7 @@ class RecordedMessage(NamedTuple):
 
 
 class RecordingAbout(NamedTuple):
-    """What a recording is about: a robot, and named details that tell it from other recordings."""
+    """What a recording is about: a robot, and details that distinguish it from others."""
 
     robot: Robot | None = None
     more: Mapping[str, str] = MappingProxyType({})

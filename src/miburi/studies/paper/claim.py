@@ -1,4 +1,4 @@
-"""A sentence of the paper, and what a run says about it."""
+"""A sentence of the paper, and the result of testing it."""
 
 from dataclasses import dataclass
 from enum import StrEnum

@@ -30,8 +30,8 @@ _NOT_BUILT = "the emulated card has not been built here (`make firmware`)"
 #: Speed below which a motor counts as stopped, rad/s; time within which it must have stopped, s
 #: (our choice).
 _STILL, _SOON = 0.1, 0.3
-#: A stop counts as direct if 95 % come within 0.1 s after the first touch, and all within 0.3 s
-#: (our threshold).
+#: Stopping counts as direct if 95 % of the stops come within 0.1 s after the first touch, and all
+#: within 0.3 s (our threshold).
 _DIRECT, _LATEST = 0.15, 0.3
 #: The weight of a person's hand, N: 0.56 % of 60 kg (de Leva 1996).
 _HAND = 3.3
@@ -57,7 +57,7 @@ def always_active(runs: Runs) -> Claim:
 
 
 def on_the_card(runs: Runs) -> Claim:
-    """Block a move on the emulated card, whose host says nothing more."""
+    """Block a move on the emulated card after its host has gone silent."""
     sentence = (
         "“The security feature is always directly included into the body's movements, not "
         "depending on the orders of the robot's head.”"
@@ -178,7 +178,7 @@ def effort(runs: Runs) -> Claim:
 
 
 def upper_arms(runs: Runs) -> Claim:
-    """Put obstacles into the moves' reach, and count which link meets them."""
+    """Put obstacles near the moves' paths, and count which link hits them first."""
     met = runs.met()
     share = met.upper_arm / sum(met)
     return Claim(

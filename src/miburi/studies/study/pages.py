@@ -40,10 +40,11 @@ _LETTERS = "23456789ABCDEFGHJKMNPQRSTUVWXYZ"
 #: (our choice).
 _RATE, _BURST = 0.5, 60.0
 _DAYS = 30
-#: An unfinished participant without a request for this long, s, counts as gone, and a newcomer may
-#: take that place in the order (our choice).
+#: A participant who has not finished and sends no request for this long, s, counts as gone, and a
+#: newcomer may take that place in the order of films (our choice).
 _GONE = 7200.0
-#: Reports of more starts of a film than this are ignored (our choice).
+#: A browser's report is ignored if it says that a film was started more often than this (our
+#: choice).
 _MOST_PLAYS = 100
 
 

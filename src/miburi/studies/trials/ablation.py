@@ -1,4 +1,4 @@
-"""Remove a part of the contact stop, or try it with servos in another state, for comparison.
+"""Switch off a part of the contact stop, or try it with servos in another state, to compare.
 
 The functions take a robot or its rule and the name of a part or state, and return what
 :class:`~miburi.studies.trials.plan.Subject` needs.

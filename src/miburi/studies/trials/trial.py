@@ -49,8 +49,8 @@ SUSTAINED = 0.1
 #: force, N (our choice); with less it only brushes past.
 IN_THE_WAY = 1.0
 _READING_US = round(READING * SECOND)
-#: The greatest number of gestures, and of people for each, that are drawn until robot and person
-#: meet.
+#: How many gestures are drawn at most, and how many people for each, to find a meeting of robot and
+#: person.
 _GESTURES, _PERSONS = 50, 25
 
 
@@ -68,7 +68,8 @@ class Outcome:
     Attributes
     ----------
     kind, index, servo
-        Free or blocked, the trial's number within its kind, and the number of the run's servo.
+        Free or blocked, the trial's number within its kind, and the number of the servo model in
+        this run.
     feeling, mood, pose
         The gesture, and the number of the key pose that the (first) move leads to.
     hand, link, speed
@@ -83,8 +84,8 @@ class Outcome:
     touched
         The part of the robot that met the person first.
     latency, latency_from_1N
-        Time to the stop from the first touch, and from the moment when the force reached 1 N; NaN
-        if it did not, and 0 if the stop came before.
+        Time to the stop from the first touch, and from the moment when the force reached 1 N: NaN
+        if the force never did, and 0 if the stop came before.
     peak_force, sustained_force
         The largest force, and the largest mean over 0.1 s, until half a second after the stop.
     push_after_stop
@@ -92,7 +93,8 @@ class Outcome:
     right_motor
         Whether the stop names a motor that carries the touched part.
     brushes, brush_force
-        The number of earlier people whom the robot only brushed, and the largest force on them.
+        The number of people drawn before whom the robot only brushed, and the largest force on
+        them.
     self_collision
         Whether two parts of the robot met before anybody touched it.
     """
@@ -160,7 +162,7 @@ def trial(
     Raises
     ------
     InputError
-        No drawn gesture lets a person meet this robot.
+        No drawn gesture brings this robot into contact with a person.
     """
     return measure(enact(plant, rule, seed, kind, index, repertoire), kind, index, servo)
 
@@ -177,7 +179,7 @@ def enact(
     stream = [seed, list(TrialKind).index(kind), index]
     if kind is TrialKind.FREE:
         rng = np.random.default_rng(stream)
-        # Two moves in a row: the end of one shakes the beginning of the next.
+        # Two moves in a row: the swing from the end of the first disturbs the start of the second.
         conditions = draw(plant.robot, rng, 2, repertoire)
         return _perform(plant, rule, conditions, None, None, rng)
     hand = HandKind(np.random.default_rng(stream).choice([hand.value for hand in HandKind]))
@@ -193,7 +195,8 @@ def enact(
             # A hand that met another limb, or the stand, was no obstacle to the chosen link.
             if result.touched is not None and carriers(result.touched)[1:2] != motors[1:2]:
                 continue
-            # Without a stop, the run does not depend on the rule, so neither does this choice.
+            # A run without a stop does not depend on the rule, so this choice of a person does not
+            # either.
             if result.stop is None and sustained_force(result.forces) < IN_THE_WAY:
                 brushes.append(float(result.forces.max()))
                 continue
