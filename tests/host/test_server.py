@@ -235,7 +235,7 @@ def test_by_https_a_phone_comes_in_and_by_http_only_this_computer(tmp_path: Path
                 assert post(door + "/pair", json={"token": token}).status_code == 426
         code, said, errors = program.end(signal.SIGINT)
     assert (code, errors) == (0, "")
-    assert "Good-bye. The body was stopped and stays where it is, softly held; " in said
+    assert "Good-bye. The body was stopped and holds its position with little force; " in said
 
 
 @pytest.mark.parametrize("https", [False, True])
@@ -304,7 +304,7 @@ def test_ctrl_c_in_a_terminal_is_a_good_end_of_all_processes(tmp_path: Path) -> 
         helpers = helpers_of(program.process.pid)
         assert post(url + "/api/v1/recordings", json={"on": True}).status_code == 204
         os.killpg(program.process.pid, signal.SIGINT)
-        good = f"Good-bye. The body rests at neutral; what it feels is kept in {tmp_path}.\n"
+        good = f"Good-bye. The body rests at neutral; its feelings are saved in {tmp_path}.\n"
         assert program.end(None) == (0, good, "")
         nobody_left(program.process.pid, helpers)
     assert (tmp_path / "recordings" / "miburi-0001.mcap").read_bytes().endswith(b"\x89MCAP0\r\n")

@@ -6,7 +6,7 @@ import pytest
 from nicegui import Client
 from nicegui.page import page
 
-from miburi.studio.app import forget_pages
+from miburi.studio.studio_page import forget_pages
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from miburi.live.settle import granted
 from miburi.live.view import LivePartner
 from miburi.live.wishes import Release
 from miburi.serving.policy import own_page
-from miburi.studio.parts import senses_form, signs, talk_form
+from miburi.studio.forms import senses_form, signs, talk_form
 from miburi.studio.preferences import Preferences
 from miburi.studio.words import words
 from miburi.wire.messages import Message

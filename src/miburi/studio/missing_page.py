@@ -15,7 +15,7 @@ __all__ = ["missing_page"]
 _PAGE = Path(__file__).with_suffix(".html")
 
 
-async def missing_page(request: Request, _error: Exception) -> HTMLResponse:
+async def missing_page(request: Request, _error: Exception | None = None) -> HTMLResponse:
     """Answer with 404 and the ways back, in the visitor's language."""
     preferences = Preferences.of(request)
     say = words(preferences.language)

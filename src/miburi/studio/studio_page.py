@@ -4,13 +4,16 @@ The browser draws what changes many times a second, from the live WebSocket
 (:mod:`miburi.studio.elements`). This module builds the rest and updates it four times a second.
 """
 
+import time
 from collections.abc import Callable, Sequence
 from functools import partial
 from html import escape
+from pathlib import Path
 
 import numpy as np
-from fastapi import Request
-from nicegui import ui
+from fastapi import FastAPI, Request
+from nicegui import Client, ui
+from nicegui import app as pages
 from nicegui.events import GenericEventArguments
 
 from miburi.feelings import FEELINGS
@@ -25,13 +28,21 @@ from miburi.serving.reach import Reach, pairing_url, qr_svg
 from miburi.studio.body_panel import body_panel
 from miburi.studio.contact_panel import contact_panel, why, why_ended
 from miburi.studio.elements import Choice, Levels, Plots, RobotView
+from miburi.studio.forms import senses_form, signs, talk_form
 from miburi.studio.gestures_panel import gestures_panel
-from miburi.studio.parts import attempt, button, heading, senses_form, set_label, signs, talk_form
+from miburi.studio.missing_page import missing_page
+from miburi.studio.parts import attempt, button, heading, set_label
 from miburi.studio.preferences import TABS, Preferences, keep
 from miburi.studio.words import LANGUAGES, own_name, words
 
-__all__ = ["HAND_START", "add_studio_page"]
+__all__ = ["HAND_START", "forget_pages", "make_studio"]
 
+#: s between checks for pages that no browser has connected to; each takes about 0.8 MB. NiceGUI
+#: keeps them for 60 s, because a slow computer needs that long.
+_LOOKS = 5.0
+#: If more pages than the first number are waiting, those older than the second number, in s, are
+#: dropped.
+_MANY, _FLOODED = 20, 10.0
 #: Seconds between two updates of what changes slowly.
 _LOOK = 0.25
 #: Where the hand appears, m: low in front of the robot, in the way of neither arm.
@@ -52,12 +63,41 @@ _CHOOSE_LANGUAGE = f"""(event) => {{
 }}"""
 
 
-def add_studio_page(runner: LivePartner, reach: Reach, sounded: Sequence[str] = ()) -> None:
-    """Add the studio at ``/``; ``sounded`` as in :func:`miburi.studio.face_page.add_face_page`."""
+def make_studio(runner: LivePartner, reach: Reach, sounded: Sequence[str] = ()) -> FastAPI:
+    """Return the studio as an application; NiceGUI allows one in a process.
+
+    ``sounded`` as in :func:`miburi.studio.face_page.add_face_page`.
+    """
 
     @ui.page("/", response_timeout=20.0)
     def studio(request: Request) -> None:
         _Studio(runner, Preferences.of(request), reach, sounded).build()
+
+    # Quasar would show an unlabelled bar at every request of its own.
+    pages.config.quasar_config["loadingBar"]["skipHijack"] = True
+    # NiceGUI's own page would keep a client for each request, and log the visitor's URL.
+    pages.add_exception_handler(404, missing_page)
+    pages.timer(_LOOKS, forget_pages)
+    app = FastAPI()
+    ui.run_with(
+        app,
+        title="Miburi",
+        favicon=Path(__file__).parent / "static" / "icon.svg",
+        dark=None,
+        binding_refresh_interval=None,
+        show_welcome_message=False,
+        reconnect_timeout=30.0,  # a page that was busy for a while is not reloaded
+        tailwind=False,
+    )
+    return app
+
+
+def forget_pages() -> None:
+    """Drop pages that no browser has connected to, if many were requested within a minute."""
+    since = time.time() - 60
+    waiting = (each for each in Client.instances.values() if not each.has_socket_connection)
+    if sum(each.created > since for each in waiting) > _MANY:
+        Client.prune_instances(client_age_threshold=_FLOODED)
 
 
 class _Studio:

@@ -1,0 +1,63 @@
+"""Load the studio when a browser first asks for it, and answer addresses where there is no page.
+
+NiceGUI takes a second of processor time (several on a Raspberry Pi) and 50 MB. A partner that only
+programs, phones and homes use never loads it, and starts that much sooner.
+"""
+
+import asyncio
+import gc
+from collections.abc import AsyncIterator, Sequence
+from contextlib import AsyncExitStack, asynccontextmanager
+
+from fastapi import FastAPI, Request
+from starlette.types import Receive, Scope, Send
+
+from miburi.live.view import LivePartner
+from miburi.serving.reach import Reach
+from miburi.studio.missing_page import missing_page
+
+__all__ = ["OnDemand"]
+
+#: The addresses of the studio: its page, and where NiceGUI's files and WebSocket begin.
+_PAGES, _FILES = ("/", "/favicon.ico"), "/_nicegui"
+
+
+class OnDemand:
+    """An ASGI application: the studio at ``/``, and a page that says so at any other address."""
+
+    def __init__(self, runner: LivePartner, reach: Reach, sounded: Sequence[str]) -> None:
+        self._runner, self._reach, self._sounded = runner, reach, sounded
+        self._loading = asyncio.Lock()
+        self._studio: FastAPI | None = None
+        self._served = AsyncExitStack()
+
+    @asynccontextmanager
+    async def while_served(self) -> AsyncIterator[None]:
+        """End the studio, if it was loaded, together with the server."""
+        async with self._served:
+            yield
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request, or serve a WebSocket."""
+        path: str = scope["path"]
+        if path in _PAGES or path.startswith(_FILES):
+            await (await self._loaded())(scope, receive, send)
+        elif scope["type"] == "http":
+            await (await missing_page(Request(scope, receive)))(scope, receive, send)
+        else:
+            await send({"type": "websocket.close"})
+
+    async def _loaded(self) -> FastAPI:
+        async with self._loading:
+            if self._studio is None:
+                self._studio = await asyncio.to_thread(self._load)
+                await self._served.enter_async_context(
+                    self._studio.router.lifespan_context(self._studio)
+                )
+                gc.freeze()  # else the next collection, which a Stop may wait for, scans all of it
+            return self._studio
+
+    def _load(self) -> FastAPI:
+        from miburi.studio.studio_page import make_studio
+
+        return make_studio(self._runner, self._reach, self._sounded)
