@@ -94,6 +94,18 @@ def test_what_cannot_be_done_is_said_in_words(client: httpx.Client) -> None:
     assert unlike(client, refused) == []
 
 
+def test_a_misspelt_parameter_is_named_and_a_stop_is_obeyed_whatever_comes_with_it(
+    client: httpx.Client,
+) -> None:
+    refused = client.get(V1 + "/events?afer=0&limit=1")
+    assert refused.status_code == 400
+    assert refused.json()["detail"].startswith("afer")
+    assert "after" in refused.json()["detail"]
+    assert client.get(V1 + "/state?rate=30").status_code == 400
+    assert client.post(STOP + "?softly=1").status_code == 204
+    until(lambda: state_of(client).phase == "stopped")
+
+
 def test_the_refusal_that_any_request_may_meet_is_described(client: httpx.Client) -> None:
     described = client.get("/api/openapi.json").json()["paths"]
     for path, methods in described.items():

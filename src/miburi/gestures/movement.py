@@ -141,7 +141,7 @@ class MovementFunction(Table):
         if self.feeling not in feelings.FEELINGS:
             raise ValueError(
                 f"feeling = {self.feeling!r} is not known; the known ones are "
-                f"{', '.join(feelings.FEELINGS)}"
+                f"{', '.join(feelings.FEELINGS)} (`miburi --feelings FILE` adds yours)"
             )
         left = 0.0
         for number, pose in enumerate(self.pose, start=1):

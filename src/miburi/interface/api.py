@@ -8,7 +8,7 @@ from pathlib import Path as FilePath
 from typing import Annotated, Any
 
 import numpy as np
-from fastapi import APIRouter, FastAPI, Header, HTTPException, Request, Response
+from fastapi import APIRouter, Depends, FastAPI, Header, HTTPException, Request, Response
 from fastapi.routing import APIRoute
 
 from miburi.feelings import Expression, Stimulus
@@ -17,7 +17,7 @@ from miburi.interface.description import describe
 from miburi.interface.events import add_events
 from miburi.interface.people import add_people
 from miburi.interface.recordings import add_recordings
-from miburi.interface.refusing import NOTHING, REFUSED, Refusals, refuse_in_words
+from miburi.interface.refusing import NOTHING, REFUSED, Refusals, known_queries, refuse_in_words
 from miburi.live.bodies import KINDS
 from miburi.live.settle import done, granted
 from miburi.live.state import MotorsOut, Sample, State
@@ -172,11 +172,12 @@ def _add_requests(
         "events": add_events,
     }
     for tag, add in parts.items():
-        often = {} if tag == "stop" else _OFTEN
+        stop = tag == "stop"  # obeyed whatever comes with it
         part = APIRouter(
             prefix="/api/v1",
             tags=[tag],
-            responses={422: {"model": Refusal}, **often},
+            responses={422: {"model": Refusal}, **({} if stop else _OFTEN)},
+            dependencies=[] if stop else [Depends(known_queries)],
             generate_unique_id_function=_route_name,
         )
         add(part, runner)

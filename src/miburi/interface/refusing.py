@@ -5,13 +5,15 @@ from typing import Any
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
+from fastapi.routing import APIRoute
+from starlette.requests import HTTPConnection
 
 from miburi.errors import BodyError, InputError, MiburiError, OutputError
 from miburi.live.commands import BusyError
 from miburi.live.view import UnreachableError
 from miburi.wire.messages import Refusal
 
-__all__ = ["NOTHING", "REFUSED", "Refusals", "refuse_in_words"]
+__all__ = ["NOTHING", "REFUSED", "Refusals", "known_queries", "refuse_in_words"]
 
 #: The status of an answer without content.
 NOTHING = 204
@@ -28,6 +30,24 @@ def refuse_in_words(app: FastAPI) -> None:
     """Turn Miburi's errors into responses with a status and a message."""
     app.add_exception_handler(MiburiError, _say)
     app.add_exception_handler(RequestValidationError, _say_what_is_allowed)
+
+
+def known_queries(asked: HTTPConnection) -> None:
+    """Refuse a query parameter that a request does not have, such as a misspelt one.
+
+    Raises
+    ------
+    InputError
+        A parameter is unknown; the message lists those that there are.
+    """
+    route = asked.scope.get("route")
+    if isinstance(route, APIRoute):
+        known = [each.alias for each in route.dependant.query_params]
+        if unknown := sorted(set(asked.query_params) - set(known)):
+            has = ", ".join(known) or "none"
+            raise InputError(
+                f"{', '.join(unknown)[:100]}: not a parameter of this request; it has {has}."
+            )
 
 
 async def _say(_request: Request, error: Exception) -> JSONResponse:
