@@ -141,7 +141,7 @@ def test_it_is_told_how_the_partner_feels(runner: Runner, mind: Mind) -> None:
     reply(mind, SAD, runner, (Stimulus("sadness", 0.83, "speech"),))
     system, user = mind.messages()
     assert (system["role"], user) == ("system", {"role": "user", "content": SAD})
-    assert f"You feel anger now, with a strength of {state.felt.mood:.2f}" in system["content"]
+    assert f"You feel anger now; your mood for it is {state.felt.mood:.2f}" in system["content"]
     assert "made you feel sadness 0.83" in system["content"]
     for name, mood in zip(FEELINGS, state.mood, strict=True):
         assert f"{name} {mood:.2f}" in system["content"]

@@ -133,7 +133,7 @@ def free(x: Array, gradient: Array, lower: Array, upper: Array) -> NDArray[np.bo
 def printed_step(gradient: Array, damping: float) -> tuple[Array, float]:
     """Eq. 12: return the step s = -(g gᵀ + γ I)⁻¹ g, and the change gᵀs that it predicts.
 
-    The decrease that was predicted, gᵀs, is the denominator of the ratio that updates γ.
+    The predicted change, gᵀs, is the denominator of the ratio that updates γ.
 
     Apart from γ I the matrix has rank one, so s = -g / (γ + gᵀg) (Sherman and Morrison).
     """
@@ -158,7 +158,7 @@ def newton_step(normal: Array, gradient: Array, moves: NDArray[np.bool_], dampin
 
 
 def curve(normal: Array, step: Array, change: Array) -> Array:
-    """Return the estimate of half the Hessian, (n, n), after a ``step`` (BFGS)."""
+    """Update half the Hessian, (n, n), by BFGS; ``change`` is the gradient's over ``step``."""
     along, bent = float(step @ change), normal @ step
     if not along > 1e-10 * np.linalg.norm(step) * np.linalg.norm(change):
         return normal
@@ -168,7 +168,7 @@ def curve(normal: Array, step: Array, change: Array) -> Array:
 
 
 def damped(damping: float, change: float, predicted: float) -> float:
-    """Return the next γ, from the ratio of actual to predicted decrease: below 0.25, 4 γ."""
+    """Return the next γ: 4 γ if the actual over the predicted change is < 0.25, γ / 2 if > 0.75."""
     ratio = change / predicted if predicted < 0.0 else 0.0
     if ratio > 0.75:
         return max(damping / 2.0, _SMALLEST_DAMPING)

@@ -277,7 +277,7 @@ def _checked_bounds(bounds: ArrayLike) -> tuple[Array, Array]:
     with np.errstate(over="ignore", invalid="ignore"):
         wide = np.isfinite(box[:, 1] - box[:, 0])
     if not np.all(wide) or not np.all(box[:, 0] <= box[:, 1]):
-        wanted = "finite, with no lower bound above its upper bound"
+        wanted = "finite and a finite distance apart, with no lower bound above its upper bound"
         raise InputError(f"bounds must be {wanted}, got {bounds!r}.")
     return box[:, 0].copy(), box[:, 1].copy()
 

@@ -44,8 +44,8 @@ class Settings:
     Parameters
     ----------
     generations, individuals, clones
-        N_gen, at least 0; N_ind and N_clones, at least 2. Their product is at most a million. One
-        of the clones stays the same as the original.
+        N_gen, at least 0; N_ind and N_clones, at least 2. N_ind times N_clones is at most a
+        million. One of the clones stays the same as the original.
     segment, transfers, transferred
         l_bm, variables in a segment of bacterial mutation, from 1; N_inf, gene transfers in a
         generation, from 0; l_gt, variables in a gene transfer, from 1.
@@ -73,8 +73,8 @@ class Settings:
         The search has converged at a value not above this; ``-inf`` never stops it. None means
         ``-inf``, or for residuals 1e-20 of the sum of squares at the start.
     patience
-        The search counts as settled after this many consecutive local searches without improvement;
-        0, as in the paper, never stops it.
+        The search counts as settled after this many consecutive local searches of the population
+        without improvement; 0, as in the paper, never stops it.
 
     Raises
     ------

@@ -91,7 +91,7 @@ class Touch:
     force
         Largest force between human hand and robot, N.
     began
-        When the contact of this step began, on the body's clock, s; None without a contact.
+        The first time in this step with a contact, on the body's clock, s; None without a contact.
     part
         The part of the robot that was touched last; None without a contact.
     itself

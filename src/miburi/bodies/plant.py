@@ -34,7 +34,7 @@ _CLEAR = 0.0002
 
 
 class Plant:
-    """The simulated robot, at rest in neutral; :meth:`rest` puts it back there.
+    """The simulated robot, at rest in neutral; :meth:`rest` starts over in any pose.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ class Plant:
         )
         raise DescriptionError(
             f"{self.robot.name}: at neutral the {one} and the {other} are "
-            f"{-1000 * deepest.dist:.0f} mm into each other. Change the joints' neutral "
+            f"{-1000 * deepest.dist:.0f} mm inside one another. Change the joints' neutral "
             "angles or the lengths; a longer L01 raises the shoulders."
         )
 

@@ -58,7 +58,7 @@ def rehearse(
     """Perform key poses from neutral on a new simulated body.
 
     ``settings`` are those of the inverse kinematics; see :func:`miburi.ik.solve`. With ``flows``,
-    the body does not stop at key poses if it can pass them, as in a partner with the option
+    the body does not come to rest at key poses that it can pass, as in a partner with the option
     ``life``.
     """
     body = Simulated(robot)

@@ -153,7 +153,7 @@ def write_calibration(
         lines.append(f"wear = {float(identified.wear)!r} # times the servo's friction")
         for name in ("stiffness", "damping", "friction", "gravity"):
             # Written with all digits, so that the card's integers come out the same.
-            lines.append(f"{name} = {vars(identified)[name].tolist()} # times the servo's nominal")
+            lines.append(f"{name} = {vars(identified)[name].tolist()} # times the description's")
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 

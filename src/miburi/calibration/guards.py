@@ -35,8 +35,8 @@ __all__ = [
 ]
 
 #: Guards are ``MARGIN`` times the model's error in the free moves, and at least the description's
-#: least guards; for moves in another state, which the model predicts in part, ``STATE_MARGIN``
-#: times (both our choice).
+#: guards; for moves in another state, which the model predicts in part, ``STATE_MARGIN`` times
+#: (both our choice).
 MARGIN, STATE_MARGIN = 1.5, 1.25
 #: Friction and supply voltage in other states, as multiples of the calibration's (our choice):
 #: gears are stiff when cold, and a supply may give 4.75 to 5.25 V.
@@ -98,9 +98,9 @@ def _loosened(least: Guards[Steps], guards: Guards[Steps], steps: float) -> Guar
 def shaken(rule: FreeRule, traces: Sequence[Trace]) -> FreeRule:
     """Return a rule that tolerates how motors shake one another in these free moves.
 
-    These moves shake harder than gestures do. The guards for lag and lead are set to what is
-    needed, times the usual margins. The slack is set to exactly what is needed: with more, contacts
-    at the waist are noticed too late.
+    These moves shake harder than gestures do. The guards ``behind`` and ``ahead`` grow to what is
+    needed, times the usual margins. The slack grows only to what is needed: with more, contacts at
+    the waist are noticed too late.
     """
     free = [FreeTrace(**vars(trace), rule=rule) for trace in traces]
     slack = _widened(rule, rule.guards, free, 1.0).slack
@@ -141,8 +141,8 @@ def _shifted(traces: Sequence["FreeTrace"], other: FreeRule) -> Iterator["FreeTr
     """Yield free moves as they would have been with the servos that another rule expects.
 
     A calibration's own moves are made without allowing for worn gears, and leave motors little to
-    spare. Later moves are planned with limits of duty that warm or worn motors do not reach, so the
-    predicted shift assumes motors without limits.
+    spare. Later moves are planned with limits of duty that not even warm or worn motors reach, so
+    the predicted shift assumes motors without limits.
     """
     for trace in traces:
         free = replace(trace, loading=replace(trace.loading, most=UNLOADED.most))

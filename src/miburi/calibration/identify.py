@@ -69,7 +69,8 @@ _FIRM_ONES = 3
 #: Wear beyond this is not believed; gears would take all of a motor's torque (our choice).
 _MOST_WEAR = 2.5
 #: The number of passes in which the wear is estimated; and the share of the dry friction that shows
-#: in free moves, because friction in motion is lower than at rest (found on simulated servos o
+#: in free moves, because friction in motion is lower than at rest (found on simulated servos of
+#: known wear).
 _WEARS, _SEEN = 3, 0.92
 #: RMS error of the model, rad: the usual value without play, and the threshold above which gears
 #: count as loose. The same two in encoder steps, for coarser encoders. The last value converts
@@ -278,8 +279,8 @@ def worn(
     """Return the robot, the identified servos and the traces, adapted to the wear that was found.
 
     Worn gears absorb more torque, so a move needs more torque from the motor, and the same
-    stiffness at the horn needs a higher gain. ``robot`` has the wear given in ``found``. If the
-    friction is at most ``_EXPECTED`` times the description's, nothing changes.
+    stiffness at the horn means a stiffer control at the motor. ``robot`` has the wear given in
+    ``found``. If the friction is at most ``_EXPECTED`` times the description's, nothing changes.
     """
     known = found.wear
     wear = known * _rubs(robot, found)
@@ -299,7 +300,7 @@ def worn(
 
 
 def _rubs(robot: Robot, found: Identified) -> float:
-    """Return the friction as a multiple of the described, the median of joints without backlash.
+    """Return the friction as a multiple of the description's: the median of joints without play.
 
     Within its backlash a joint moves with its gears disengaged, so its friction is measured too
     low. If fewer than ``_FIRM_ONES`` joints are free of play, the median is taken over all.

@@ -17,7 +17,7 @@ __all__ = [
     "read_answer",
 ]
 
-#: The error for a card that cannot be released.
+#: Why a release is refused: the card is lost, or its saved settings are unreadable.
 LOST = (
     "The card cannot be reached. Check its cable and power; Miburi looks for it every second. The "
     "body stays stopped until you release it."
@@ -40,7 +40,7 @@ def foreign(version: int, motors: int) -> str:
 
 def not_home(stop: Stop | None) -> str:
     """Say why a released body did not reach neutral."""
-    why = "" if stop is None else f": {stop.reason.spoken}, {stop.motor or 'not one motor alone'}"
+    why = "" if stop is None else f": {stop.reason.spoken}, {stop.motor or 'no single motor'}"
     return f"The body did not reach neutral{why}. Clear its way, then try again."
 
 

@@ -57,7 +57,7 @@ def peek(card: Card, motor: int, address: int, count: int) -> int:
 
 
 def with_gain(card: Card, gain: float, deeper: int = 1) -> Robot:
-    """Set another P gain, with wide guards; return the robot with that gain, released, at neutral.
+    """Set another P gain, with wide guards, release the body, and return the description with it.
 
     The card multiplies the load that is sent for the elbow by ``deeper``.
     """

@@ -43,8 +43,8 @@ __all__ = [
     "measure",
 ]
 
-#: How often the gain is checked. Moves of all joints between these speeds, rad/s, suffice for that,
-#: and every servo reaches these speeds (our choice).
+#: The greatest number of times that the gain is checked. Moves of all joints between these speeds,
+#: rad/s, suffice for that, and every servo reaches these speeds (our choice).
 _ROUNDS, _SLOWEST, _FASTEST = 3, 0.15, 2.0
 _DEGREES = 360 / STEPS_PER_TURN
 
@@ -61,10 +61,9 @@ class Measurement:
     settings
         The settings that the card has now.
     words
-        Warnings for whoever built the robot.
+        Sentences for whoever built the robot, about what to check or what has changed.
     moves, seconds
-        The number of free moves, and the time they took on the robot's clock, which may be
-        simulated.
+        The number of free moves, and the time of the whole calibration on the robot's clock, s.
     """
 
     robot: Robot

@@ -144,7 +144,7 @@ class Card:
 
     @property
     def window(self) -> Window | None:
-        """The expected and actual travel for which the rule stopped the body, and the motor."""
+        """What the rule compared for the motor whose contact keeps the body stopped, or None."""
         share = np.full(len(JOINTS), FINE) if self.underway is None else self.underway.share
         return None if self._own_stop else window_of(self.report, self._settings, share)
 
@@ -157,7 +157,7 @@ class Card:
         return state
 
     def move(self, move: Move, driven: Robot | None = None) -> None:
-        """Start a move (:meth:`miburi.bodies.Body.move`), with the motors of ``driven``."""
+        """Start a move (:meth:`miburi.bodies.Body.move`), driving the motors as ``driven`` says."""
         check_move(self._robot, self.state.phase, move)
         here, (origin, velocity) = np.array(self.report.positions), self._motion_now()
         asked = driven or self._robot
@@ -168,7 +168,7 @@ class Card:
         self._begin(order, *self._motion_now(), FrameKind.MOVE, order.pack())
 
     def course(self) -> Course:
-        """Return the motors' commanded positions on their profiles, as the host estimates them."""
+        """Return the motors' commanded positions and velocities, as the host estimates them."""
         return Course.of(self._robot, *self._motion_now())
 
     def _motion_now(self) -> tuple[Steps, Steps]:

@@ -18,9 +18,9 @@ from miburi.safety.stop import Phase, StopReason
 __all__ = ["free_moves", "gestures", "record", "swings"]
 
 #: How far a joint moves to either side of the middle, as a share of half its range. At top speed
-#: the swing must be longer: at least ``_RUN`` times the distance in which the joint reaches that
-#: speed, so that it holds the speed for a while. On either side it moves no further than
-#: ``_FARTHEST`` of the range (our choice).
+#: the swing may have to be longer: from side to side at least ``_RUN`` times v²/a, the distance in
+#: which a move reaches that speed and comes back to rest. On either side it moves no further than
+#: ``_FARTHEST`` of half its range (our choice).
 _REACH, _RUN, _FARTHEST = 0.35, 1.1, 0.97
 #: Speeds for moves of one joint, rad/s; the last is faster than any servo can go (our choice).
 _SPEEDS = (0.8, 2.5, np.inf)

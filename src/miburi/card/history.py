@@ -1,7 +1,6 @@
 """The latest reports of a card, and their times on the body's clock.
 
-The card's clock starts again when the card does; the body's clock goes on. It takes reports with
-their times of arrival and returns the body's state.
+The history takes reports with their times of arrival and returns the body's state.
 """
 
 from collections import deque
@@ -53,7 +52,7 @@ class ReportHistory:
         return self._reports[-1]
 
     def expect_another_clock(self, now: float) -> None:
-        """Allow for a restart of the card and its clock; ``now`` is the latest report's time."""
+        """Allow for a restart of the card and its clock; a report counts as heard at ``now``, s."""
         self._fresh, self.heard = True, now
 
     def add(self, report: Report, now: float) -> None:

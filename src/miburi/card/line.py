@@ -1,4 +1,4 @@
-"""Serial lines: they carry bytes between host and card, and supply the clock for timeouts.
+"""Serial lines: they carry bytes between host and card, and tell the host the time.
 
 :class:`Line` is the interface, :class:`SerialLine` a real port. The emulated card implements a line
 directly.

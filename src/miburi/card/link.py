@@ -201,12 +201,11 @@ class Report:
     Attributes
     ----------
     measured, expected, length
-        Expected and actual travel at a contact, and the length of the window, as the rule compared
-        them.
+        Actual and expected travel at a contact, as the rule compared them, and their duration.
     heard
         A bit for each motor that answered the latest reading.
     held, limp
-        Whether the servos confirmed that they were stopped; whether their torque is off.
+        Whether the servos confirmed that they hold their positions; whether their torque is off.
     """
 
     time: int

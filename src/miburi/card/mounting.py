@@ -56,9 +56,9 @@ def mounting_faults(built: Mounting, turns: list[Turned]) -> list[str]:
         if abs(ways[asked]) < _TURN:
             other = JOINTS[most].replace("_", " ")
             lines.append(
-                f"{name}: servo {built.id[most]} turned, which belongs to the {other}. If the "
-                f"turning {other} moved this joint's servo: the two are swapped. Exchange them "
-                "(--ids)."
+                f"{name}: servo {built.id[most]} turned, which belongs to the {other}. If "
+                f"turning the {other} moves this joint's servo, the two are swapped: exchange "
+                "them (--ids)."
             )
             continue
         if np.sign(ways[asked]) != built.direction[asked]:

@@ -197,8 +197,8 @@ class CardSettings:
     def of(cls, robot: Robot, rule: Rule | None = None) -> "CardSettings":
         """Return settings for a robot whose card has not been calibrated.
 
-        By default the rule has the wide guards (tolerances) of uncalibrated servos. Servos have the
-        ids 1–8, and the middle of each joint's range is at the middle of its servo.
+        By default the rule has the guards of the robot's description. Servos have the ids 1–8, and
+        the middle of each joint's range is at the middle of its servo.
 
         Raises
         ------

@@ -78,8 +78,8 @@ def stop_and_settle(
     Returns
     -------
     settings, guessed
-        The card's settings, and whether they are defaults that replaced settings saved by another
-        firmware.
+        The card's present settings, and whether they are defaults because those that another
+        firmware saved are unreadable.
     """
     ask(FrameKind.STOP, b"")
     settings = of_robot = CardSettings.of(robot)

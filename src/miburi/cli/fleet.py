@@ -1,4 +1,4 @@
-"""``miburi fleet``: all partners connected to a broker, in the terminal or on a page; stop them."""
+"""``miburi fleet``: all partners at a broker, in the terminal and on a page; stop one or all."""
 
 import asyncio
 import sys

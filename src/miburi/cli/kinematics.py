@@ -66,7 +66,7 @@ def ik(
     solver: IkWay = "default",
     as_json: AsJson = False,
 ) -> None:
-    """Print the angles that bring the hands and the head to positions from options or JSON lines.
+    """Print the angles that bring hands and head to positions (options, or JSON lines on stdin).
 
     The exit code is 1 if a hand or the head ends more than 1 mm away from its target.
     """

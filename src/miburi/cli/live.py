@@ -17,7 +17,7 @@ HERE = "http://127.0.0.1:8080"
 
 
 def partner_at(url: str) -> "RemotePartner":
-    """Connect to the partner at an address, with the token from the environment variable."""
+    """Connect to the partner at an address, with MIBURI_TOKEN and MIBURI_AUTHORITY."""
     from miburi.client.remote import connect
 
     return connect(url, os.environ.get("MIBURI_TOKEN"), os.environ.get("MIBURI_AUTHORITY"))

@@ -122,7 +122,7 @@ def robot_of(file: Path | None, servo: str | None = None) -> "Robot":
 
 
 def name_foreign_guards(robot: "Robot") -> None:
-    """Warn if a robot has the shipped robot's guards (thresholds), but servos of another kind."""
+    """Warn if a robot has the shipped robot's guards (tolerances), but servos of another kind."""
     from miburi.robot import iphonoid
 
     shipped = iphonoid()

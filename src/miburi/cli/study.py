@@ -181,7 +181,7 @@ def _answers(folder: Path, study: "Study") -> "Store":
 
 
 def _names(host: str) -> list[str]:
-    """Return the host names by which participants can reach an address."""
+    """Return the hosts, names or addresses, by which participants can reach the pages."""
     if host != "0.0.0.0":  # noqa: S104  (to compare with, not to listen on)
         return [host]
     from miburi.serving.addresses import own_addresses

@@ -59,8 +59,8 @@ def trials(
     servos: Annotated[
         int,
         typer.Option(
-            help="0 simulates the robot as described; N, that many robots whose servos vary as "
-            "real ones do, each calibrated.",
+            help="0 simulates the robot as described; N, that many robots that differ as real "
+            "ones do, in servos and masses, each calibrated.",
             min=0,
         ),
     ] = 0,

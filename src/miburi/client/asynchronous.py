@@ -66,8 +66,8 @@ class AsyncPartner:
     """A live partner at the other end of a connection; made by :func:`miburi.connect_async`.
 
     Use it as an asynchronous context manager, or call :meth:`close`. Its methods raise the same
-    errors as those of :class:`miburi.RemotePartner`. A method that sends a command returns its id,
-    which events have as ``wish``.
+    errors as those of :class:`miburi.RemotePartner`. A method that returns a ``str`` returns the
+    request's id, which events carry as ``wish``.
     """
 
     def __init__(self, asker: Asker) -> None:
@@ -150,7 +150,7 @@ class AsyncPartner:
         return await self._asker.wish("/express", ExpressIn.model_validate(shown))
 
     async def look(self, at: Direction, seconds: float = 2.0) -> str:
-        """Look ``ahead`` at the user, left, right, up, down or ``aside`` for ``seconds`` s."""
+        """Look at the ``user`` (ahead), left, right, up, down or ``aside`` for ``seconds`` s."""
         return await self._asker.wish("/look", LookIn(at=at, seconds=seconds))
 
     async def attend(self, turn: Turn = "listening") -> None:

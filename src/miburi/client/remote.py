@@ -246,8 +246,8 @@ class RemotePartner:
     def perform(self, *acts: AnyAct, now: bool = False) -> str:
         """Perform gestures, looks, key poses and sentences together, each at its offset.
 
-        The gesture starts after commands that are already queued. With ``now``, it replaces them
-        and the current one.
+        The performance begins after what is queued. With ``now``, it replaces that and what is
+        running.
         """
         wish = PerformanceIn(acts=list(acts), when="now" if now else "next")
         return self._line.wish("/performance", wish.model_dump(mode="json"))
@@ -309,7 +309,7 @@ class RemotePartner:
         return TypeAdapter(list[BodyOut]).validate_python(self._line.get("/bodies"))
 
     def use_body(self, name: str, port: str | None = None) -> None:
-        """Switch to another kind of body."""
+        """Change to another body; ``port`` is a card's serial port."""
         self._line.post("/bodies", {"name": name, "port": port})
 
     def record(self, on: bool = True) -> None:

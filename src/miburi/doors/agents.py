@@ -77,7 +77,7 @@ _TOO_FAST = "Nothing was done: too many requests at once. Wait a second, then as
 _UNSAID = (
     "The partner refuses to say this: the words could hurt somebody, or sound like a call for help."
 )
-_WAITS = f"is kept for up to {LAPSES:g} s; a newer one replaces it."
+_WAITS = f"waits for up to {LAPSES:g} s; any newer gesture or look replaces it."
 _PAUSED = "A person has paused it; your gesture waits until a person resumes it."
 #: Why a gesture did not begin.
 _DROPPED = {
@@ -285,7 +285,7 @@ class _Tools:
     async def events(
         self, since: Annotated[str, Field(pattern=r"^[0-9a-f:]{0,24}$", max_length=24)] = ""
     ) -> str:
-        """List what happened after the event `since`, in earlier runs too."""
+        """List what happened after the event `since`, such as words and stops; earlier runs too."""
         events = await self._partner.log(since or None)
         told = events[:_TOLD] if since else events[-_TOLD:]
         lines = [as_line(event) for event in told]

@@ -1,7 +1,8 @@
 """A fleet: all partners at one broker, or in one group there, and Stop for one or all.
 
 The broker does the work: it keeps each partner's last report, and says ``offline`` for a partner
-that is gone. It reads the broker's messages and keeps nothing else. It needs the extra ``mqtt``.
+that is gone. This module keeps only what it hears from the broker, and sends Stop. It needs the
+extra ``mqtt``.
 """
 
 import asyncio

@@ -147,7 +147,7 @@ async def check_free(broker: Broker, name: str) -> None:
 
 
 async def is_taken(broker: Broker, name: str, instance: str = "") -> bool:
-    """Return whether another running partner than ``instance`` uses a name.
+    """Return whether a running partner other than ``instance`` uses a name.
 
     Raises
     ------

@@ -45,7 +45,7 @@ class About:
 
     @property
     def key(self) -> str:
-        """The name, reduced to characters that an identifier may have."""
+        """The name with ``.`` for ``/``, as identifiers need."""
         return self.name.replace("/", ".")
 
 

@@ -131,7 +131,7 @@ def stop_report(stamp: int, stop: StopOut) -> DiagnosticArrayMsg:
 
 
 def _stop_status(stop: StopOut | None) -> DiagnosticStatusMsg:
-    """Return why the body is stopped: the motor that detected the contact, and the force."""
+    """Return whether and why the body is stopped, with the motor and the force if there are any."""
     if stop is None:
         return DiagnosticStatusMsg(_OK, "contact stop", "not stopped", "", [])
     motor = "" if stop.motor is None else f" at {stop.motor}"
@@ -221,6 +221,6 @@ def read_expression(wish: ExpressionMsg) -> ExpressIn | None:
 
 
 def _likeness(place: Place, wish: ExpressionMsg) -> float:
-    """Return how similar a feeling is to a requested valence and arousal (their projection)."""
+    """Return the requested valence and arousal projected on a feeling's direction."""
     along = place.valence * wish.valence + place.arousal * wish.arousal
     return along / hypot(place.valence, place.arousal)

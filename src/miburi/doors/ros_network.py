@@ -2,8 +2,8 @@
 
 They come from ROS's own environment variables: ROS_DOMAIN_ID, ROS_AUTOMATIC_DISCOVERY_RANGE,
 ROS_LOCALHOST_ONLY and CYCLONEDDS_URI. Unlike a ROS node, a partner is visible only on its own
-computer unless SUBNET is set. DDS has no authentication, so anybody on the network could make the
-partner feel, speak and stop.
+computer unless SUBNET is set. DDS asks for no token, so with SUBNET anybody on the network can make
+the partner feel, speak and stop.
 """
 
 import os
@@ -78,7 +78,7 @@ class RosNetwork:
 
 
 def _peers() -> str:
-    """Return this computer's addresses; a local ROS node ignores what is sent elsewhere."""
+    """Return this computer's addresses as peers; a ROS node hears only what is sent to its own."""
     own = {
         str(address.ip)
         for adapter in ifaddr.get_adapters()

@@ -48,7 +48,9 @@ class HomeReport(BaseModel):
     mood: int = Field(description="Its mood, %.")
     paused: bool
     stopped: StopReason | None = Field(description="Why the body is stopped; null while it is not.")
-    motor: str | None = Field(description="The motor that detected the contact.")
+    motor: str | None = Field(
+        description="The motor that met something, was moved or failed, if it is one."
+    )
     held: bool = Field(description="Whether it waits for a person to release it.")
     stops_today: int = Field(description="Stops since midnight, or since the partner woke.")
     temperatures: dict[str, float] = Field(
@@ -83,9 +85,9 @@ class DistressNews(BaseModel):
 
 
 class GapNews(BaseModel):
-    """Earlier events are no longer available."""
+    """Some events before the next one are missing: the partner does not have them any more."""
 
-    id: str = Field(description="BOOT:NUMBER at which the stream resumes.")
+    id: str = Field(description="BOOT:NUMBER after which the stream goes on.")
     wall: Wall = Field(description="When, UTC.")
     why: str
 

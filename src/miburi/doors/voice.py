@@ -1,7 +1,7 @@
 """The partner's own voice for its pages: its latest sentence as sound from a synthesizer.
 
 The sound is played by each page whose voice is switched on; the page's own switch mutes it. While
-the sound plays, the page's microphone is off, and the mouth on the page moves in time.
+the sound plays, and 0.4 s after, the page ignores sudden noises; its mouth moves with the sound.
 """
 
 import asyncio

@@ -48,7 +48,7 @@ class _Joint(Shaft):
     def drive(self, servo: Servo, time: float, angle: float, velocity: float) -> float | None:
         """Return the duty at which the servo drives the joint; None with torque off.
 
-        The joint's ``angle`` and ``velocity``, rad and rad/s.
+        ``angle`` and ``velocity`` are the joint's, in rad and rad/s.
         """
         settings, step = self._settings, self._step
         place = settings.zero + settings.direction * angle / step
@@ -149,7 +149,7 @@ class EmulatedBody(Card):
 
     @property
     def touchable(self) -> "EmulatedBody":
-        """The simulated body that the card moves."""
+        """Return the body itself, since a hand can be put in its way."""
         return self
 
     @property

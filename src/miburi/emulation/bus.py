@@ -33,8 +33,8 @@ from miburi.emulation.servos import INSTRUCTION_ERROR, Servo
 
 __all__ = ["BAUDS", "Bus"]
 
-#: Bits per second for each value of the register Baud Rate, and the tolerated difference of two
-#: ends, as a fraction.
+#: Bits per second for each value of the register Baud Rate, and the share by which two ends' speeds
+#: may differ.
 BAUDS = (9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000)
 _BAUD_TOLERANCE = 0.03
 #: A packet interrupted for longer than this, in µs, is dropped.

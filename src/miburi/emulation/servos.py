@@ -127,7 +127,7 @@ class Servo:
     ) -> "Servo":
         """Return a servo with an id and the bus speed of the card, and otherwise factory settings.
 
-        ``model`` is by default the shipped XL330, whose constants were measured on real servos.
+        ``model`` is by default the shipped XL330; others identified the constants of its motor.
         """
         made = cls(shaft or Shaft(position), ControlTable(model or load_servo("xl330-m288-t")))
         made.set("id", servo)

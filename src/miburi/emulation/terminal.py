@@ -25,7 +25,7 @@ _PATIENCE = 0.05
 
 
 def serve(robot: Robot, seconds: float, tell: Callable[[str], None]) -> None:
-    """Run a card in real time on a pseudo-terminal, whose path is passed to ``tell``.
+    """Run a card in real time on a pseudo-terminal; call ``tell`` with a sentence that names it.
 
     Parameters
     ----------

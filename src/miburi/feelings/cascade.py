@@ -9,11 +9,11 @@ share while the emotion fades; the mood takes up its share while the feeling fad
     mood     p' = −p/τf + b h/τe (1 − x − p)    x' = −x/τm + p/τf
 
 with x the level, p the part that it has yet to take up, and a and b the temperament's shares. h is
-the level at which a user holds an emotion, or 0: the emotion is topped up as it fades, and each
-top-up acts on the slower levels like a stimulus. Support, inhibition, habituation and saturation
-are applied at once when a stimulus arrives. Between stimuli everything is linear and integrated
-exactly, so a step of an hour costs no more than a step of a millisecond. x + p never exceeds 1, so
-every level stays in [0, 1].
+the level at which an emotion is held (``set_state``), or 0: the emotion is topped up as it fades,
+and each top-up acts on the slower levels like a stimulus. Support, inhibition, habituation and
+saturation are applied at once when a stimulus arrives. Between stimuli everything is linear and
+integrated exactly, so a step of an hour costs no more than a step of a millisecond. x + p never
+exceeds 1, so every level stays in [0, 1].
 """
 
 from collections.abc import Mapping

@@ -275,7 +275,7 @@ class FeelingModel(ABC):
         if header != (STATE_VERSION, cls.kind):
             raise InputError(
                 f"The state must have version {STATE_VERSION} and model {cls.kind!r}, got "
-                f"{header[0]!r} and {header[1]!r}. Delete the state to start from scratch."
+                f"{header[0]!r} and {header[1]!r}. Without a state the model starts afresh."
             )
         names = state.get("feelings", list(PAPER))  # older states do not name their feelings
         if names != list(FEELINGS):

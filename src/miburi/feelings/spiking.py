@@ -13,17 +13,18 @@ with τ the time constant of its level.
 
 - A stimulus raises the activations of the emotion layer by the temperament's matrix.
 - A neuron fires when u reaches θ: r rises by R, and the spike reaches the next layer. In the next
-  layer the spike excites the same feeling and inhibits the feelings that it suppresses.
+  layer the spike excites the same feeling and inhibits those that this feeling inhibits in the
+  matrix.
 - If a spike arrives while other neurons of the next layer are excited, its connections to them
   become stronger (Hebb's rule). They weaken again within about a day.
 - Every input moves an activation towards 0 or 1 by a share of the remaining distance. So the
   activations, which are the levels, stay in [0, 1].
 
-A neuron whose emotion a user holds keeps its activation and keeps firing. The mood is relative to
-the temperament's resting mood, as in the other model. Spikes only run from layer to layer, so the
-net falls silent by itself unless a level is held. Between spikes everything decays by exact
-formulas, and the time of the next spike is the root of one equation. The cost of a step therefore
-depends on its spikes, not on its length.
+A neuron whose level is held (``set_state``) keeps its activation and keeps firing. The mood is
+relative to the temperament's resting mood, as in the other model. Spikes only run from layer to
+layer, so the net falls silent by itself unless a level is held. Between spikes everything decays by
+exact formulas, and the time of the next spike is the root of one equation. The cost of a step
+therefore depends on its spikes, not on its length.
 """
 
 from collections.abc import Mapping
@@ -179,7 +180,7 @@ class SpikingModel(FeelingModel):
         learned += grows * (_MOST_LEARNED - learned)
         own = np.arange(len(FEELINGS)) == neuron
         # The emotion layer already used the matrix's positive entries, its support. Between layers,
-        # only learned connections excite.
+        # a spike excites other feelings only by learned connections.
         effect = np.where(own, 1.0, np.minimum(innate, 0)) + learned
         self._receive(layer + 1, self._weights[layer] * effect)
 

@@ -88,7 +88,7 @@ class TakeUp(Table):
 
 
 class Habituation(Table):
-    """The share of its effect that a repeated stimulus loses, and the time to regain it, s."""
+    """The share of its effect that a repeated stimulus loses, and the loss's time constant, s."""
 
     share: Share
     recovery: Annotated[float, Field(ge=0.1, le=86_400)]
@@ -202,8 +202,8 @@ def load_temperament(path: Path | str) -> Temperament:
     Parameters
     ----------
     path
-        A TOML file with exactly the keys of ``temperaments/default.toml``; only the tables
-        ``empathy``, ``gaze`` and ``attachment`` may be left out.
+        A TOML file with the keys of ``temperaments/default.toml`` and no others; ``at_rest``,
+        ``sources.talk`` and the tables ``empathy``, ``gaze`` and ``attachment`` may be left out.
 
     Raises
     ------
@@ -221,9 +221,9 @@ TEMPERAMENTS: tuple[str, ...] = ("default", "calm", "lively", "playful")
 def shipped_temperament(name: str = "default") -> Temperament:
     """Return a temperament that ships with Miburi.
 
-    Each was written for the paper's eight feelings. A feeling that a user adds has the default time
-    constants, a resting mood of 0.5 and no effect on others, unless a temperament file says
-    otherwise.
+    Each was written for the paper's eight feelings. A feeling that a user adds has the
+    temperament's time constants as they are, a resting mood of 0.5 and no effect on others, unless
+    a temperament file says otherwise.
 
     Raises
     ------

@@ -88,8 +88,8 @@ class Posture(Table):
                 )
         if np.linalg.norm(self.head[:2]) < 0.05:
             raise ValueError(
-                f"head = {self.head} has no direction; its forward and left parts must not both "
-                "be 0"
+                f"head = {self.head} points straight up or nowhere; its forward and left parts "
+                "must together be at least 0.05 long"
             )
         return self
 

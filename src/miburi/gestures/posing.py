@@ -167,7 +167,7 @@ def blend(
     for (function, _), share in zip(parts, shares, strict=True):
         offsets += share * function.effort.space * _offsets_at(robot, function, phases)
         time += share * function.effort.time
-    # Return the mean of the leading gesture's Laban time and the mood-weighted Laban time of all.
+    # The mean of the leading gesture's Laban time and the mood-weighted Laban time of all.
     time = (lead.effort.time + min(time, 1.0)) / 2
     tempo = lead.effort.model_copy(update={"time": time}).tempo
     rng = None if variation is None else np.random.default_rng(variation)

@@ -124,7 +124,7 @@ def as_toml(function: MovementFunction) -> str:
 
 
 def _apart(places: Array, other: Array) -> Array:
-    """Return how far apart two sets of positions of the extremities are at most, (n,) m."""
+    """For each moment, return how far the farthest extremity is from its other position, (n,) m."""
     return np.asarray(np.linalg.norm(places - other, axis=-1).max(axis=-1))
 
 

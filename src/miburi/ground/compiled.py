@@ -33,7 +33,7 @@ _OPTIONS: dict[str, Any] = {
     "error_model": "numpy",
     "fastmath": {"contract", "nsz", "arcp"},
 }
-#: The folders that hold compiled functions, relative to the package's root.
+#: The folders of the modules with ``@compiled`` functions, relative to the package's root.
 FOLDERS = ("calibration", "ik", "servos")
 
 

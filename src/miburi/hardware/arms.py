@@ -99,7 +99,7 @@ def _holder(robot: Robot, side: str, joint: str, fit: float) -> Manifold:
 
 
 def _fork(reach: float) -> Manifold:
-    """Return the fork's two side plates, one on either side of the x axis, pointing outwards."""
+    """Return the fork's two side plates, which cross the x axis at both ends and point outwards."""
     s = dimensions().servo
     middle = (s.horn_face + s.idler_face) / 2
     frame: Array = np.array([[0.0, 1.0, 0.0, -middle], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0]])

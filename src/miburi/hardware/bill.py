@@ -128,8 +128,7 @@ def bill(
 ) -> Iterator[BillRow]:
     """Yield what to buy, then what to print.
 
-    ``program`` is the slicer's path. Slicing takes a few seconds per part. Without it, grams are
-    estimated without supports.
+    ``program`` is the slicer's path; it takes a few seconds per part.
     """
     counts = screw_counts(robot)
     for item in _items():

@@ -139,7 +139,8 @@ def printed_parts(robot: Robot, fit: float = FIT, *, engraved: bool = True) -> l
     Raises
     ------
     InputError
-        ``fit`` is out of range, or lengths are too short; the message says which, and by how much.
+        ``fit`` is out of range, or the lengths do not allow the parts; the message says which do
+        not.
     """
     check_fit(fit)
     if lines := misfits(robot):

@@ -1,8 +1,8 @@
 """Check that a robot can be built from its parts, before anybody prints one.
 
 It takes a robot's description and the poses of its gestures, and returns findings, each with a
-measured figure. The checks of screws and gaps compare sizes that are the same for every robot,
-cables are assumed to lie as in the pictures, and no check replaces a test print.
+measured figure. The checks of screws and of the arms' gaps compare sizes that are the same for
+every robot, cables are assumed to lie as in the pictures, and no check replaces a test print.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -34,7 +34,8 @@ from miburi.robot.shape import links
 
 __all__ = ["Finding", "check"]
 
-#: A push, N: the 95th percentile of the contact force, averaged over 0.1 s, in the contact trials.
+#: A push, N: in the contact trials, the 95th percentile of each contact's largest mean force over
+#: 0.1 s.
 _PUSH = 2.4
 #: Shares of the servo's stall torque that a joint may need at rest and in motion.
 _STANDING, _MOVING = 1 / 3, 1 / 2
@@ -245,8 +246,8 @@ def _loads(
     high = 1000 * (robot.shape.pedestal_height + robot.lengths.L01 + arm_reach(robot))
     push = balance.push_that_tips(robot, table, high)
     words = (
-        f"a horizontal push of {push:.1f} N on a raised hand tips the robot; contacts are expected "
-        f"to push with at most {_PUSH} N"
+        f"a horizontal push of {push:.1f} N on a raised hand tips the robot; 95 % of contacts "
+        f"push with at most {_PUSH} N"
     )
     # The robot can be built all the same, so this is not a defect.
     yield Finding("push", True, words + ("" if push > _PUSH else ": screw the foot to the table"))
@@ -262,7 +263,9 @@ def _screws() -> Finding:
     }
     words = ", ".join(f"{name} {grip:.1f} mm" for name, grip in grips.items())
     ok = min(grips.values()) >= _GRIP and grips["horn (M2x6)"] <= s.horn_depth + 1e-9
-    return Finding("screws", ok, f"grip {words}; screws go at most {s.horn_depth} mm into a horn")
+    return Finding(
+        "screws", ok, f"grip {words}; a screw may go at most {s.horn_depth} mm into a horn"
+    )
 
 
 def _drivers(robot: Robot, things: Iterable[Solid]) -> Finding:
@@ -305,7 +308,7 @@ def _cables(robot: Robot, motions: Mapping[str, Array]) -> Finding:
     worst = max(longest, key=lambda joint: longest[joint])
     return Finding(
         "cables", longest[worst] <= _CABLE,
-        f"the longest cable, to the {worst.replace('_', ' ')}, routed as in the pictures: "
-        f"{longest[worst]:.0f} mm; the cable is {_CABLE:.0f} mm long"
+        f"the longest route, to the {worst.replace('_', ' ')}, needs {longest[worst]:.0f} mm; "
+        f"the servo's cable has {_CABLE:.0f} mm"
         + ("" if longest[worst] <= _CABLE else "; make a longer one"),
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Read the dimensions around which parts are printed: servo, walls, screws, Arduino card.
+"""Read the dimensions that the parts are designed around: servo, walls, screws, Arduino.
 
 Read ``dimensions.toml`` into one immutable :class:`Dimensions`. Lengths are in mm, as in slicers
 and drawings, here and in the whole package.

@@ -1,8 +1,8 @@
-"""Engrave each part with its servo's symbol and number, so that parts are not mixed up.
+"""Engrave parts with their servo's symbol and number, so that they are not mixed up.
 
 The symbols are those in the robot's file (W, RS, ... H); the numbers are the ids that ``miburi card
-calibrate --ids`` assigns. If a fork or plate covers the servo's horn, a slot shows the horn's notch
-at the middle position (2048 of 4096 steps).
+calibrate --ids`` assigns. If a fork or plate covers the servo's horn, a slot shows the horn's
+single notch when the servo reads 2048 (of 4096 steps).
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""The gauge, a test print: the servo's pocket with three clearances, and holes for screws.
+"""The gauge, a test print: the servo's pocket in three fits, and screw holes in seven sizes.
 
 Print it first, with the printer, filament and settings that the parts will use. The pocket that a
 servo slides into without force, but does not fall out of, gives the ``--fit`` for all parts.
@@ -19,8 +19,8 @@ FITS = (0.15, 0.25, 0.35)
 #: Diameters of the holes, mm: those in which a 2 mm screw cuts its thread, and those that it passes
 #: through.
 HOLES = (1.5, 1.6, 1.7, 1.8, 2.2, 2.4, 2.6)
-#: Distance from one pocket to the next, mm, and the orientation of a servo: horn up, as when an arm
-#: is printed.
+#: Distance from one pocket to the next, mm, and the orientation of a servo's frame: horn up, as in
+#: the neck when it is printed.
 PITCH = 28.8
 TURNED = np.array([[1.0, 0, 0, 0], [0, 0, -1.0, 0], [0, 1.0, 0, 0]])
 

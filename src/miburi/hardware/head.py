@@ -117,7 +117,7 @@ def cradle(robot: Robot) -> Manifold:
     """Return the part that nods: fork, plate behind the phone's lower third, shelf, fixed jaw."""
     c, holes = clamp(robot), dimensions().screws
     face = c.plate + _PLATE
-    # The free edge of the plate; with the narrowest phone, the jaw slides past it.
+    # Half the width of the narrowest phone; the plate ends short of the jaw's cheek there.
     narrow = c.half - _TRAVEL
     lip = c.front + _FOAM
     grip = c.low + 50.0
@@ -171,7 +171,7 @@ def jaw(robot: Robot) -> Manifold:
 
 
 def jaw_rows(robot: Robot) -> list[tuple[float, float]]:
-    """Return the positions of the jaw's two screws above the cheeks, y and z of the phone."""
+    """Return y and z, in the clamp's frame, of the jaw's two screws, above the fork's cheeks."""
     c = clamp(robot)
     return [(_TRAVEL - c.half + 12.0, c.low + height) for height in (33.0, 43.0)]
 

@@ -1,8 +1,8 @@
 """Find collisions between parts of a built robot: over each joint's range, and in every gesture.
 
-It takes a robot, its solids and poses, and returns pairs of parts that collide. Shapes are the real
-ones: parts, servos, phone. Overlaps of up to 0.5 mm³ do not count, because two touching faces give
-less than that.
+It takes a robot, its solids and poses, and yields the parts, links or joints that collide. Shapes
+are the real ones: parts, servos, phone. Overlaps of up to 0.5 mm³ do not count, because two
+touching faces give less than that.
 """
 
 from collections.abc import Iterable, Iterator

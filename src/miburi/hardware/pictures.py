@@ -109,7 +109,7 @@ STEPS: tuple[BuildStep, ...] = (
     BuildStep(
         "Servo 1 into the column, from below", (("waist servo", (0, 0, -50.0)),), ("column",),
         (("waist case", ""),),
-        "Plug in its cable first. Screws from above, countersunk. Short end at the peg.",
+        "First its cable. Screws from above, heads below the surface. Short end at the peg.",
         (120.0, -12.0), cables=(("waist", 0, 3),),
     ),
     BuildStep(
@@ -127,7 +127,7 @@ STEPS: tuple[BuildStep, ...] = (
     BuildStep(
         "Lid onto the foot", tuple((name, _UP) for name in ("lid", "column", "waist servo")),
         ("foot", "card", "buffer_board", "ballast"), (("lid", "lid"),),
-        "First connect servo 1 and the hub's wires to the board. FRONT opposite the square hole.",
+        "First servo 1 and the hub's wires to the buffer board. FRONT opposite the square hole.",
         (150.0, -20.0), cables=(("waist", 0, 5), ("feed", 0, 4)),
     ),
     BuildStep(
@@ -149,25 +149,25 @@ STEPS: tuple[BuildStep, ...] = (
     BuildStep(
         "Servo 8 into the neck, long end down", (("head servo", _OUT),), ("neck",),
         (("head case", ""),),
-        "First its cable, out at the right. Horn left, screws from the right; mark H 8 behind.",
+        "First its cable, out at the right. Horn left, screws from the right; H 8 at the back.",
         (290.0, -15.0), cables=(("head", 0, 5),),
     ),
     BuildStep(
         "Neck onto the torso", tuple((name, _UP) for name in _HEAD),
         ("torso", "hub_board", *_SHOULDERS), (("neck", "neck"),),
-        "From above, mark H 8 at the back. The cable enters on the right, down through the roof.",
+        "Screws from above. H 8 at the back. Its cable enters at the right, down through the roof.",
         (130.0, -15.0), cables=(("head", 0, 7),),
     ),
     BuildStep(
         "Left yoke onto the horn of servo 5", (("left_yoke", _OUT),), _TRUNK,
         (("left_shoulder horn", "left_yoke"),),
-        "Screws through the holes in its side. Mark LE 6 at the back; notch in the upper slot.",
+        "Screws through the holes in its side. LE 6 at the back, slot up: the notch is in it.",
         (130.0, -20.0), 70.0, _FORWARDS, (("left_elbow", 2, 5),),
     ),
     BuildStep(
-        "Turn the yoke until mark LE 6 is up; servo 6 into it", (("left_elbow servo", _AHEAD),),
+        "Turn the yoke until LE 6 is up; servo 6 into it", (("left_elbow servo", _AHEAD),),
         ("left_yoke",), (("left_elbow case", ""),),
-        "First servo 5's free cable and a new one. From behind, horn forwards, long end up.",
+        "First servo 5's free cable and a new one. Horn forwards, long end up. Screws from behind.",
         (50.0, -25.0), cables=(("left_elbow", 4, 8), ("left_fingertip", 0, 3)),
     ),
     BuildStep(
@@ -179,7 +179,7 @@ STEPS: tuple[BuildStep, ...] = (
     BuildStep(
         "Idlers onto the rear cheeks, from inside; shown: the cradle", (("idler", (0, 10.0, 0)),),
         ("cradle",), (("head idler", ""),),
-        "Five times, onto the cheek without a slot. The servo set's: upper arms and forearms.",
+        "Five times, onto the cheek without a slot. The idler set's on upper arms and forearms.",
         (300.0, -15.0),
     ),
     BuildStep(

@@ -107,7 +107,7 @@ def mounts(robot: Robot) -> list[Mount]:
             ),
         ]  # fmt: skip
     down = (-sin(HEAD_LEAN), 0.0, -cos(HEAD_LEAN))
-    # At this angle the horn's holes line up with the fork, and the notch shows beside it.
+    # At this angle the horn's holes lie along the fork, and the notch is at right angles to it.
     centred = robot.shape.phone_level - HEAD_LEAN
     frame = _frame((0, 1, 0), down, (0, -middle, head))
     return [*table, Mount("head", "torso", frame, True, centred)]

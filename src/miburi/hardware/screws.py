@@ -38,7 +38,7 @@ _KINDS = {
     "M2.6x8": (1.3, 8.0, 2.6, 1.5),
     "M3x6": (1.5, 6.0, 2.75, 1.9),
 }
-#: Plastic left under a countersunk head, mm.
+#: Plastic left under a recessed screw head, mm.
 _UNDER = 1.3
 
 

@@ -170,7 +170,7 @@ def plugs(length: float) -> Manifold:
 
 
 def pocket(fit: float) -> Manifold:
-    """Return the cavity in a holder for a case, which enters from the horn's side, and plugs."""
+    """Return the cavity for a case, slid in from the horn's side, and for its plugs."""
     s = dimensions().servo
     open_end = box(
         (-s.half_width - fit, s.half_width + fit), (s.front, s.front + 20),

@@ -46,7 +46,7 @@ def shapes(robot: Robot) -> dict[tuple[str, str], "Manifold"]:
 
 @lru_cache(maxsize=2)
 def shapes_if_it_can_be_built(robot: Robot) -> dict[tuple[str, str], "Manifold"]:
-    """Return :func:`shapes`, or {} without the extra or if the robot is too small for the parts."""
+    """Return :func:`shapes`, or {} without the extra or if the robot cannot be built."""
     try:
         return shapes(robot)
     except MiburiError:

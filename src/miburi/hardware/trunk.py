@@ -51,7 +51,8 @@ _DRIVER = 9.5
 #: How far the heads of the chest's screws lie in front of the chest's edge, mm: the tips must stop
 #: short of the servos.
 CHEST_SEAT = 5.5
-#: The power wires pass the waist at this radius, through a slot of twice this width.
+#: Radius at which the hub's wires (power, DATA) pass the waist, and half the width of their slot,
+#: mm.
 _CABLE_CIRCLE, _CABLE = 14.9, 2.6
 #: Radius at which the waist's stops stand, and their radius.
 _STOP_CIRCLE, _STOP_RADIUS = 22.0, 2.2
@@ -228,7 +229,7 @@ def column(robot: Robot, fit: float) -> Manifold:
 
 
 def _outline(radius: float, low: float, high: float, flat: float) -> Manifold:
-    """Return a circular outline with a flat on each side."""
+    """Return a round column with a flat on each side."""
     column = disc("z", (0, 0), (low, high), radius)
     return column ^ box((-radius, radius), (-flat, flat), (low - 1, high + 1))
 
@@ -362,7 +363,7 @@ def chest(robot: Robot, fit: float) -> Manifold:
 
 
 def _cable_arc(robot: Robot) -> Manifold:
-    """Return the opening in the torso's floor in which the power wires move as the waist turns."""
+    """Return the opening in the torso's floor in which the hub's wires move as the waist turns."""
     low, high = range_of(robot, "waist")
     beyond = (dimensions().wall.stop + 12.0) * pi / 180
     hole = CrossSection.circle(_CABLE + 0.3, 32).translate((_CABLE_CIRCLE, 0))

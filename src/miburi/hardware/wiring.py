@@ -125,7 +125,7 @@ def _arm_cables(robot: Robot, side: str, sign: float, hub: Point) -> dict[str, l
     def at(thing: str, link: str, x: float, y: float, z: float) -> Point:
         return thing, link, (x, sign * y, z)
 
-    # Right and left servos are mirrored, so their two sockets change sides.
+    # The arms are mirror images, but servos are not, so their two sockets change sides.
     front, front_free = _socket(robot, shoulder, -sign)
     back, back_free = _socket(robot, shoulder, sign)
     inner, inner_free = _socket(robot, elbow, sign)

@@ -20,7 +20,7 @@ class Pages:
     listeners
         The addresses at which programs and devices find it.
     reach
-        The rules and keys for access from other devices.
+        The addresses, keys and local authority by which other devices connect.
     doors
         The doors (other protocols) that are open besides HTTP.
     folder

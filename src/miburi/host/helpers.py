@@ -56,7 +56,7 @@ class Helpers:
 
 
 def start_helpers(pages: Pages) -> Helpers:
-    """Start the server and, where sockets can be handed over, a process that accepts them."""
+    """Start the server and, where sockets can be passed on, the reception."""
     ours, theirs = lanes()
     if not CAN_PASS:
         server = _spawn(serve_pages, pages, theirs)

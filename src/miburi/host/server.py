@@ -43,7 +43,7 @@ from miburi.talk.endpoint import Endpoint
 
 __all__ = ["GREETING", "Launch", "own_folder", "serve"]
 
-#: The strength of the partner's happiness when it is started and meets people (our number).
+#: The stimulus at each start: the partner is glad to be awake (our number).
 GREETING = Stimulus("happiness", 0.8)
 
 
@@ -98,7 +98,7 @@ class Launch:
 
 
 def own_folder() -> Path:
-    """Return Miburi's folder within XDG_STATE_HOME."""
+    """Return Miburi's folder within XDG_STATE_HOME, by default ~/.local/state."""
     base = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
     return Path(base) / "miburi"
 
@@ -332,9 +332,8 @@ def _announce(url: str, reach: Reach, talk: Endpoint | None, headless: bool) -> 
         )
     if safe:
         print(
-            "The phone warns once, because it does not trust this partner's certificate yet: "
-            "continue, or "
-            f"install the authority; {url}/pair says how.\nIts SHA-256 is {reach.fingerprint}"
+            "The phone warns once, because it does not trust this home's authority yet: continue, "
+            f"or install the authority; {url}/pair says how.\nIts SHA-256 is {reach.fingerprint}"
         )
     sys.stdout.flush()
     if headless:

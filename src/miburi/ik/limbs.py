@@ -2,9 +2,9 @@
 
 It takes a body, a work record with its target, and a waist angle, and returns the best pose at that
 angle with the value of Eq. 13, the paper's objective. What remains is a search over one angle,
-which finds the best pose even for a target out of reach. This method is ours, not the paper's. No
-other part of the solver knows anything about the body but its forward kinematics. Importing this
-module loads Numba.
+which finds the best pose even for a target out of reach. This method is ours, not the paper's. The
+other parts of the solver know little more about the body than how to evaluate a pose. Importing
+this module loads Numba.
 """
 
 from math import acos, atan2, cos, pi, sin, sqrt
@@ -51,7 +51,7 @@ def _wrapped(angle: float) -> float:
 
 @compiled
 def place_body(body: Body, work: Work, waist: float) -> tuple[float, float]:
-    """Write the best pose for this waist to ``new``; return the objective and its derivative.
+    """Write the best pose for this waist to ``new``; return Eq. 13 and its slope in that angle.
 
     The other joints are optimal, so their motion adds nothing to the derivative.
     """

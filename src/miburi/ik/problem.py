@@ -1,8 +1,8 @@
 """The records that compiled code reads and writes: a body, and the state of one search.
 
 Both are structured arrays with one row. Passing an array to Numba costs little. With the body as a
-NamedTuple, a call takes 2 µs more, which is longer than the rest of a solution. Numba does not
-count references to a record's fields.
+NamedTuple, a call takes 2 µs more, while a whole solution takes 2.6 µs. Numba does not count
+references to a record's fields.
 """
 
 from typing import Any, TypeAlias
@@ -16,7 +16,7 @@ from miburi.robot.geometry import arm_reach
 
 __all__ = ["BODY", "FARTHEST", "REACHED", "TOLERANCE", "WORK", "Body", "Work", "pack"]
 
-#: The largest coordinate of a target, m; larger squares would overflow.
+#: The largest coordinate of a target, m: far below those whose squares overflow.
 FARTHEST = 1e9
 #: A target whose residual is below this share of the arm's reach counts as reached: 0.07 mm for the
 #: iPhonoid.

@@ -19,7 +19,7 @@ __all__ = ["Waist", "search_waist"]
 #: Width of the finest cells of the waist, rad, and how many of them make up one of the coarsest
 #: cells.
 _CELL, _HALVES = 0.01, 32
-#: Precision to which a minimum is located, rad.
+#: The search for a minimum ends at the latest when its cell is this narrow, rad.
 _FINE = 1e-9
 
 
@@ -37,8 +37,8 @@ def search_waist(body: Body, work: Work) -> None:
 
     For a target in reach, the head alone determines the waist. Otherwise the waist's range is cut
     into cells, and these are halved down to ``_CELL``, except where a cell cannot hold anything
-    below the best value known. A cell holds a minimum if the objective (Eq. 13) decreases into the
-    cell from its lower end. Each of the finest cells that holds a valley is then searched.
+    below the best value known. A cell holds a minimum if Eq. 13 falls inwards from the end with the
+    lower value. Each of the finest cells that holds a minimum is then searched.
     """
     low, high = body.lower[0], body.upper[0]
     bearing = atan2(work.target[7], work.target[6])
@@ -113,13 +113,13 @@ def _promises(left: Array, right: Array, fastest: float, work: Work) -> bool:
 
 @compiled
 def _falls_inwards(left: Array, right: Array) -> bool:
-    """Whether Eq. 13 falls inwards from the end with the lower value, so there is a valley."""
+    """Whether Eq. 13 falls inwards from the end with the lower value, so there is a minimum."""
     return bool(left[2] < 0.0 if left[1] < right[1] else right[2] > 0.0)
 
 
 @compiled
 def _search_cell(body: Body, work: Work, left: Waist, right: Waist) -> None:
-    """Find the floor of the valley in a cell, and of a second valley if there is one.
+    """Find the minimum in a cell, and a second one if there is one.
 
     If the objective does not rise towards the end halfway from the minimum to it, there is a second
     minimum.
@@ -135,11 +135,11 @@ def _search_cell(body: Body, work: Work, left: Waist, right: Waist) -> None:
 
 @compiled
 def _descend(body: Body, work: Work, left: Waist, right: Waist) -> float:
-    """Find the floor of a valley, where the slope is 0; return the waist's angle there.
+    """Find a minimum, where the slope is 0; return the waist's angle there.
 
     The next point is that of regula falsi (Illinois) while Eq. 13 falls at the left end and rises
     at the right; otherwise, and every third time, it is the middle of the cell. Where a cell holds
-    two valleys, the side with the lower end is kept. The search stops once the possible gain, at
+    two minima, the side with the lower end is kept. The search stops once the possible gain, at
     most slope times width, is under 1 % of the smallest gain that matters.
     """
     falls, rises = left.slope, right.slope

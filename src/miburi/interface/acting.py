@@ -63,7 +63,7 @@ def look_of(partner: LivePartner, wish: LookIn) -> list[KeyPose]:
 
 
 def poses_of(partner: LivePartner, wish: PosesIn) -> list[KeyPose]:
-    """Return a request's key poses after checking that the robot can reach them: a slow check.
+    """Return a request's key poses after checking that the robot can perform them, which is slow.
 
     Raises
     ------

@@ -97,7 +97,7 @@ _TAGS = {
     "people": "The people it knows, and when it may speak unasked.",
 }
 _PLAIN = Care()
-#: Limits for what one address notices: per second, and in a burst (our numbers).
+#: Limits for touches, sounds, faces and turns from one address: per second, and in a burst (ours).
 NOTICED_RATE, NOTICED_BURST = 5.0, 10.0
 #: Refusals that any request but Stop may get.
 _OFTEN: Refusals = {429: {"model": Refusal, "description": "Too many requests."}}
@@ -241,7 +241,7 @@ def _looking(router: APIRouter, runner: LivePartner) -> None:
 
     @router.get("/motors")
     async def motors() -> MotorsOut:
-        """Return motors' temperatures and voltage, and the thresholds (guards) from calibration."""
+        """Return the motors' temperatures and voltages, and the contact rule's tolerances."""
         return runner.motors
 
     @router.get("/bodies")
@@ -269,7 +269,7 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
 
     @router.post("/say", responses=REFUSED)
     async def say(wish: SayIn, by: _Asker = "person") -> SayOut:
-        """Say something to the partner, which is moved by the words' feeling, and answers.
+        """Say something to the partner, which takes on the words' feeling, and answers.
 
         It obeys orders, too: "stop" stops all motors; "wave" and "lift your arms" are carried out.
         """
@@ -395,6 +395,6 @@ def _since_contact(runner: LivePartner) -> float | None:
 
 
 def move_hand(wish: HandIn) -> MoveHand:
-    """Check a WebSocket message about the hand and return it as a request."""
+    """Return the request in a message about the hand, from HTTP or the WebSocket."""
     position = None if wish.position is None else np.array(wish.position)
     return MoveHand(position, np.array(wish.along))

@@ -1,8 +1,8 @@
 """Report events: as a list after a cursor, or as a stream of server-sent events.
 
 Both report the same events under the same names, even those from before the partner's last start.
-The reader's cursor tells a stream what the reader has missed, so no event is lost if the connection
-drops.
+The reader's cursor tells a stream what the reader has missed, so a reader continues after a break;
+a ``gap`` stands for events that are no longer kept.
 """
 
 import asyncio
@@ -47,7 +47,12 @@ def add_events(router: APIRouter, partner: LivePartner) -> None:
         "/log",
         operation_id="log",
         response_model=list[LiveEvent],
-        responses={400: {"model": Refusal, "description": "The cursor matches no event."}},
+        responses={
+            400: {
+                "model": Refusal,
+                "description": "The cursor is not of the form `BOOT:NUMBER` or `NUMBER`.",
+            }
+        },
     )
     async def log(after: AfterCursor = None) -> list[LiveEvent]:
         """Return the events after a given event, oldest first; if none is given, the latest events.
@@ -67,7 +72,8 @@ def add_events(router: APIRouter, partner: LivePartner) -> None:
             200: {"content": {"text/event-stream": {"example": _EXAMPLE}}},
             400: {
                 "model": Refusal,
-                "description": "There is no such kind, or the cursor names no event.",
+                "description": "There is no such kind, or the cursor is not of the form "
+                "`BOOT:NUMBER` or `NUMBER`.",
             },
             503: {"model": Refusal, "description": "Too many streams are open."},
         },
@@ -86,7 +92,7 @@ def add_events(router: APIRouter, partner: LivePartner) -> None:
     ) -> StreamingResponse:
         """Send events as they happen (server-sent events), each with its `id` and JSON `data`.
 
-        The stream begins after the event given in `after`, or else with the next event.
+        The stream begins after the event in `Last-Event-ID` or `after`, or else with the next one.
         """
         known = last_event_id or after
         cursor = _now(partner) if known is None else Cursor.of(known)

@@ -28,7 +28,10 @@ __all__ = [
 ]
 
 _REFUSED: Refusals = {
-    400: {"model": Refusal, "description": "Nobody has that name, or the name is not allowed."},
+    400: {
+        "model": Refusal,
+        "description": "There is no such person or fact, or the value is not allowed.",
+    },
     507: {"model": Refusal, "description": "The disk is full, or cannot be written to."},
 }
 _Name = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=40)]
@@ -61,7 +64,7 @@ class PeopleOut(BaseModel):
     """Everything that is known about people."""
 
     allowed: bool = Field(
-        description="Whether facts about people are kept on the partner's own disk."
+        description="Whether what is known about people is kept on the partner's own disk."
     )
     present: str | None = Field(description="Who is present, if anybody has said so.")
     people: list[PersonOut] = Field(description="Everybody whom it knows.")

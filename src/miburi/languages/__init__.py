@@ -66,7 +66,7 @@ _NAMED = re.compile(r"(?<=[^.!?] )(?!I\b)[A-Z]\w+")
 
 
 class _Whom(Table):
-    """Patterns for pronouns such as "she" (group ``it``) and whom they can mean (group ``own``)."""
+    """Patterns for pronouns such as "she", and for whom they mean (groups ``own`` and ``it``)."""
 
     says: str
     means: str
@@ -169,7 +169,7 @@ def is_spaced(language: Language) -> bool:
 
 
 def common_words(language: Language) -> frozenset[str]:
-    """Return a language's most common words, normalised; none if its script identifies it."""
+    """Return a language's most common words, normalised; empty if its file lists none."""
     return _rules(language).words
 
 
@@ -204,7 +204,7 @@ def tells_of_oneself(told: str, language: Language) -> bool:
 
 
 def clues_in(question: str, language: Language) -> tuple[dict[int, Clue], str]:
-    """Return the indices of a question's clues, and its remaining words, normalised.
+    """Return a question's clues by index, and its remaining words, normalised.
 
     >>> clues_in("When is my appointment?", "en")[1]
     'when is my'

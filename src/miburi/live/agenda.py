@@ -47,7 +47,7 @@ class Agenda:
         self._open: dict[str, str] = {}  # wishes that have not ended, and what they are for
         self._interrupts = False  # whether the body's next act interrupts a gesture
         self._shown: dict[str, object] = {}  # the fields of the present gesture
-        # The present time, s, and whether the body is returning to neutral.
+        # How long the body has been stopped, s, and whether it is returning to neutral.
         self._stopped, self._returns = 0.0, False
 
     def perform(

@@ -84,7 +84,7 @@ def check_port(port: str) -> None:
     if port not in {one.device for one in comports()}:
         raise InputError(
             f"{port!r} is not a serial port that this computer lists; see `miburi card list`. "
-            "Give a port that is not listed when you start the program (--serial)."
+            "Any other port must be given when the program is started (--serial)."
         )
 
 

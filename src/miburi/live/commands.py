@@ -109,7 +109,8 @@ class Commands:
     def run(self) -> None:
         """Stop the body if somebody asked for that, then run the commands that wait.
 
-        A command that fails because the body is between two states is tried again at the next call.
+        A command that fails because the stopped body is not at rest yet is tried again at the next
+        call.
         """
         with self._lock:
             stop, press, self._next_stop = self._next_stop, self._press, None

@@ -50,7 +50,7 @@ class Gaze:
             self._seen = (bearing + waist if self._rides else bearing, body.time)
 
     def turn(self, time: float) -> float:
-        """Return the direction of the face in rad, positive to the left; 0 without a face."""
+        """Return the face's direction, rad to the left of straight ahead; 0 without a face."""
         if self._seen is None or time > self._seen[1] + FORGOTTEN:
             return 0.0
         return self._seen[0]

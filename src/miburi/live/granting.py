@@ -1,7 +1,7 @@
 """How the loop of a live partner carries out each wish.
 
-Each function is called in the caller's thread, where slow work and early refusals happen. It
-returns the command that the loop runs between two steps.
+Each function is called in the thread that asks, not in the loop's; slow work and early refusals
+happen there. It returns the command that the loop runs between two steps.
 """
 
 from collections.abc import Callable

@@ -13,8 +13,8 @@ __all__ = ["FASTEST", "FEELING", "GIVES_WAY", "GuidedHand"]
 #: The hand's greatest speed, m/s (our choice): it cannot jump into the robot.
 FASTEST = 1.2
 #: Its speed while it touches the robot, m/s, and the time for which it stays slow afterwards, s
-#: (our choice). A faster hand, caught between an arm and the trunk, would go deep into the arm
-#: before it yields.
+#: (our choice). A faster hand, caught between an arm and the trunk, would be deep in the arm before
+#: the arm yields.
 FEELING, WARY = 0.3, 0.5
 #: A hand that meets more than this force, N, backs off at its greatest speed (our choice). The
 #: servos press with less force than this; a bruise needs far more.
@@ -65,8 +65,8 @@ class GuidedHand:
         force = body.touch.force
         self._wary = WARY if force > 0 else self._wary - dt
         if force > GIVES_WAY:
-            # The path that it came by was free. The way straight back from the goal may not be
-            # free: with a goal inside the robot, it could lead through the robot.
+            # The path that it came by was free. The path directly away from the goal may not be
+            # free: if the goal lies further out, that path leads into the robot.
             place = self._back(here, FASTEST * dt)
         else:
             if not (self._came and np.array_equal(here, self._came[-1])):

@@ -17,8 +17,8 @@ from miburi.safety.stop import Phase, StopReason
 
 __all__ = ["Observer"]
 
-#: The displayed force of a touch that caused no stop fades by this factor per step, within a
-#: second.
+#: The remembered peak force of a touch without a stop fades by this factor a step: within a second
+#: it is gone.
 _FADING = 0.9
 #: The angle that the eyes reach by themselves, without the head, rad (our choice).
 _ASIDE = 0.35
@@ -232,8 +232,8 @@ class Observer:
     def _ratios(self) -> list[float | None]:
         """Return the contact rule's latest ratio of each motor, at most 1; None if not evaluated.
 
-        The ratio includes the rule's slack, so it crosses the limit exactly where the rule stops
-        the body.
+        The ratio includes the rule's slack, so it crosses the limit where the rule's speed test
+        stops the body.
         """
         window = self._partner.body.window
         if window is None:

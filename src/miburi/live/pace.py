@@ -35,7 +35,7 @@ class Paced(Protocol):
 
     @property
     def settled(self) -> bool:
-        """Whether it has reached neutral, or is held where it is."""
+        """Whether it has reached neutral, or somebody's Stop keeps it where it is."""
 
 
 class Pace:

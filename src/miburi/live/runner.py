@@ -1,4 +1,4 @@
-"""The loop of a running partner, which alone reads the clock.
+"""The loop of a running partner; :mod:`miburi.live.pace` times its steps by the clock.
 
 A thread paces the partner's deterministic steps. Requests are carried out between two steps; a Stop
 goes before all of them (:mod:`miburi.live.commands`). Viewers read the latest snapshot, which is
@@ -130,7 +130,7 @@ class Runner:
 
     @property
     def reachable(self) -> bool:
-        """Whether the loop is running."""
+        """Whether the loop has not been abandoned."""
         return self.failure is None
 
     @property
@@ -183,7 +183,7 @@ class Runner:
         return newer(self._steps, serial, attrgetter("serial"))
 
     def samples_after(self, serial: int) -> list[tuple[int, Sample]]:
-        """Return the samples after a step, with steps' serial numbers; two minutes are kept."""
+        """Return the samples after a step, each with its step's serial; two minutes are kept."""
         return newer(self._samples, serial, itemgetter(0))
 
     def ask(self, wish: Wish[Granted]) -> Future[Granted]:
@@ -289,7 +289,7 @@ class Runner:
 
     @property
     def settled(self) -> bool:
-        """Whether the body is at neutral, or is held where it is."""
+        """Whether the body is back at neutral, or somebody's Stop keeps it where it is."""
         return self._inside.partner.at_rest or self._inside.partner.held
 
     def halt(self) -> None:
@@ -331,7 +331,7 @@ class Runner:
         self._snapshot = Snapshot(state)
 
     def _record(self, events: list[Event], stopped: StopOut | None, sampled: bool) -> None:
-        """Pass the step to the recording, if one is on; log recordings that ended or failed."""
+        """Pass the step to the recording, if one is on; note recordings begun, ended or deleted."""
         for kind, name, reason, detail in self.recordings.news():
             self._inside.note(kind, name=name, reason=reason, detail=detail or None)
         felt, self._inside.felt, body = self._inside.felt, [], self._inside.partner.body

@@ -28,7 +28,7 @@ class Speaker:
     def __init__(self) -> None:
         #: The latest sentence.
         self.spoken: Spoken | None = None
-        #: The latest alarm of distress, while the partner stays calm because of it.
+        #: The latest distress that was heard, while the partner stays calm because of it.
         self.distress: DistressOut | None = None
         self._calm = 0.0  # s left
         self._left: float | None = None  # s until the latest sentence has ended
@@ -42,7 +42,7 @@ class Speaker:
         return self._left is not None
 
     def attend(self, event: LiveEvent) -> None:
-        """Stay calm for a while after an alarm of distress in the log."""
+        """Stay calm for a while, because of an event of distress."""
         heard = {"kind": event.name, "words": event.text}
         numbers = {"number": event.number, "time": event.time}
         self.distress, self._calm = DistressOut.model_validate(heard | numbers), CALM

@@ -127,7 +127,7 @@ class Stage:
                 self._speaks = False
 
     def finish(self) -> str | None:
-        """If all acts have ended, end the performance and return the request that it was."""
+        """If all acts have ended, end the performance and return its request's id; else None."""
         busy = self._left or self._words or self._moves or self._speaks
         if self.current is None or busy:
             return None

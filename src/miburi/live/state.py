@@ -63,15 +63,15 @@ class StopOut(BaseModel):
     )
     ratio: float | None = Field(
         default=None,
-        description="The ratio of measured to expected travel: in the window that failed the test, "
-        "if `sign` is `speed`, and otherwise since the move began.",
+        description="The ratio of measured to expected travel: if `sign` is `speed`, in the judged "
+        "window, where the rule's limit applies; otherwise since the move began.",
     )
     moved: float | None = Field(default=None, description="The measured travel in that ratio, rad.")
     due: float | None = Field(default=None, description="The expected travel in that ratio, rad.")
     measured: float | None = Field(
         default=None,
-        description="Speed, rad/s: over that window if `sign` is `speed`, at the stop if it is "
-        "`tracking`.",
+        description="Measured speed, rad/s: in the judged window if `sign` is `speed`, at the stop "
+        "if it is `tracking`.",
     )
     expected: float | None = Field(
         default=None, description="The commanded speed at that time, rad/s."
@@ -172,9 +172,8 @@ class State(BaseModel):
     hand_speed: float = Field(description="Mean speed of both hands in the last 0.1 s, m/s.")
     extent: float = Field(description="The larger of the two hands' distances from neutral, m.")
     ratios: list[float | None] = Field(
-        description="The ratio of measured to expected travel in the latest window; null if there "
-        "is none. "
-        "A card reports only the ratio of the motor that caused the stop."
+        description="Each motor's ratio of measured to expected travel in the latest window; null "
+        "if it is not judged. A card reports only the ratio of the motor that caused the stop."
     )
     rule: RuleOut = Field(description="The contact rule in force.")
     stop: StopOut | None = Field(description="Why the body is stopped; null while it is not.")
@@ -184,7 +183,7 @@ class State(BaseModel):
     force: float | None = Field(description="Force on the human hand now, N; simulation only.")
     hand: Hand | None = Field(description="The simulated human hand; null on a card.")
     hand_out: bool = Field(
-        description="Whether the simulated hand is at the robot; otherwise it waits beside the "
+        description="Whether the simulated hand is being guided; otherwise it waits beside the "
         "table."
     )
     face: Levels = Field(description="How much of each feeling the face shows.")
@@ -283,7 +282,7 @@ class Snapshot:
         return self._json or self.state.model_dump_json()
 
     def at_least(self, serial: int, body: BodyState, held: bool, latest: int) -> "Snapshot":
-        """Return a copy with present values of what matters for safety, if the observer fails."""
+        """Return a copy with the fields updated that must be right even if the observer fails."""
         update = {
             "serial": serial,
             "time": round(body.time, 3),

@@ -107,7 +107,7 @@ class LivePartner(Protocol):
         """What has happened, across restarts."""
 
     def samples_after(self, serial: int) -> list[tuple[int, Sample]]:
-        """Return the samples after a step, with steps' serial numbers; two minutes are kept."""
+        """Return the samples after a step, each with its step's serial; two minutes are kept."""
 
     def steps_after(self, serial: int) -> list[Snapshot]:
         """Return the states after a serial, oldest first; only the last five seconds are kept."""

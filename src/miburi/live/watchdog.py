@@ -41,7 +41,7 @@ class Watchdog:
         ``lateness.stop``; ``dead`` is called only once, in a delay longer than
         ``lateness.give_up``.
     lateness
-        The least delay that counts as too late.
+        The delays beyond which ``late`` and ``dead`` are called.
     clock
         Returns the time in s.
     apart

@@ -90,7 +90,7 @@ class See(Wish[None]):
 
 @dataclass(frozen=True)
 class Attend(Wish[None]):
-    """Face somebody who is about to speak or waits for an answer; send this repeatedly."""
+    """Face somebody who is about to speak or waits for an answer; repeat it while that lasts."""
 
     turn: Turn
 
@@ -119,7 +119,7 @@ class Speak(Wish[str]):
 
 @dataclass(frozen=True)
 class KeepTime(Wish[None]):
-    """Beat with the arms during this sentence, whose sound is about to start with this rhythm."""
+    """Beat with the arms to sentence ``number``, whose sound begins soon and has this rhythm."""
 
     number: int
     rhythm: Rhythm

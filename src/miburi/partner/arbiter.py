@@ -204,7 +204,7 @@ class Arbiter:
         return None if time < self._beats_until and self._emotion.shown else left
 
     def _drop_strokes(self, time: float) -> None:
-        """Drop beats whose time has passed, or all of them while somebody is in distress."""
+        """Drop strokes that a beat begun now would reach too late; in distress, all of them."""
         soonest = np.inf if self.company.calm else time + gestures.BEAT_LEAD - _LATE
         while self._strokes and self._strokes[0] < soonest:
             self._strokes.popleft()
@@ -212,7 +212,7 @@ class Arbiter:
             self._beats_until = -np.inf
 
     def _beats(self, time: float) -> bool:
-        """Whether to begin a beat now so that it turns at the next stressed syllable."""
+        """Whether to begin a beat now so that it reaches its turning point on the next stroke."""
         return bool(self._strokes) and self._strokes[0] <= time + gestures.BEAT_LEAD
 
     def _is_new(self, felt: Expression | None) -> bool:

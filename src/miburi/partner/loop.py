@@ -37,7 +37,7 @@ from miburi.safety.stop import Phase, Stop, StopReason
 __all__ = ["LAPSES", "Partner"]
 
 #: A wish is dropped after waiting this long, s, for a stopped body: after that, a person who
-#: releases the body no longer expects it. A pause after a contact ends before a request lapses
+#: releases the body no longer expects it. The first pauses after contacts, 1 s to 4 s, are shorter
 #: (our choice).
 LAPSES = 8.0
 
@@ -139,7 +139,7 @@ class Partner:
         self._paused = False
 
     def gesticulate(self, strokes: Sequence[float]) -> None:
-        """Beat with the arms so that they turn at some of the times in ``strokes``.
+        """Accompany speech with beats of the arms that turn back at some of the ``strokes``.
 
         The first gesture of a feeling takes precedence over beats; after it, the posture shows the
         feeling. There are no beats if the partner has no ``life``, rests, or is stopped. The
@@ -166,11 +166,12 @@ class Partner:
             The feeling, and the mood. The mood is the intensity from the first key pose to the
             last. If None, the poses show no feeling, and any later request replaces them.
         poses
-            Key poses to perform instead of the feeling's own gesture, such as a blend of two.
+            Key poses to perform instead of the feeling's own gesture, such as a blend of gestures.
         wish
             A name for this wish; the events that it causes carry it.
         interrupt
-            Whether to cut the present gesture short, at a key pose or (with ``life``) at once.
+            Whether to cut the present gesture short: at its next key pose, or with ``life`` at
+            once.
 
         Raises
         ------

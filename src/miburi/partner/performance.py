@@ -66,7 +66,7 @@ class Performance:
         variation: int | None,
         turn: float = 0.0,
     ) -> "Performance":
-        """Return a performance at the present mood; see :func:`miburi.gestures.key_poses`."""
+        """Return a gesture at the mood of each move; see :func:`miburi.gestures.key_poses`."""
 
         def poses(mood: float) -> list[KeyPose]:
             return gestures.key_poses(robot, function, mood, variation=variation)

@@ -3,7 +3,7 @@
 A :class:`Recovery` is told of stops and gestures, and answers whether the body is to be released.
 
 - In all cases only after it has come to rest. Otherwise the contact rule would mistake the end of
-  the old motion, and the swinging of the arms, for a new contact.
+  the old motion, and the swinging of what the motors carry, for a new contact.
 - After a contact: by itself, after a pause. The pause doubles with each encounter until a gesture
   goes through without one.
 - Moved by a hand: the body is released automatically once it has been still for a while.
@@ -163,5 +163,5 @@ class Recovery:
         self._stop = None
 
     def forget_encounters(self) -> None:
-        """Reset the count of contacts, because a gesture was completed."""
+        """Reset the count of encounters, because a gesture was completed."""
         self._encounters = 0

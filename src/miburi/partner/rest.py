@@ -31,12 +31,12 @@ _ANEW = 2.0
 #: How long a turn to a face takes, s, and the angle up to which it is not worth making, rad (our
 #: choice).
 _TURNING, _FACED = 1.4, 0.02
-#: Moods scale the depth and speed of acts by at most exp(±this) (our choice).
+#: Together, moods make acts deeper and quicker by at most exp(this) (our choice).
 _LIVELIEST = 0.3
 #: Ranges of the factors by which the size and tempo of an act vary (our choice).
 _SIZES, _TEMPOS = (0.8, 1.2), (0.85, 1.1)
-#: Sizes of the smallest and the largest beat, the range of the other hand's size relative to it,
-#: and the share of stressed syllables that get a beat, since people do not beat to all (all our
+#: Sizes of the smallest and the largest beat, the values that the other hand's share of it may
+#: take, and the share of strokes that get a beat, since nobody beats to all of them (all our
 #: choice).
 _BEATS, _OTHERS, _TRIED = (0.5, 1.5), (0.0, 0.5, 0.9), 0.8
 #: The only act while somebody is in distress or talks with the partner.
@@ -202,7 +202,7 @@ class Rest:
     def _avert(
         self, time: float, feelings: FeelingModel, attends: Attention | None
     ) -> Performance | None:
-        """Return a glance away from the person, if one is due at ``time`` s."""
+        """Return a look aside from the person it attends to, if one is due at ``time`` s."""
         aversion = None if attends is None else _shipped().aversion.get(attends)
         if attends != self._attends:
             self._attends, self._averts = attends, float("inf")

@@ -42,7 +42,7 @@ MOST_PEOPLE, MOST_FACTS = 50, 500
 #: passing, and if the answer must be sure (our choice).
 _SURER, _SUREST = 0.6, 0.7
 #: The share of a correction's weight that a fact must match to be corrected by it, and how long a
-#: correction may refer to the latest fact (both our choice).
+#: correction may refer to the fact that it was last asked to keep (both our choice).
 _SAME, _JUST = 0.25, timedelta(minutes=1)
 #: How many of the latest facts are told to somebody who asks for all of them (our choice).
 _LATEST = 3
@@ -108,7 +108,7 @@ class Memory:
         return Attachment(self._temperament, person.attachment).leaning
 
     def allow(self, allowed: bool) -> None:
-        """Start keeping facts about people on the disk, or delete them all."""
+        """Keep people on the disk from now on, or delete all people and what they told."""
         self.allowed = allowed and self._path is not None
         if allowed:
             self._write()
@@ -162,7 +162,7 @@ class Memory:
         *,
         more: bool = False,
     ) -> None:
-        """Keep a remark during the conversation, preceded by the name that "he" or "she" means."""
+        """Keep a remark for this conversation; before its statement, whom "he" means, if known."""
         if told:
             first, about = told[0], self._remarks.about if more else None
             named = self.with_whom(first, language)
@@ -184,7 +184,7 @@ class Memory:
         return self._remarks.last_told(self._clock())
 
     def forget_noted(self) -> None:
-        """Forget the recent remarks."""
+        """Forget all remarks of this conversation."""
         self._remarks.clear()
         self.deleted += 1
 
@@ -229,7 +229,7 @@ class Memory:
         return fact
 
     def recall(self, question: str, language: Language, *, surely: bool = False) -> str | None:
-        """Return the fact by the person present that answers a question, ``surely`` or perhaps."""
+        """Return what the person present has told that answers a question, ``surely`` or not."""
         facts = [fact for fact in self._facts_now() if fact.language == language]
         if facts and asks_for_everything(question, language):
             return _together(_most_telling(facts, language), language)
@@ -292,7 +292,7 @@ class Memory:
     def due(
         self, now: datetime, but: Set[tuple[str, int]] = frozenset()
     ) -> tuple[Acquaintance, Fact] | None:
-        """Return the person present, and a fact whose day is today and that is not in ``but``."""
+        """Return the person present, and a fact due by now, today, that is not in ``but``."""
         person = self.present
         for fact in [] if person is None else person.facts:
             today = fact.due is not None and fact.due.date() == now.date() and fact.due <= now
@@ -349,7 +349,7 @@ class Memory:
 
 
 def _most_telling(facts: list[Fact], language: Language) -> list[str]:
-    """Return the latest facts in the order of telling, preferring those to be remembered."""
+    """Return the latest facts in the order of telling, preferring those asked to be kept."""
     ranked = sorted(facts, key=lambda fact: (fact.asked, tells_of_oneself(fact.text, language)))
     return [fact.text for fact in sorted(ranked[-_LATEST:], key=lambda fact: fact.number)]
 

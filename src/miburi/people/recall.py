@@ -1,10 +1,11 @@
 """Recall: find which of the things that somebody told the partner answers a question.
 
-The fact with the most rare words in common with the question is the answer; there may be no answer.
-An answer must mention the subject of the question, such as "my dog". Words are compared by their
-beginnings, and forms such as "comes" and "coming" count as one word. Text in a language without
-spaces is compared by pairs of characters. For some questions a clue counts as a shared word: "I was
-a cook for ten years" answers "What was my job?"
+The fact that shares most of the question's rare words is the answer; there may be no answer. An
+answer must mention the subject of the question, such as "my dog". Words are compared by their
+beginnings, and words that mean the same, such as "comes" and "coming" or "tablets" and "pills",
+count as one. Text in a language without spaces is compared by pairs of characters. Text in a
+language without spaces is compared by pairs of characters. For some questions a clue counts as a
+shared word: "I was a cook for ten years" answers "What was my job?"
 """
 
 import re
@@ -97,7 +98,7 @@ def recall(
 
 
 def ways_to_ask(question: str, earlier: Iterable[str], language: Language) -> Iterator[str]:
-    """Yield a question, it with the person instead of the pronoun, its sentences, its last clause.
+    """Yield a question, the same plus the person it means, the questions in it, its last clause.
 
     ``earlier`` has what was said before it, the newest first.
     """

@@ -1,4 +1,4 @@
-"""What was said in the present conversation; it is kept in memory alone."""
+"""What was said in the present conversation; it is never written to a disk."""
 
 import re
 from collections import deque
@@ -47,7 +47,7 @@ class Remarks:
         return (said for when, said, _ in reversed(few) if when >= now - _MEANT)
 
     def latest_told(self, now: datetime) -> Iterator[str]:
-        """Yield the statements in the latest few remarks, newest first, until a remark without any.
+        """Yield what the latest remarks state, newest first, back to an empty remark.
 
         Remarks that only ask something are left out.
         """
@@ -70,7 +70,7 @@ class Remarks:
         return next(reversed([*told]), None)
 
     def told(self, now: datetime) -> list[str]:
-        """Return what they said: short remarks whole, and the statements of long ones."""
+        """Return the statements: those of a short remark as one, of a long one each by itself."""
         said = []
         for when, _, told in self._all:
             whole = " ".join(told)

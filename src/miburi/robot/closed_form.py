@@ -34,11 +34,12 @@ def inverse(robot: Robot, target: ArrayLike, tolerance: float = 1e-6) -> Array:
     tolerance
         Largest distance of an extremity from its target, in m.
 
-    Returns ------- (k, 8) rad, k from 0 (out of reach) to 32. The paper expects a single solution.
-    Yet with a fingertip angle below 0.174 rad the arm with the mirrored elbow is inside the limits
-    too, and if the head can tilt by more than a quarter of a turn, so is the pose with the waist
-    turned by π. If a hand lies on the shoulder axis, any shoulder angle solves it; the neutral one
-    is returned.
+    Returns
+    -------
+    (k, 8) rad, k from 0 (out of reach) to 32. The paper expects a single solution. Yet with a
+    fingertip angle below 0.174 rad the arm with the mirrored elbow is inside the limits too, and if
+    the head can tilt by more than a quarter of a turn, so is the pose with the waist turned by π.
+    If a hand lies on the shoulder axis, any shoulder angle solves it; the neutral one is returned.
 
     Raises
     ------

@@ -108,7 +108,7 @@ def _servo(value: object, info: ValidationInfo) -> object:
 
 
 class ServoTable(Table):
-    """The servo of every joint, and the limits in this robot: rad/s, rad/s², N·m at the horn."""
+    """The servo of every joint, and what is asked of it: rad/s, rad/s², N·m at the horn."""
 
     model: Annotated[Servo, BeforeValidator(_servo)]
     max_speed: Annotated[float, Field(gt=0, le=20)]

@@ -100,7 +100,7 @@ class Guards(Generic[Value]):
 
     lag: Annotated[Value, Guard("Delay behind its profile", TIME, 0, 100_000, 5_500)]
     slack: Annotated[Value, Guard("How much travel may be missing", ANGLE, 0, 40, 40, 0.006)]
-    least: Annotated[Value, Guard("With less expected travel the test waits", ANGLE, 1, 100, 16)]
+    least: Annotated[Value, Guard("Expected travel below which the test waits", ANGLE, 1, 100, 16)]
     behind: Annotated[
         Value, Guard("How far a motor may lag behind its profile", ANGLE, 1, 300, 150, 0.0092)
     ]

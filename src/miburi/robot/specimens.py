@@ -2,7 +2,7 @@
 
 A description and a seed give robots whose servos and masses vary as widely as may be expected of
 such servos, new and worn. Whoever drives them knows only the description. All ranges are ours. The
-divisor of the P gain is either the manual's, or the one that was measured on real servos.
+divisor of the P gain is about that of the e-manual, or about the one that others identified.
 """
 
 from dataclasses import dataclass

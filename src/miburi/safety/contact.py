@@ -1,4 +1,4 @@
-"""The contact rule of the paper's Section 2: has the robot run into something.
+"""The paper's contact rule (Section 2): if the robot has met something, all motors stop.
 
 Then all its motors must stop.
 
@@ -32,12 +32,13 @@ of the iphonoid's right shoulder; a step is 0.088°.
 
 1. ``lag``, 5.5 ms: the delay with which the motor follows its profile.
 2. ``slack``, 10 steps: the travel that may always be missing from a window, because encoders count
-whole steps and gears have play. 3. ``least``, 8 steps: a window is judged only if at least this
-travel is expected, because one step is too coarse a measure for a slow motion. If less is expected
-until the end of the period, the window is extended: at 50 steps/s it is judged after 160 ms.
-4. ``behind``, 12 steps: the motor may never be further than this behind the delayed profile. 5.
-``ahead``, 12 steps: it may never be further than this ahead of the delayed profile. 6. ``arrival``,
-9 steps: one period after the delayed profile has ended, the motor must be this
+   whole steps and gears have play.
+3. ``least``, 8 steps: a window is judged only if at least this travel is expected, because one step
+   is too coarse a measure for a slow motion. If less is expected until the end of the period, the
+   window is extended: at 50 steps/s it is judged after 160 ms.
+4. ``behind``, 12 steps: the motor may never be further than this behind the delayed profile.
+5. ``ahead``, 12 steps: it may never be further than this ahead of the delayed profile.
+6. ``arrival``, 9 steps: one period after the delayed profile has ended, the motor must be this
    close to its goal.
 
 Guards 4 and 5 widen with the speed of the move. A lag varies from move to move by up to

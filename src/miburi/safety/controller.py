@@ -13,7 +13,8 @@ The controller knows no more than a card does: encoder steps and a clock. The fi
     any phase ──stop──▶ STOPPED
     STOPPED ──release──▶ RETURNING ──neutral reached──▶ IDLE
 
-A new move replaces a running one: motors keep their present speeds, and the rule keeps its state.
+A new move replaces a running one: motors start it at their present speeds, and the rule goes on
+with what it has seen.
 
 A stop latches: only a release ends it. A stop that somebody asked for holds the motors where they
 are. After a contact the body first gives way, since a motor that holds where it was blocked goes
@@ -26,12 +27,12 @@ on pressing (all figures are ours):
    pull a motor further and further.
 
 A body at rest can be led by hand. If something holds a motor away from its resting place for
-``YIELD_AFTER``, further than its ``slack`` plus its ``arrival``, the body stops with the reason
-``TOUCHED``. All motors then hold gently where they are, give way to what displaces them every
-``YIELD_AFTER``, and return slowly when the body is released. After yielding ``YIELDS`` times in a
-row, they yield no more until nothing displaces them. Without this limit, a motor that turns the
-wrong way would turn for ever. If a limb was led to a place where its weight pulls more, it sinks a
-little each time that it yields.
+``YIELD_AFTER``, by more than the larger of its ``slack`` and its ``arrival``, the body stops with
+the reason ``TOUCHED``. All motors then hold gently where they are, give way to what displaces them
+every ``YIELD_AFTER``, and return slowly when the body is released. After yielding ``YIELDS`` times
+in a row, they yield no more until nothing displaces them. Without this limit, a motor that turns
+the wrong way would turn for ever. If a limb was led to a place where its weight pulls more, it
+sinks a little each time that it yields.
 """
 
 from dataclasses import dataclass, replace

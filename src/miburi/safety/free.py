@@ -40,9 +40,9 @@ SETTLES = 200_000
 class FreeRule(Rule):
     """The paper's period and ratio, applied to the speed of the free servo.
 
-    The lag is the one with which the model fits the servo best. For the XL330, as measured, that is
-    5.5 ms. Half of it makes up for the model's time steps of 5 ms, since the model is early by half
-    a step; the rest is the servo's own delay.
+    The lag is the one with which the model fits the servo best. For the XL330, as others identified
+    it, that is 5.5 ms. Half of it makes up for the model's time steps of 5 ms, since the model is
+    early by half a step; the rest is the servo's own delay.
 
     Attributes
     ----------

@@ -1,11 +1,11 @@
 """The contact rule exactly as the paper prints it (Eqs. 1 and 2), for comparison.
 
 :class:`PrintedRule` replaces :class:`~miburi.safety.contact.Rule`. At the end of each period it
-compares, for each motor that is still moving, the measured speed with the commanded speed. With a
-lag and an acceleration a, a motor covers v (p − lag − v / 2a) in the first period p at speed v, so
-it passes only if lag + v / 2a is at most 0.0628 p, 6.28 ms. Real servos lag more, and brake as
-well, so the rule stops nearly every free move; ``docs/paper.md`` shows the share of stopped moves
-for many lags and accelerations.
+compares, for each motor that has not arrived, the measured speed with the commanded speed. With a
+lag and an acceleration a, a motor that is sent the speed v covers v (p − lag − v / 2a) in the first
+period p, so it passes only if lag + v / 2a is at most 0.0628 p, 6.28 ms. With real servos that sum
+is larger, and they brake as well, so the rule stops nearly every free move; ``docs/paper.md`` shows
+the share of free moves that pass, for many lags and accelerations.
 """
 
 import numpy as np
@@ -43,6 +43,8 @@ def is_slow_as_printed(
     ratio
         The limit in ten-thousandths.
 
+    Returns
+    -------
     (8,) bool; for a real servo it is True in the first and last period even of a free move, a false
     stop.
     """

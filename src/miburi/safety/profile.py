@@ -66,12 +66,13 @@ class Profile:
     speed, acceleration
         (n,) the cruising speed in 1/256 steps/s, and the ramps' acceleration in steps/s².
     ramp, fall, total
-        (n,) durations in µs: of the acceleration, of the time until braking ends after it, and of
+        (n,) durations in µs: until the cruising speed is reached, of the braking at the end, and of
         the whole.
     initial
         (n,) speed at the start, 1/256 steps/s along the direction; 0 from rest.
     shift
-        (n,) twice the time, µs, that a motor loses by accelerating, against starting at full speed.
+        (n,) twice the time, µs, lost against a start at cruising speed; negative for a faster
+        start.
     fastest
         (n,) the top speed that each motor reaches, 1/256 steps/s; a triangle's is at its tip.
     """

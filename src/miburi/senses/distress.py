@@ -7,9 +7,9 @@ Hand-written patterns (a language's ``distress.toml``) match the plainest phrase
 show that no distress is meant. For English and Japanese there are two models. A small linear model
 (``distress.npz``, trained by ``tools/train_distress.py`` on sentences that we and strangers wrote
 for it) weighs the patterns together with groups of words and letters. A small network
-(:mod:`miburi.senses.network`) weighs the words in their order. Both must agree. In other languages
-the patterns decide. No expert has reviewed the patterns or the models. This is neither an alarm nor
-a medical device.
+(:mod:`miburi.senses.network`) weighs the words in their order. The geometric mean of their
+likelihoods counts. In other languages the patterns decide. No expert has reviewed the patterns or
+the models. This is neither an alarm nor a medical device.
 """
 
 import re
@@ -64,12 +64,12 @@ _LATIN = re.compile(r"[A-Za-z][A-Za-z'’]*")
 _MARKS = 3
 #: Kinds of distress where somebody who says "he's fine" may be wrong.
 _MISJUDGED = frozenset({"child", "breathing", "heart", "stroke", "poison"})
-#: The words that matched, by kind, and the names of the patterns that mean no distress.
+#: The words that matched, by kind, and the names of the excuses that matched.
 _Fitting = tuple[dict[Distress, str], set[str]]
 
 
 class _Patterns(Table):
-    """One language's ``distress.toml``; ``finds`` is the likelihood above which it reports."""
+    """One language's ``distress.toml``; above the likelihood ``finds``, distress is reported."""
 
     finds: float = 0.66
     words: dict[str, str]
@@ -144,7 +144,7 @@ def _parts(said: str, language: Language) -> list[str]:
 
 
 def _marks(found: dict[Distress, str], excuses: set[str]) -> set[str]:
-    """Return the names of the features for patterns that match, of distress and of none."""
+    """Return the names of the features for kinds whose patterns match, and for excuses."""
     marks = {f"~{name}" for name in excuses}
     denied = "~" if excuses - {"idioms"} else ""
     return marks | {f"={kind}{denied}" for kind in found} | ({f"={denied}"} if found else set())
@@ -162,8 +162,8 @@ def _model(language: Language) -> Callable[[str], Heard | None] | None:
     def weigh(said: str) -> NDArray[np.float64]:
         fitting = _fitting(said, language)
         linear = likelihoods(_features(said, language, fitting))
-        # The network cannot see what makes words harmless, such as "years ago I wanted to die" or
-        # an idiom, so the linear model decides alone there.
+        # The network cannot see what makes words harmless ("years ago I wanted to die", or an idiom
+        # with nothing grave beside it), so the linear model decides alone there.
         excused = fitting[1] - ({"idioms"} if fitting[0] else set())
         return linear if network is None or excused else agreed(linear, network(said))
 
@@ -210,8 +210,8 @@ def judge_distress(text: str, usual: Language = FALLBACK) -> Heard | None:
     """Return the distress in somebody's words, and how doubtful it is.
 
     People may hint at distress ("I've been saving my tablets up"), or speak of something else in
-    similar words, and only a question can find out. Without a model for the language, the result is
-    None.
+    similar words, and only a question can find out. Without a model for the language, the patterns
+    alone decide, and there is no doubt.
     """
     heard = [one for part in _by_language(text, usual) if (one := _judge(*part)) is not None]
     return min(heard, key=lambda one: one.doubt, default=None)

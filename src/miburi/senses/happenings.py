@@ -62,7 +62,7 @@ def _check_kind(kind: str) -> str:
 
 
 class _Listed:
-    """Lists the kinds in the JSON schema, so that a client needs no list of its own."""
+    """Lists the kinds when a JSON schema is made; a client needs no file of its own."""
 
     @classmethod
     def __get_pydantic_json_schema__(

@@ -23,13 +23,17 @@ class Brought:
 
     what: Annotated[str, Field(description="The evidence, such as a word of the sentence.")]
     weight: Annotated[
-        float, Field(description="Log-odds of the feeling against no feeling, above 0.")
+        float,
+        Field(
+            description="Log-odds that it adds for the feeling against none; 0 for "
+            "words of distress."
+        ),
     ]
 
 
 @dataclass(frozen=True)
 class Impression:
-    """What a person showed: feelings, with the evidence for them.
+    """What a person showed: at most one feeling, with the evidence for it, or distress.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ __all__ = ["groups_of", "load_model", "numbered"]
 
 
 def groups_of(said: str, language: Language) -> set[str]:
-    """Return the groups of words and of letters (n-grams) in a normalised text."""
+    """Return the groups of words (n-grams, and pairs with a gap) and of letters in plain text."""
     if not is_spaced(language):
         text = f"^{said}$"
         return {f"1{text[i : i + n]}" for n in range(1, 6) for i in range(len(text) - n + 1)}

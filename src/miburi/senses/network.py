@@ -2,9 +2,9 @@
 
 A linear model knows only what it was trained on. For English, the network starts from word vectors
 that others trained (GloVe 6B, Pennington et al. 2014, public domain), so it knows that a "forearm"
-is much like a "wrist". For Japanese, it learns vectors of characters and of pairs of them. The two
-models make different mistakes, so :func:`agreed` combines them. ``tools/train_network.py`` trains
-it on the same sentences as the linear models.
+is much like a "wrist". For Japanese, it learns vectors of characters and of pairs of them. It and
+the linear model make different mistakes, so :func:`agreed` combines the two.
+``tools/train_network.py`` trains the network on the same sentences as the linear models.
 """
 
 from collections.abc import Callable
@@ -89,8 +89,8 @@ def load_network(
 def _strongest(fits: Floats, biases: list[Floats]) -> list[Floats]:
     """Return how well each filter fits where it fits best, (n,) for each width.
 
-    ``fits``, (places of the sentence, n), is the response of each filter's places, for all widths,
-    at each place of the sentence.
+    ``fits``, (places of the sentence, width × n for each width), is the response of each place of
+    each filter at each place of the sentence.
     """
     strongest, begin = [], 0
     for width, bias in zip(_WIDTHS, biases, strict=True):
@@ -102,7 +102,7 @@ def _strongest(fits: Floats, biases: list[Floats]) -> list[Floats]:
 
 
 def _stored(file: Traversable, language: Language) -> dict[str, NDArray[Any]]:
-    """Return a language's arrays; integers are multiplied by their scales."""
+    """Return a language's arrays; those of int8 are multiplied by their scales."""
     with file.open("rb") as opened:
         arrays = np.load(opened)
         mine = {name: arrays[name] for name in arrays.files if name.startswith(f"{language}_")}

@@ -1,7 +1,8 @@
 """Lists written by hand: questions, cries of alarm, smileys, and Japanese word stems.
 
-Each sentence yields an impression, with the phrase or the stems on which it is based. The lists are
-``asked.toml``, ``alarms.toml``, ``smileys.toml`` and ``stems-ja.toml``, beside this module.
+A sentence in which one is found yields an impression, with the phrase or the stems on which it is
+based. The lists are ``asked.toml``, ``alarms.toml``, ``smileys.toml`` and ``stems-ja.toml``, beside
+this module.
 """
 
 import re

@@ -34,7 +34,7 @@ __all__ = [
 ]
 
 Tone = Literal["plain", "raised", "soft"]
-#: The reason that is shown if the tone of voice contributed; pages translate it.
+#: The reason that is shown if a raised voice changed the feeling; pages translate it.
 RAISED = "a raised voice"
 
 _RATE = 16_000

@@ -16,12 +16,12 @@ __all__ = ["FRAME", "LONGEST_UTTERANCE", "frames", "utterances", "voice_detector
 
 #: Bytes of a frame: 512 samples, 32 ms.
 FRAME = 1024
-#: Length in s after which speech is cut into a phrase.
+#: The longest utterance, s; longer speech is cut there.
 LONGEST_UTTERANCE = 10.0
 
 _RATE = 16_000
 _FRAME_TIME = FRAME / 2 / _RATE
-#: The likelihood of speech at which a phrase starts, and at which it continues (Silero's own
+#: The likelihood of speech at which an utterance starts, and at which it continues (Silero's own
 #: defaults).
 _BEGINS, _GOES_ON = 0.5, 0.35
 #: Numbers of frames: speech that begins an utterance, quiet that ends it, quiet kept before it

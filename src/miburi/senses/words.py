@@ -1,14 +1,14 @@
 """Words: turn a sentence into an impression, with each word's contribution.
 
-A sentence is judged by a model and by lists. The lists are tried in order, and the first that
-matches decides; if none does, the model decides:
+A sentence is judged by lists and a model. A list that finds its words decides, or cuts its part of
+the sentence away; otherwise the model decides:
 
 - a linear model of the eight feelings and of no feeling, for English (``words.npz``, trained by
   ``tools/train_words.py``): a weight for each word, each pair of words, each group of letters and
   each word's meaning (a word vector, folded into nine numbers);
 - distress: what people say when they need help now (:mod:`miburi.senses.distress`);
 - sentences about somebody else's feelings or about past ones, which are left out (a language's
-``elsewhere``);
+  ``elsewhere``);
 - questions about the partner's own feelings, which do not show the speaker's (``asked.toml``);
 - what people shout when startled or as a warning (``alarms.toml``), which no data set covers;
 - word stems for Japanese (``stems-ja.toml``), for which there is no model.
@@ -244,8 +244,8 @@ def deny(words: list[str], evidence: Array) -> Array:
 
     The negation itself counts half, because quarrels are full of negations. The next words are
     searched up to a punctuation mark or a "but". The clearest of them, if it is clear enough, loses
-    its evidence. Half as much is added to ``neutral`` and, if the feeling was a glad one, half to
-    sadness.
+    1.6 times its evidence. Half of that is added to ``neutral`` and, if the feeling was a glad one,
+    half to sadness.
     """
     evidence = evidence.copy()
     for place, word in enumerate(words):

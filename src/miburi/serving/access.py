@@ -3,8 +3,8 @@
 On the loopback address anybody at this computer may do so; on any other address a token is needed
 everywhere but on the pairing and privacy pages. Requests from other sites' pages are refused in
 both cases, unless the user lets an origin use the interface. If the server also serves https, it
-accepts no token unencrypted: plain http is for this computer alone, and only gives other devices
-the address for https.
+accepts no token unencrypted: plain http is for this computer alone; other devices get only the
+pages for pairing and privacy and the authority there.
 """
 
 import asyncio

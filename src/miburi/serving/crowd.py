@@ -81,7 +81,7 @@ class Crowd:
         _leave(self._addresses, guest)
 
     def take_file(self) -> None:
-        """Count a file descriptor; above the limit, close connections of the busiest address."""
+        """Count a file; above the limit, close connections of the address that has the most."""
         self._files += 1
         while self._files > self._most and self.make_room():
             pass
@@ -91,17 +91,17 @@ class Crowd:
         self._files -= 1
 
     def make_room(self, error: OSError | None = None) -> bool:
-        """Close a connection of the busiest address if ``error`` is that no files are left."""
+        """Close one of the address with most, unless ``error`` is other than a lack of files."""
         if error is not None and error.errno not in (errno.EMFILE, errno.ENFILE):
             return False
         return self._make_room(_largest(self._addresses))
 
     def _make_room(self, crowd: dict[Guest, None]) -> bool:
-        """Close one connection: rather silent and unknown, then silent, then busy, then new.
+        """Close one connection: a silent unknown one, else a silent, else a busy, else a new one.
 
-        If more than half are new, somebody is flooding, and the oldest new connection is closed
-        first. Its bytes are read first, because they may contain a Stop; a connection whose Stop is
-        being answered is closed last.
+        If more than half are new, somebody is flooding, and new ones are closed right after the
+        silent unknown ones, the oldest first. Its bytes are read first, because they may contain a
+        Stop; a connection whose Stop is being answered is closed last.
         """
         now = self._clock()
         new = [g for g in crowd if g.silent and not g.known and now - g.since < GRACE]

@@ -5,7 +5,7 @@ connections. When an address has too many connections, its oldest silent one is 
 can shut others out by opening many connections and sending nothing. An encrypted connection counts
 from its first moment, not from the end of its handshake, so the same holds for it.
 
-If a :mod:`reception <miburi.serving.reception>`, a process that accepts connections, runs before
+If a :mod:`reception <miburi.serving.reception>`, a separate process, accepts the connections for
 the server, each http request arrives through a :class:`Passage` on a connection of its own, which
 is closed after the answer.
 """

@@ -1,4 +1,4 @@
-"""The path of a Stop: from the reception, which accepts connections, to the partner's process."""
+"""The path of a Stop: from the reception to the partner's process, past the server."""
 
 import math
 import time

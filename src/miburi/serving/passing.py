@@ -15,7 +15,7 @@ CAN_PASS = hasattr(socket, "send_fds")
 PLAIN, ENCRYPTED = b"p", b"e"
 #: The buffer of the receiver, or of the kernel, is full at the moment.
 _FULL = (errno.EAGAIN, errno.EWOULDBLOCK, errno.ENOBUFS, errno.ETOOMANYREFS)
-#: Greatest size of a note in bytes; an IPv6 address with its zone has at most 62.
+#: The size in bytes to which every note is padded; an IPv6 address with its zone has at most 62.
 _SIZE = 256
 
 
@@ -48,7 +48,7 @@ def pass_on(passage: socket.socket, line: int, note: Note) -> bool:
 
 
 def taken_in(passage: socket.socket, most: int) -> Iterator[Passed | None]:
-    """Yield up to ``most`` connections that wait in the socket; None once it has been closed."""
+    """Yield up to ``most`` connections that wait in a socket; None once its other end is closed."""
     for _ in range(most):
         try:
             words, lines, _, _ = socket.recv_fds(passage, _SIZE, 1)

@@ -46,7 +46,7 @@ class Press(NamedTuple):
     """
 
     by: By = "person"
-    #: The ids of the presses that are joined here; None for a press without an id.
+    #: The ids of the presses that are joined here; None if one of them has no id.
     names: frozenset[str] | None = None
 
     @staticmethod

@@ -47,7 +47,7 @@ _GLANCE = 0.25
 _END = re.compile(rb"\n\r?\n")
 _TOO_LARGE = f"the headers of a request may have {HEADERS} bytes at most."
 _STOP = f"POST {STOP} ".encode()
-_OVERTAKEN = "Stop came first, so this request may not have been carried out."
+_OVERTAKEN = "Stop has overtaken this request, which may not have been carried out."
 
 
 def receive(
@@ -150,7 +150,7 @@ class Reception:
         self._selector.register(what, selectors.EVENT_READ, do)
 
     def _attend(self, guest: Guest) -> None:
-        """Register what a relayed connection waits for next."""
+        """Register what a connection, and its relay if there is one, waits for next."""
         if guest.closed:
             return
         self._await(guest.line, guest.line_wants, partial(self._hear, guest))
@@ -301,7 +301,7 @@ class Reception:
         self._go_on(guest, gone=gone)
 
     def _pass_on(self) -> None:
-        """Pass waiting data on to the server, a little at a time, as it accepts it."""
+        """Pass waiting requests on to the server, a few at a time, as it accepts them."""
         for _ in range(_PASSED_AT_ONCE):
             while self._waiting and not self._waiting[0].waits:  # closed, or overtaken
                 self._waiting.popleft()
@@ -339,7 +339,7 @@ class Reception:
             self._selector.modify(self._passage, selectors.EVENT_READ, self._hear_passage)
 
     def _tidy(self, now: float) -> None:
-        """Send a heartbeat, and close connections that were silent or waiting for too long."""
+        """Send a heartbeat, answer Stops that waited too long, and close the silent."""
         self._lane.tidy(now)
         for guest in self._crowd.everybody():
             if guest.silent and now - guest.since > HEADER_TIME:

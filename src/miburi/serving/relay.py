@@ -5,10 +5,10 @@ request the server gets the other end of a pair of Unix sockets, answers there, 
 
     client ══ line ══ Guest ══ relay ══ server
 
-Up to 64 KiB of a response are held back until the server has closed its side. So the relay has
-ended before the client can send its next request. A connection that lasts, or whose end cannot be
-seen from here (https, WebSockets, bodies in chunks), is relayed as raw bytes until either side
-closes.
+Up to 64 KiB of a response are held back until the server has closed its side. So once a client has
+its response, the relay has ended, and the client's next request is read here. A request that lasts,
+or whose end cannot be seen from here (https, WebSockets, bodies in chunks), is relayed with all
+that follows as raw bytes until either side closes.
 """
 
 import json
@@ -28,7 +28,7 @@ from miburi.serving.passing import ENCRYPTED
 
 __all__ = ["Address", "Framing", "Guest", "answer_of", "frame"]
 
-#: The size of a read, and the largest response that is held back, bytes (our choice).
+#: The size of a read, and the most of a response that is held back, bytes (our choice).
 _PIECE = 65_536
 _WISHES = {b"upgrade", b"expect", b"transfer-encoding"}
 
@@ -36,7 +36,7 @@ Address = tuple[str, int]
 
 
 class Framing(NamedTuple):
-    """The length of a request's body, infinite if unknown; whether the connection then ends.
+    """The bytes of a request's body, infinite if unknown; whether the connection then ends.
 
     ``lasts`` is true for a WebSocket or a stream of events.
     """
@@ -138,7 +138,7 @@ class Guest:
         return not self._out, bool(self._back)
 
     def wait(self, head: int) -> None:
-        """Keep a request's head of ``head`` bytes for the server; return 0 if it is unreadable."""
+        """Keep a request's head of ``head`` bytes for the server; 0 if it cannot be read."""
         self.head = (_receive(self.line, head) if head else None) or b""
         self.waits, self.looked, self.begun = True, False, False
 

@@ -23,7 +23,7 @@ EVERY = 60.0
 
 
 def reach_of(listeners: Listeners, folder: Path, now: datetime) -> tuple[Reach, Path | None]:
-    """Return the present addresses and, with https, the file of the certificate.
+    """Return the addresses, with keys and authority, and with https the certificate's file.
 
     Parameters
     ----------

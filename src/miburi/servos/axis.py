@@ -1,8 +1,8 @@
 """A detailed model of one servo with its load, in plain Python with fine time steps.
 
 It includes effects that the simulated body omits for speed: the rate of the control, rounding to
-encoder steps, the ramp of the PWM, and the backlash between gears and horn. It shows how much they
-matter, and it moves emulated servos.
+encoder steps and the ramp of the PWM; and, as the body does, the backlash between gears and horn.
+It shows how much they matter, and it moves emulated servos.
 """
 
 from dataclasses import dataclass

@@ -131,7 +131,7 @@ class Camera:
 
 
 def _real_shapes(robot: Robot) -> tuple[dict[tuple[str, str], str] | None, dict[str, bytes]]:
-    """Return the robot's printable shapes, as files' names and contents, if it can be built."""
+    """Return the robot's shapes, as names and contents of files, if it can be built."""
     solids = shapes_if_it_can_be_built(robot)
     if not solids:
         return None, {}

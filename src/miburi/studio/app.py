@@ -31,7 +31,7 @@ _CLOSED = Doors()
 def make_app(
     runner: LivePartner, reach: Reach, doors: Doors = _CLOSED, folder: Path | None = None
 ) -> FastAPI:
-    """Return the application for a live partner; there can be one in a process.
+    """Return the application for a live partner; NiceGUI allows one studio in a process.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def make_app(
     reach
         How other devices reach this server, to show as a QR code.
     doors
-        The doors (other protocols) that are open besides HTTP.
+        The doors that are open: interfaces besides the pages and ``/api``.
     folder
         The folder for what the partner knows about people; None: it forgets that when it ends.
     """
@@ -62,7 +62,7 @@ def make_app(
 
 
 def _nothing(app: FastAPI) -> APIRouter:
-    """Return routes that answer unknown addresses under ``/api`` with JSON, not NiceGUI's page."""
+    """Return routes that answer unknown addresses under ``/api`` with JSON, not with a page."""
     router = APIRouter(include_in_schema=False)
     methods = ["GET", "HEAD", "POST", "DELETE"]  # the gate refuses others
 

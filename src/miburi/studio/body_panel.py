@@ -29,8 +29,8 @@ __all__ = ["Update", "body_panel"]
 _WARM = 5.0
 #: Interval between checks of the recordings, s, and the length of their list.
 _LOOK, _LISTED = 0.5, 20
-#: Bodies with simulated servos, each with the key of the text that says where their constants come
-#: from.
+#: Bodies with simulated servos; and, by the standing of the servo's constants, the key of the text
+#: that says where they come from.
 _SIMULATED = ("simulated", "emulated-card")
 _STANDINGS = {
     "identified by others": "servo_identified",

@@ -22,7 +22,7 @@ _LOG_LINES = 60
 #: hand can be pushed through an arm, and such a force is no measure of the motors. In trials, hands
 #: that move as people's do felt 51 N at most (docs/safety.md).
 _FIRM = 60.0
-#: The log's line for a stimulus lists at most this many reasons; the others are shown with their
+#: The log's line for a stimulus lists at most this many reasons; opened, it shows all with their
 #: weights.
 _WHYS = 3
 

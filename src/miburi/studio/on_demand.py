@@ -1,7 +1,8 @@
 """Load the studio when a browser first asks for it, and answer addresses where there is no page.
 
 NiceGUI takes a second of processor time (several on a Raspberry Pi) and 50 MB. A partner that only
-programs, phones and homes use never loads it, and starts that much sooner.
+programs, homes and phones at ``/face`` use never loads it, and every partner starts that much
+sooner.
 """
 
 import asyncio
@@ -23,7 +24,7 @@ _PAGES, _FILES = ("/", "/favicon.ico"), "/_nicegui"
 
 
 class OnDemand:
-    """An ASGI application: the studio at ``/``, and a page that says so at any other address."""
+    """An ASGI application: the studio at ``/``, and a "no such page" at other addresses."""
 
     def __init__(self, runner: LivePartner, reach: Reach, sounded: Sequence[str]) -> None:
         self._runner, self._reach, self._sounded = runner, reach, sounded

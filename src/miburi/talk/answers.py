@@ -33,9 +33,9 @@ _NAMED = 3
 #: Every second answer to a remark with both a feeling and a topic mentions the topic, too (our
 #: choice).
 _TAKES_UP = 0.5
-#: A feeling with a lower likelihood changes the partner's state, but is not mentioned in the answer
-#: (our choice). Nearly half of those heard at 0.4 to 0.6 are wrong (bench/words.txt). Nor does it
-#: mention joy if the remark also has bad news.
+#: A feeling less likely than ``_SPOKEN_OF`` changes the partner's state, but the partner does not
+#: mention it (our choice). Nearly half of those heard at 0.4 to 0.6 are wrong (bench/words.txt).
+#: Nor does it mention joy if the remark also has bad news.
 JOYS = ("happiness", "thrill")
 _GLAD, _SPOKEN_OF = (*JOYS, "surprise"), 0.6
 #: In a remark of more words than this, a single word does not reveal the topic: "supper" may be
@@ -120,7 +120,7 @@ class Answerer:
         return found or ([] if words.is_heavy(said) else list(words.orders_of(said)))
 
     def _further(self, said: str, words: Script) -> dict[str, str]:
-        """Return slots: ``itself``, the partner's name, and what was recalled for a follow-up."""
+        """Return slots: ``itself`` if it is about the partner, ``told`` for a follow-up."""
         itself = {"itself": ""} if words.asks_about_it(said) else {}
         goes_on = self._recalled is not None and words.asks_further(said)
         return itself | ({"told": self._recalled} if goes_on and self._recalled else {})
@@ -202,7 +202,7 @@ class Answerer:
         return SmallAnswer(text, language, cue, kept, quotes=bool(kept or echo))
 
     def _meant(self, said: str, words: Script, slots: dict[str, str]) -> tuple[Match | None, bool]:
-        """Return the intent that patterns find, and whether the answer may mention joy.
+        """Return the intent that patterns find, and whether joy that was heard may be mentioned.
 
         It adds slots for the words to remember, and for what the partner lately did for fun.
         """

@@ -39,9 +39,9 @@ class Calendar(Table):
         weekday they mean.
     times, numbers, afternoon, span
         Regular expressions of a time of day (groups ``hour``, ``past`` and ``to`` for minutes, and
-        ``half`` of the day); the numbers for number words; the word for the afternoon; and how to
-        say how long it is until that time. Without ``times``, the partner never says how long it is
-        until a time.
+        ``half`` of the day); the numbers for number words; the word for the half of the day after
+        noon, such as "pm"; and how to say how long it is until that time. Without ``times``, the
+        partner never says that.
     sums
         Regular expressions of the words between two numbers, by operation.
     """

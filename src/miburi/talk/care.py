@@ -70,7 +70,7 @@ class WordsOfCare(Table):
         without a model of distress, ``ask``, ``yes``, ``wonder`` and ``no`` are empty.
     untrue, besides, misheard
         Regular expressions of clauses that say that nothing has happened, and of harmless clauses
-        around them; and the replies.
+        after them; and the replies.
     words
         Parts that the expressions of ``untrue`` share.
     help
@@ -176,7 +176,7 @@ def takes_back(text: str, language: Language) -> bool:
 
 
 def may_be_said(text: str) -> bool:
-    """Whether a model's words may be spoken: nothing about distress, harmful or hurtful."""
+    """Whether a language model's words may be spoken: no distress, nothing harmful or hurtful."""
     languages = {language_of(text), FALLBACK}
     harm = any(find_phrase(_unsayable(each), plain(text, each), each) for each in languages)
     return not harm and hear_distress(text) is None

@@ -24,11 +24,11 @@ __all__ = ["Comfort"]
 #: (our choice).
 _ANSWERED = timedelta(minutes=2)
 #: After explicit distress, the first three answers mention it again, and then every fifth answer.
-#: If only the model heard it, just the first answer mentions it, and no answer to a request does
-#: (our choice). In everyday conversations by strangers, such a false alarm comes once in about 250
-#: remarks.
+#: If only the model heard it, just the first answer mentions it, and none once somebody has made a
+#: request (our choice). In everyday conversations by strangers, such a false alarm comes once in
+#: about 250 remarks.
 _STAYS, _EVERY = 3, 5
-#: A slight sign of distress leads to a question if there was another at most this many remarks
+#: The partner asks about a slight sign of distress if there was another at most this many remarks
 #: earlier (our choice).
 _SOON = 5
 
@@ -63,7 +63,7 @@ class Comfort:
         self._signs = _SOON  # remarks since the latest sign of distress
 
     def confirm(self, heard: Impression, said: str, language: Language) -> Impression:
-        """Return the distress that was heard; a "yes" to the question about it counts, too."""
+        """Return what was heard; a "yes" to the question about distress counts as distress."""
         self._before, self._asked = self._asked, None
         if self._is_open(self._before) and agrees(said, language):
             return Impression(None, 0.0, "speech", distress=self._before[0])
@@ -74,8 +74,8 @@ class Comfort:
     ) -> Impression:
         """Return what was heard, with a suspicion of distress only if that is worth a question.
 
-        A second slight sign is worth a question, and so is a "no" when it asked whether somebody is
-        all right. With ``after``, it is known already that somebody needs help.
+        A second slight sign is worth a question, and so is a "no" to the question whether somebody
+        is all right. If distress was heard before (``after``), it is known that they need help.
         """
         wondered, self._wondered = self._wondered, None
         if not _HIDDEN.isdisjoint((heard.distress, heard.worry, heard.hint)):

@@ -39,7 +39,7 @@ LARGEST_REPLY = 65_536
 _LOADING = 120.0
 #: Time to find the server, s.
 _CONNECTING = 3.0
-#: How many earlier exchanges are sent with a remark.
+#: How many exchanges are sent, the present remark included.
 _REMEMBERED = 6
 #: Tokens that the endpoint may spend, thoughts included.
 _TOKENS = 1000
@@ -188,7 +188,7 @@ class Conversation:
             self._said[-1] = (said, json.dumps(told, ensure_ascii=False))
 
     def _trouble(self, task: asyncio.Task[Content]) -> str | None:
-        """Return why a request brought no reply, or None; the partner then answers without it."""
+        """Return why a request brought no reply, so that the partner answers alone; or None."""
         if not task.done():
             return f"no reply within {self._patience:g} s."
         match task.exception():
@@ -257,7 +257,8 @@ def _prompt(felt: Iterable[Stimulus], state: State) -> str:
     now = ["You feel nothing in particular now."]
     if state.felt is not None:
         now = [
-            f"You feel {state.felt.feeling} now, with a strength of {state.felt.mood:.2f} out of 1."
+            f"You feel {state.felt.feeling} now; your mood for it is {state.felt.mood:.2f} out "
+            "of 1."
         ]
     if brought := ", ".join(f"{each.feeling} {each.strength:.2f}" for each in felt):
         now.append(f"The person's words have just made you feel {brought}.")

@@ -38,8 +38,8 @@ class Cue(Table):
         Where it looks.
     stays
         The number of turns in which words may still refer to this cue. If it is 1, a question that
-        matches the script's ``again`` asks for this cue once more, unless it asks for an act. If it
-        is more, words that match ``more`` do.
+        matches the script's ``again`` refers to this cue, unless the question asks for an act. If
+        it is more, words that match ``more`` do.
     broad
         Whether its patterns are broad, so that :mod:`miburi.talk.asking` may overrule them.
     echo

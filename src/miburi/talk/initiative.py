@@ -27,7 +27,7 @@ _THERE, _GLIMPSED = timedelta(minutes=10), timedelta(seconds=10)
 #: The shortest time between two occasions on which the partner speaks first, and the time without
 #: an answer after which one counts as ignored.
 _APART, _PATIENCE = timedelta(minutes=30), timedelta(minutes=10)
-#: After this many in a row were ignored, the daily limit is halved.
+#: Each time this many first remarks in a row were ignored, the daily limit is halved.
 _IGNORED = 2
 
 
@@ -138,7 +138,7 @@ class Initiative:
         return "question" if there and now - silent_since > _SILENCE else None
 
     def _take_up(self, now: datetime, presence: Presence) -> None:
-        """Record whether the latest remark of its own was answered or ignored."""
+        """Record whether the latest remark with which it spoke first was answered or ignored."""
         if self._open is None:
             return
         if presence.heard is not None and presence.heard > self._open:

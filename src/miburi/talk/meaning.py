@@ -24,7 +24,7 @@ def settled(
     heavy: bool,
     told: bool,
 ) -> Match | None:
-    """Return the intent to answer: the patterns' unless the model overrules them.
+    """Return the intent to answer: the patterns', or the model's if surer or if they find none.
 
     ``shown`` tells whether a feeling was heard, and ``told`` whether a topic was. The function may
     add a slot with the words to remember.
@@ -44,7 +44,7 @@ def settled(
         grave = words.asked_of(said, None, felt=shown, told=told)
         others = sayable(chain(words.intents_of(said, slots), grave), slots)
         match = next((one for one in others if not one.cue.light), None)
-    # A match of "How are you" is weak, because "how" may ask how something is done.
+    # "How are you" does not ask how something is done, so a broad match of that is dropped.
     weak = match is not None and (match.cue.broad or match.cue.aside)
     return None if how_are_you and weak and match is found else match
 

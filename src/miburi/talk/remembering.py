@@ -22,7 +22,7 @@ def told_before(said: str, words: Script) -> tuple[str, str, str]:
 
     The third part is what follows, provided that it states a fact and is not a question: further
     sentences, or the rest of the sentence after an announcement ("Remember one thing for me, ...").
-    Parts with nothing to remember are empty.
+    A part that tells too little is empty, and the clause is if both others are.
     """
     clauses = _CLAUSE.findall(said)
     places = [n for n, clause in enumerate(clauses) if _asks_to_remember(clause, words)]

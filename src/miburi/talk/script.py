@@ -67,8 +67,8 @@ class Script(Calendar):
         Regular expressions on what was said, and replacements: "You like dogs?" becomes "Do you
         like dogs?".
     unwanted
-        The same for remarks that contain the words of an order but are none ("Why do you look up?",
-        "Do not dance yet").
+        Regular expression for remarks that contain the words of an order but are none ("Why do you
+        look up?", "Do not dance yet").
     grave, heavy, people, oneself
         Four more regular expressions. ``grave`` matches words of a question that may be grave;
         ``heavy`` matches words that rule out a ``light`` answer (by default none). ``people`` is
@@ -160,7 +160,7 @@ class Script(Calendar):
         last = [*sentences, *clauses[-1:]]
         unwanted = {part for part in (*sentences, *clauses) if self._says("unwanted", part)}
         for cue, pattern in cues:
-            # "Dance, I've had a long day": any clause may match, but "stop" only the last.
+            # "Dance, I've had a long day": brief cues match any clause, "stop" only the last.
             parts = [*sentences, *clauses] if cue.brief else last if cue.do == "stop" else sentences
             for sentence in parts:
                 if cue.orders and sentence in unwanted:
@@ -195,9 +195,9 @@ class Script(Calendar):
     ) -> Iterator[Match]:
         """Yield the intents of words that match no pattern, or only the broad pattern of ``than``.
 
-        If a feeling or a topic was found in the remark, the model must be sure. If it knows
-        nothing, the intent is ``open``. If the question may be grave, the model is not asked, and
-        the intent is ``grave``.
+        If a feeling was heard, or a topic in a remark that is not clearly a question, the model
+        must be sure. If it knows nothing, the intent is ``open``. If the question may be grave, the
+        model is not asked, and the intent is ``grave``.
         """
         sentences = [*_WHOLE.findall(said[:_READ]), said[:_READ]]
         asking = [each for each in sentences if self.asks(each)]
@@ -258,7 +258,7 @@ class Script(Calendar):
         return self._fits("grave", said)
 
     def asks_clearly(self, said: str) -> bool:
-        """Return whether a remark has the form of a question, or can be echoed as one."""
+        """Return whether a remark ends with a question mark, or can be echoed as a question."""
         return _is_written_as_a_question(said) or self.turner.echo(said) is not None
 
     def reword(self, said: str) -> str:

@@ -92,7 +92,7 @@ class Speech:
         self._deleted = 0  # the memory's count of deletions, when last checked
 
     async def live(self) -> None:
-        """Load what the first answer needs, then check for reasons to speak, until cancelled."""
+        """Load what answers need, then check for reasons to speak first, until cancelled."""
         await asyncio.sleep(_SETTLED)
         # Ctrl-C does not wait for a daemon.
         threading.Thread(target=self.get_ready, name="get ready", daemon=True).start()
@@ -118,8 +118,8 @@ class Speech:
         first. Distress is answered with the help for its kind. During that, and for ten minutes
         afterwards, no language model is asked, and the partner does not mention its own feelings.
         Possible distress first leads to a question, and a "yes" then counts as distress. After a
-        slight sign, the partner asks at most whether somebody is all right. A "no", or another sign
-        soon after, leads to a question.
+        slight sign, the partner at most asks whether somebody is all right. A "no", or another sign
+        soon after, leads to the question about distress.
 
         Parameters
         ----------
@@ -189,7 +189,7 @@ class Speech:
         )
 
     def _forget_deleted(self) -> None:
-        """Forget the conversation if somebody was deleted from memory since the last remark."""
+        """Forget the conversation if anything was deleted from memory since the last remark."""
         if self._deleted != self.memory.deleted:
             self._deleted = self.memory.deleted
             self._answerer.forget()
@@ -205,7 +205,7 @@ class Speech:
         *,
         acts: bool,
     ) -> tuple[str, str | None]:
-        """Answer a remark without distress, by a language model or alone; return the intent."""
+        """Answer a remark without distress, by a model or alone; return words and intent."""
         distress = self._partner.snapshot.state.distress is not None
         if not (acts or distress):
             reply = await self._reply(said, felt)
@@ -223,7 +223,7 @@ class Speech:
         return text, None if answer.cue is None else answer.cue.name
 
     async def count(self, felt: tuple[Stimulus, ...]) -> None:
-        """Record how somebody treats the partner: what they did, and touches since last time."""
+        """Record how somebody treats the partner: what they did, and contacts since last time."""
         events = self._partner.history.after(self._counted)
         self._counted = self._partner.history.number
         contacts = sum(one.kind == "stop" and one.name == StopReason.CONTACT for one in events)

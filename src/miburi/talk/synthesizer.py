@@ -23,7 +23,7 @@ __all__ = ["LANGUAGES", "Sound", "Synthesizer", "find_synthesizer"]
 
 #: What flite speaks.
 LANGUAGES = ("en",)
-#: Patterns for flite's names of vowels and of silence.
+#: Pattern for flite's names of vowels, and its name of silence.
 _VOWEL = re.compile(r"a[aehowxy]|axr|e[hry]|i[hy]|o[wy]|u[hw]")
 _SILENCE = "pau"
 #: Which of flite's voices; its pitch, Hz, which a feeling raises or lowers; and the lowest pitch,

@@ -14,8 +14,8 @@ class Turner:
     Parameters
     ----------
     turned
-        Regular expressions of words that change with the speaker, in order, and what they become:
-        ``my`` becomes ``your``.
+        Regular expressions of words that change with the speaker, of which the first that fits
+        counts, and what they become: ``my`` becomes ``your``.
     echoed
         Regular expression of a written question that the partner can repeat; its group is the part
         to repeat. An empty one matches nothing.

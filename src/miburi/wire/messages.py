@@ -174,7 +174,7 @@ class ExpressIn(Message):
     mood: Share = Field(default=0.7, description="The intensity μ.")
     blend: dict[FeelingName, Share] = Field(
         default_factory=dict,
-        description="Other feelings' gestures to mix in, each with its weight μ.",
+        description="Other feelings' gestures to mix in, each with its intensity μ.",
     )
     effort: EffortIn | None = Field(default=None, description="null: the gesture's own.")
 
@@ -306,7 +306,7 @@ class WordsIn(Message):
     model_config = ConfigDict(json_schema_extra={"examples": [{"allowed": False}]})
 
     allowed: bool = Field(
-        description="false also deletes the words that are stored.", examples=[False]
+        description="false also deletes the words from the stored events.", examples=[False]
     )
 
 

@@ -120,11 +120,11 @@ class FarPartner:
 
     @property
     def read_until(self) -> float:
-        """The time of the server's heartbeat before the last; all before it has been read."""
+        """The time of the last heartbeat but one; everything sent before it has been read."""
         return self._ticks[0]
 
     def samples_after(self, serial: int) -> list[tuple[int, Sample]]:
-        """Return the samples after a step, with steps' serial numbers; two minutes are kept."""
+        """Return the samples after a step, each with its step's serial; two minutes are kept."""
         return newer(self._samples, serial, itemgetter(0))
 
     def steps_after(self, serial: int) -> list[Snapshot]:

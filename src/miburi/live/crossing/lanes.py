@@ -87,7 +87,7 @@ class AskRecordings(NamedTuple):
 
 
 class Cancel(NamedTuple):
-    """Cancels a request whose sender has gone."""
+    """Cancels a request whose answer nobody awaits any more."""
 
     number: int
 
@@ -120,7 +120,7 @@ class Look(NamedTuple):
 class Latest(NamedTuple):
     """The latest state as JSON, and other news; ``motors`` is None if it has not changed.
 
-    ``steps`` are earlier states that were not sent, with their serial numbers.
+    ``steps`` are the states before it that were not sent earlier, with their serial numbers.
     """
 
     serial: int

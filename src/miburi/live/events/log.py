@@ -27,7 +27,7 @@ __all__ = ["LOGGED", "History", "Log"]
 LOGGED = 300
 _LOST = "events before this one are no longer kept"
 _UNKNOWN = (
-    "this partner does not know that event: its events are in another folder, or it has begun to "
+    "this partner does not know that event: it keeps its events in another folder, or has begun to "
     "keep them anew"
 )
 #: A note in the store: whether events may contain people's words.
@@ -108,7 +108,7 @@ class History:
         return told
 
     def recall(self, who: str) -> Cursor | None:
-        """Return the cursor that :meth:`remember` kept for a reader."""
+        """Return the cursor up to which a reader has all events, or None if none was kept."""
         kept = self._store.note(f"told {who}") if self._store else None
         return None if kept is None else Cursor.of(kept)
 

@@ -2,7 +2,7 @@
 
 The partner's process writes, the server's reads. Committed events survive if the program is killed;
 a power cut may lose the last moments. Besides events, the file holds the number of each run's first
-event, and small notes, such as the last event sent to a smart home.
+event, and small notes, such as the last event that a smart home has received.
 """
 
 import sqlite3
@@ -117,7 +117,7 @@ class EventStore:
     def end_of(self, boot: str) -> int | None:
         """Return the last event number that a run may have used; None if the run is unknown.
 
-        For the current run it is infinite.
+        For the latest run it is 2**53, above the number of any event.
         """
         with self._lock:
             first = self._file.execute("SELECT first FROM boots WHERE boot = ?", (boot,)).fetchone()

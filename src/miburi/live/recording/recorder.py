@@ -11,10 +11,10 @@ robot's clock (``time``, s); MCAP's own times are those of the computer's clock.
 - ``/touch``: the force on the simulated human hand, N, while there is a force
 - ``/events``: the events that a running partner reports, including what the partner itself says
 - ``/stimuli``: each stimulus, with what caused it (words, or the name of what was noticed; never
-sound or pictures). To replay a recording in another emotional model, apply each stimulus at its
-time.
+  sound or pictures)
 
-No whole sentence that somebody said to the partner is recorded. The metadata names the robot.
+To replay a recording in another emotional model, apply each stimulus at its time. No whole sentence
+that somebody said to the partner is recorded. The metadata names the robot.
 """
 
 import json
@@ -246,10 +246,10 @@ def step_messages(
     touch
         What touches the body, if that is known.
     met
-        If the body stopped in this step: the largest force, and the part of the robot that was
-        touched.
+        If the body stopped in this step: the largest force until then, and the part touched; else
+        None.
     told
-        Events that the partner reported since the last step, without what people said.
+        Events that the partner reported since the last step; what people said is left out here.
     wall
         When the step was, ns since 1970; None if only the body's clock is known.
     """
@@ -342,7 +342,7 @@ def read(path: Path | str, topics: list[str] | None = None) -> Iterator[Recorded
     Raises
     ------
     InputError
-        The file cannot be read, is not MCAP, or ends within its first second.
+        The file cannot be read, is not MCAP, or broke off within its first second.
     """
     try:
         file = Path(path).open("rb")  # noqa: SIM115  # closed below

@@ -197,7 +197,7 @@ def conduct(
 
 
 def _heal(setup: Setup, feelings: EmotionalModel) -> Healing:
-    """Continue the feelings without stimuli, together with a control that nobody touched."""
+    """Continue the feelings without stimuli, with a control of the same age without contacts."""
     which = FEELINGS.index(setup.feeling)
     twin = setup.feelings()
     twin.step(feelings.time)
@@ -257,7 +257,7 @@ class _Observer:
                     pass
 
     def met(self, events: list[Event], touch: Touch) -> Touch | None:
-        """Return force and part of the touch if the body stopped in this step, else None."""
+        """Return the largest force and the touched part if the body stopped in this step."""
         stopped = any(isinstance(event, Stopped) for event in events)
         return Touch(self._result.stops[-1].peak_force, part=touch.part) if stopped else None
 
@@ -277,7 +277,7 @@ class _Observer:
                 )
 
     def finish(self) -> None:
-        """Judge the last contact, unless the run ended before its stop could be expected."""
+        """Judge the last contact, unless the run ended within ``PATIENCE`` s of its beginning."""
         if self._touched is not None and self._result.times[-1] - self._touched > PATIENCE:
             self._end_contact()
 

@@ -41,7 +41,7 @@ class GestureRecord:
 
 @dataclass(frozen=True)
 class Healing:
-    """A mood after the gestures, at a time in s on the partner's clock, with the control's mood."""
+    """A mood at ``times``, s since the gestures ended, and the ``untouched`` mood of a control."""
 
     time_constant: float
     times: list[float]

@@ -48,7 +48,7 @@ class _Visit:
 
 
 class Visitor:
-    """Block an arm in one of the first four gestures, then after two to four gestures each time.
+    """Block an arm in one of the first four gestures, then two to four gestures later each time.
 
     Parameters
     ----------

@@ -97,8 +97,8 @@ def check(
 
     Every pose must be in reach and inside the limits. Mood 0 must be exactly neutral. At every mood
     the kinematics must be within 1 mm, no parts may collide, and the contact rule may not stop the
-    body, even with ``life``, which passes key poses without pausing. Space and speed must strictly
-    rise with the mood.
+    body, even if a partner with ``life`` passes the key poses of a gesture with free flow without
+    pausing. Space and speed must strictly rise with the mood.
     """
     yield from misfits(robot, function)
     rest = forward(robot, robot.neutral)

@@ -42,6 +42,8 @@ def write_gallery(
 ) -> Path:
     """Write a page with films, strips and hand paths of every gesture at three moods.
 
+    Returns
+    -------
     The page, ``index.html``, with its pictures beside it; ``overview.png`` has the strips at mood
     0.9.
 

@@ -27,7 +27,7 @@ STILL = 0.01
 class Measures:
     """Measures of space, weight, time and flow in a recorded motion.
 
-    With p(t) a hand's path, v, a and j its derivatives, and ⟨·⟩ the mean over time and both hands:
+    With p(t) a hand's path and v, a and j its derivatives; means are over time and both hands:
 
     Attributes
     ----------

@@ -37,8 +37,8 @@ __all__ = [
 _PIXELS = 320
 #: A film shows every third record: 16.7 pictures a second.
 _FILM_EVERY = 3
-#: A strip shows twelve moments, this many seconds apart. Together they span one cycle of the
-#: gesture for thrill at a low mood.
+#: A strip shows twelve moments, this many seconds apart. Together they span about the time of a
+#: thrill at a low mood, without its repetition.
 STRIP_MOMENTS, STRIP_STEP = 12, 0.4
 _STRIP_COLUMNS = 6
 #: Each moment fades into those 0.08, 0.16 and 0.24 s before it, so a still picture shows motion.

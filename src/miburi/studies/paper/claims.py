@@ -1,6 +1,6 @@
-"""Test each claim of the paper by running it, and judge it by the result.
+"""Test the paper's claims by running the code, and list those that no run can test.
 
-Each function takes a :class:`~miburi.studies.paper.runs.Runs` and returns a
+Each function in :data:`CLAIMS` takes a :class:`~miburi.studies.paper.runs.Runs` and returns a
 :class:`~miburi.studies.paper.claim.Claim`. Each claim has a name; ``miburi paper --claim NAME``
 tests that claim alone.
 """

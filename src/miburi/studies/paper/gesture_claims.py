@@ -91,7 +91,7 @@ def strongest_emotion(_: Runs) -> Claim:
 
 
 def mood_changes_no_gesture(_: Runs) -> Claim:
-    """Reuse the random emotions of strongest_emotion, and draw new random moods."""
+    """Draw emotions at random, and compare the gestures shown at two random moods each."""
     rng, same = np.random.default_rng(1), 0
     for _draw in range(_DRAWN):
         emotions = dict(zip(FEELINGS, rng.uniform(0.1, 1.0, len(FEELINGS)), strict=True))

@@ -39,7 +39,7 @@ _PROMISE = 0.015
 #: Time within which a blocked body must stop, s, and time for which it is watched afterwards, s.
 _PATIENCE, _WATCHED = 1.5, 1.0
 #: A move that raises both arms to the front, rad, its duration, s, and the share of the move after
-#: which a hand blocks the arms.
+#: which a hand blocks the right arm.
 _RAISED, _SECONDS, _SHARE = 1.4, 0.8, 0.6
 #: The addresses at which a card may start to read the servos' positions.
 _PLACES = range(120, 136)
@@ -120,7 +120,7 @@ class Runs:
 
     @cached_property
     def experiments(self) -> list[experiment.Experiment]:
-        """The experiment of Section 5 with several seeds; one also follows the mood's return."""
+        """Section 5's experiment with several seeds; the first also watches the mood recover."""
         found = []
         for seed in range(1, self.seeds + 1):
             self._progress(f"experiment, seed {seed}")
@@ -247,7 +247,7 @@ class Runs:
         return OnCard(stop, silence, np.diff(readings))
 
     def met(self, count: int = 20) -> Met:
-        """Put ``count`` random obstacles near each move; return which link hits each first."""
+        """Count which kinds of link first hit ``count`` random obstacles in each move's way."""
         self._progress("obstacles")
         rng = np.random.default_rng(0)
         counts = dict.fromkeys(Met._fields, 0)

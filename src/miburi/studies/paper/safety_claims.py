@@ -30,8 +30,8 @@ _NOT_BUILT = "the emulated card has not been built here (`make firmware`)"
 #: Speed below which a motor counts as stopped, rad/s; time within which it must have stopped, s
 #: (our choice).
 _STILL, _SOON = 0.1, 0.3
-#: Stopping counts as direct if 95 % of the stops come within 0.1 s after the first touch, and all
-#: within 0.3 s (our threshold).
+#: Stopping is direct if all stops come within 0.3 s after the first touch, and direct with a
+#: condition if 95 % come within 0.15 s (our thresholds).
 _DIRECT, _LATEST = 0.15, 0.3
 #: The weight of a person's hand, N: 0.56 % of 60 kg (de Leva 1996).
 _HAND = 3.3

@@ -1,4 +1,4 @@
-"""A study's films, in its folder ``films``; missing ones are made."""
+"""A study's films, in its folder ``films``; Miburi makes those that the study does not supply."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -19,7 +19,7 @@ __all__ = ["FILMS", "draw_missing", "find_films"]
 FILMS = "films"
 #: A film's width and height. Every sample of the recording becomes a frame, 50 per second.
 _PIXELS = 640
-#: The endings of a film's file; without ffmpeg it is a sheet of pictures.
+#: The endings of a film that is made here; without ffmpeg it is a sheet of pictures.
 _ENDINGS = (".mp4", ".sheet.png")
 
 
@@ -55,7 +55,7 @@ def draw_missing(
     InputError
         A film that the study supplies itself is not in its folder.
     OutputError
-        The folder cannot be written to, or this machine cannot make films.
+        The folder cannot be written to, or this machine cannot draw.
     """
     there = find_films(study, folder)
     missing = [film for film in study.films if not film.live and film.name not in there]

@@ -217,8 +217,8 @@ def _rating(values: list[tuple[int, float]]) -> MeanRating:
 
 def _sum(orders: list[tuple[int, float, int]]) -> PairOrder:
     right, pairs = sum(one for _, one, _ in orders), sum(one for _, _, one in orders)
-    # Each pair is replaced by the share of correctly ordered pairs of the same person, which leaves
-    # the sum unchanged.
+    # Each pair is replaced by the share of correctly ordered pairs in its group (one person and
+    # feeling), which leaves the sum unchanged.
     each = [(who, one / of) for who, one, of in orders if of for _ in range(of)]
     low, high = mean_interval(
         _by_person([who for who, _ in each], [value for _, value in each])

@@ -41,7 +41,8 @@ class Ending(StrEnum):
     PAUSED = "paused"
     #: The partner cannot be reached, or refuses.
     ABSENT = "absent"
-    #: Something interfered: another request, a change of body, or no opportunity for half a minute.
+    #: Something else: another request, another body, a late loop, or no opportunity for half a
+    #: minute.
     BROKEN = "broken"
 
 
@@ -174,7 +175,7 @@ class Turns:
     clock
         Returns the time, s.
     idle
-        Time without a request from the present participant after which another may begin, s.
+        Another may begin if the present participant asks for no page for this long, s.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic, idle: float = IDLE) -> None:

@@ -40,8 +40,8 @@ _LETTERS = "23456789ABCDEFGHJKMNPQRSTUVWXYZ"
 #: (our choice).
 _RATE, _BURST = 0.5, 60.0
 _DAYS = 30
-#: A participant who has not finished and sends no request for this long, s, counts as gone, and a
-#: newcomer may take that place in the order of films (our choice).
+#: A participant who has not finished and asks for no page of questions for this long, s, counts as
+#: gone, and a newcomer may take that place in the order of films (our choice).
 _GONE = 7200.0
 #: A browser's report is ignored if it says that a film was started more often than this (our
 #: choice).

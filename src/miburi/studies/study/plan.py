@@ -42,7 +42,7 @@ TEMPLATE = Path(__file__).with_name("eight-feelings.toml")
 #: What is kept as the answer: NONE when somebody chooses the option "no feeling", SKIPPED for a
 #: question that was not asked or was left out.
 NONE, SKIPPED = "none", ""
-#: The placeholders that the author of a study must fill in. Words in quotation marks.
+#: Words in quotation marks, and the placeholders that the author of a study must fill in.
 _QUOTED = re.compile('[“"「『](.+?)[”"」』]')
 _UNFILLED = re.compile(r"\(WRITE: [^)]*\)|（記入：[^）]*）")
 
@@ -236,8 +236,8 @@ class Study(Table):
     languages: Annotated[tuple[Language, ...], Field(strict=False, min_length=1)]
     title: Text
     information: Text
-    #: The text on the page with thanks, and the address that it links to, such as a participant
-    #: panel's.
+    #: The text after the thanks, which those who stop early see, too, and the address that the page
+    #: with thanks links to, such as a participant panel's.
     debriefing: Text | None = None
     completion: Annotated[str | None, Field(pattern=r"^https://\S+$")] = None
     #: How many films each participant sees; default: each once. Films for practice come before
@@ -331,7 +331,7 @@ class Study(Table):
         return self
 
     def _check_right(self, question: Question) -> None:
-        """Verify that a check's right answer is an option, and the one that its text asks for."""
+        """Check that the right answer is an option, and among the feelings that its text quotes."""
         right = question.right
         if right is None:
             return
@@ -379,7 +379,7 @@ def load_study(folder: Path) -> Study:
 
 
 def _without_words(value: object) -> object:
-    """Return a model as a table, without its texts, which are tables by language."""
+    """Return a dumped model without its texts (tables by language) and ``completion``."""
     if isinstance(value, dict):
         kept = {key: one for key, one in value.items() if not _is_text(one)}
         return {key: _without_words(one) for key, one in kept.items() if key != "completion"}

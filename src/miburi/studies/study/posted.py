@@ -16,7 +16,7 @@ __all__ = ["LONGEST", "Door", "Form", "posted", "values_of"]
 
 Form = Mapping[str, str]
 
-#: The length of the longest stored word, and the size of the largest form, bytes (our choice).
+#: The longest stored word, characters, and the largest form, bytes (our choice).
 LONGEST, _LARGEST = 80, 16_384
 
 _HEADERS = (

@@ -22,7 +22,7 @@ __all__ = ["PROFILE_GUARDS", "RULES", "STATES", "WITHOUT", "ServoState", "in_sta
 
 _SLACK = np.array([20, 16, 16, 16, 16, 16, 16, 16])
 #: The narrowest guards, µs and steps, with which the rule that compares with a delayed profile
-#: hardly ever stops a free move of the XL330 (our choice).
+#: hardly ever stops a free move of the simulated XL330 (our choice).
 PROFILE_GUARDS = Guards(
     lag=np.full(8, 14_000),
     slack=_SLACK,

@@ -1,8 +1,8 @@
 """The physical robot of contact trials: varied servos, and a human hand on springs.
 
-Unlike the hand of the paper's experiment, this one has mass and hangs on springs. It can give way,
-move towards the robot, or hold on to it, and the plant records the force on it at every physics
-step.
+Unlike the simulated hand of :mod:`miburi.studies.experiment`, this one has mass and hangs on
+springs. It can give way, move towards the robot, or hold on to it, and the plant records the force
+on it at every physics step.
 """
 
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ __all__ = ["Skin", "TrialPlant", "Variation"]
 
 @dataclass(frozen=True)
 class Variation:
-    """How one real robot differs from its description (our assumptions).
+    """How the simulated robot of one trial differs from its description (our assumptions).
 
     Attributes
     ----------

@@ -32,7 +32,7 @@ class _DeafWatch(Watch):
 
 
 class DeafRule(Rule):
-    """A rule that never stops the body: a blocked move runs to its end.
+    """A rule that never stops the body: a blocked move ends 0.2 s after its profile.
 
     Only trials use it, to record runs, and to see what the limit on the motors' torque achieves
     alone.

@@ -19,7 +19,7 @@ MATTERS = 2.0
 LATE = 0.25
 #: Quasi-static limits of ISO/TS 15066 in N, as secondary sources quote them: we have not read the
 #: standard itself. The limits for transient contact are commonly taken as twice that; on face and
-#: head no contact is allowed.
+#: head no transient contact is allowed.
 ISO_LIMITS = {
     "face": 65,
     "forehead": 130,
@@ -76,11 +76,11 @@ class Summary:
     latency_above_2N_max
         The longest latency of contacts that reached 2 N over 0.1 s.
     peak_force_p99, peak_force_p99_interval
-        The 99th percentile of the force, and its interval from the order of the values. The largest
-        value has no interval, because it grows with the number of trials.
+        The 99th percentile of the contacts' peak forces, and its interval from the values' order
+        alone. The largest value has no interval, because it grows with the number of trials.
 
-    Counts have Wilson intervals; all intervals are 95 % intervals. A figure that rests on no trial
-    is None.
+    Intervals of counts are Wilson's; all intervals are 95 % intervals. A figure that rests on no
+    trial is None.
     """
 
     free: int

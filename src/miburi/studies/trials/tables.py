@@ -25,7 +25,7 @@ _ROWS: tuple[tuple[str, str], ...] = (
     ("peak_force_max", "peak force, largest of these (N)"),
     ("sustained_force_p95", "force over 0.1 s, 95th percentile (N)"),
     ("push_after_stop_max", "push 0.3 s after a stop, largest (N)"),
-    ("right_motor", "share of stops that name a motor of the part that was touched"),
+    ("right_motor", "share of stops that name a motor that carries the touched part"),
     ("self_collisions", "self-collisions"),
 )
 

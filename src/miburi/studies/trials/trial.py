@@ -68,8 +68,8 @@ class Outcome:
     Attributes
     ----------
     kind, index, servo
-        Free or blocked, the trial's number within its kind, and the number of the servo model in
-        this run.
+        Free or blocked, the trial's number within its kind, and the number of the servo in this
+        run.
     feeling, mood, pose
         The gesture, and the number of the key pose that the (first) move leads to.
     hand, link, speed
@@ -78,7 +78,8 @@ class Outcome:
     seconds
         Simulated time.
     stopped, sign, motor
-        Whether the contact rule stopped the body, which of its tests failed, and at which motor.
+        Whether the contact rule stopped the body, which of its tests found the contact, and the
+        motor.
     false_stop
         Whether it stopped before anybody touched it.
     touched
@@ -93,8 +94,8 @@ class Outcome:
     right_motor
         Whether the stop names a motor that carries the touched part.
     brushes, brush_force
-        The number of people drawn before whom the robot only brushed, and the largest force on
-        them.
+        The number of people drawn earlier whom the robot only brushed past, and the largest force
+        on them.
     self_collision
         Whether two parts of the robot met before anybody touched it.
     """

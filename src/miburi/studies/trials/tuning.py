@@ -95,8 +95,8 @@ def tune(
 ) -> Tuned:
     """Return the rule with the smallest delay whose false stops are within the bound.
 
-    Half of the free runs, every other one, calibrate a candidate's guards; the candidate then
-    judges the rest.
+    Every other free run calibrates a candidate's guards; the candidate then judges the other free
+    runs and all blocked ones.
 
     Parameters
     ----------

@@ -72,7 +72,7 @@ class Calibrated:
 def calibrate_servos(robot: Robot, seed: int, true: Robot | None = None) -> Calibrated:
     """Identify a robot's servos, derive its rule, and test it with gestures, as a card does.
 
-    Guards, the rule's tolerances, are raised where gestures would be stopped otherwise.
+    Guards, the rule's tolerances, are raised where gestures leave too little margin.
 
     ``true`` is the robot as it is, by default as described. If the P gain makes servos too soft or
     stiff, it is changed first, and the moves are made again.
@@ -80,7 +80,8 @@ def calibrate_servos(robot: Robot, seed: int, true: Robot | None = None) -> Cali
     Raises
     ------
     BodyError
-        With every gain a servo is too soft or too stiff, or the rule stopped a gesture.
+        With the gains that were tried, a servo is too soft or too stiff; or the rule stopped a
+        gesture.
     """
     true = true or robot
     seconds = 0.0
