@@ -4,7 +4,7 @@
  * libsimavr (GPL-3). It is compiled on the user's machine. The miburi package does not contain it,
  * and needs it only to emulate a card.
  *
- * It corrects four faults of libsimavr 1.6: a byte takes 10 bit times, not 11; a UART keeps three
+ * It changes libsimavr 1.6 in four points: a byte takes 10 bit times, not 11; a UART keeps three
  * unread bytes at most; the flag that there is room for a byte to send is read-only; sleep jumps to
  * the next event instead of waiting.
  */
@@ -149,7 +149,7 @@ int mega_run(mega_t *m, uint64_t until) {
   return 0;
 }
 
-/* Sends bytes to a UART, back to back, the first no earlier than a cycle. */
+/* Sends bytes to a UART, back to back, the first no earlier than `at`. */
 void mega_input(mega_t *m, int port, const uint8_t *bytes, unsigned count, uint64_t at) {
   port_t *p = &m->ports[port];
   const int idle = p->head == p->tail;

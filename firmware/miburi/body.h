@@ -46,8 +46,8 @@ class Body {
     return true;
   }
 
-  // Does what can wait until the report is out. It must be complete before the next reading, which
-  // would otherwise lose bytes.
+  // Does what can wait until the report is out. A report that is still going out during the next
+  // reading would cost that reading bytes.
   void look_after() {
     if (table_.complete()) {
       look_at(NO_MOTOR);
@@ -176,8 +176,8 @@ class Body {
     return Result::ok;
   }
 
-  // The only way out of a stop, and the only place where torque is switched on. Before that, each
-  // motor's goal is set to its present position.
+  // The only way out of a stop, and the only place where torque is switched on. Before that, the
+  // motors are told to hold the positions where they are.
   Result release(Writer& out) {
     if (controller_.phase != Phase::stopped) {
       return wrong_phase(out);
@@ -353,7 +353,7 @@ class Body {
 
  private:
   static const int32_t POLL = 20000;  // µs between two readings of the servos
-  static const int32_t HOST_SILENT = 30000000;  // µs that a host may be silent at rest
+  static const int32_t HOST_SILENT = 30000000;  // µs that a host may be silent while the body rests
   // µs between two readings, at least: while the card sends to the host, a servo's bytes get lost.
   static const int32_t APART = 19000;
   // How many steps outside its limits a joint may be at a release. For a limp joint they are few,
@@ -499,8 +499,8 @@ class Body {
     loaded_ = eased_ = false;
     unlimited_ = 0;
     hold_.move_on();
-    // The rule's clock starts with the transmission that the servos obeyed, as an order is sent
-    // more than once.
+    // The rule's clock starts with the transmission that the servos obeyed, as an order may be sent
+    // again.
     int64_t began = 0;
     uint8_t waiting = ALL;
     uint8_t deaf = 0;

@@ -50,8 +50,8 @@ inline int32_t lag_doubt(const Profile& profile) {
   return static_cast<int32_t>(fastest(profile) * LAG_DOUBT / SECOND);
 }
 
-// Returns the share of its guards that applies to a motor at a speed, in units of 1/256: half at
-// rest, all at FAST.
+// Returns the share of its guards that applies to a motor, in 1/256: half at rest, all if its
+// profile or its own speed reaches FAST.
 inline int16_t granted(const Profile& profile, int32_t velocity) {
   const int32_t fine = static_cast<int32_t>(FINE);
   const int32_t own = distance_between(velocity, 0);
@@ -71,7 +71,7 @@ struct Watch {
   int32_t doubt[MOTORS];  // distance in LAG_DOUBT µs at the move's top speed
   int32_t early_doubt[MOTORS];  // the same until SETTLES
   int16_t early[MOTORS];  // the share until SETTLES: a motor that swings is granted more
-  int16_t share[MOTORS];  // of slack, behind and ahead, in 1/256; smaller at low speeds
+  int16_t share[MOTORS];  // in 1/256, of slack, behind and ahead: less at low speeds
   int64_t modelled;       // time of the model of the free servos, µs into the move
   Loading loading[MOTORS];
   FreeMotion free[MOTORS];
@@ -138,7 +138,7 @@ inline void follow(Watch& watch, const Rule& rule, uint8_t motor, int32_t steps)
 inline int32_t into_step(const Watch& watch, int64_t time) {
   return static_cast<int32_t>(time - watch.modelled) * static_cast<int32_t>(FINE) / MODEL_STEP;
 }
-// How far a motor should have travelled, `into` 1/256 of the model's next step.
+// How far a motor should have travelled when `into`/256 of the model's next step have passed.
 inline int32_t expected_of(const FreeMotion& free, int32_t into) {
   return (free.x >> 8) + (((free.v >> 8) * into) >> 8);
 }
@@ -179,8 +179,8 @@ inline void go_on(Watch& watch, uint8_t motor, int16_t start, int8_t direction, 
   watch.direction[motor] = direction;
 }
 
-// At first allows a motor what the replaced move allowed it at its end, `elapsed` µs after that
-// move's start: the motor may still be as far behind its profile.
+// At first allows a motor at least what the replaced move allowed it at its end, `elapsed` µs after
+// that move's start: the motor may still be as far behind its profile.
 inline void grant_on(Watch& watch, uint8_t motor, int64_t elapsed) {
   const bool early = elapsed < SETTLES;
   const int16_t share = early ? watch.early[motor] : watch.share[motor];

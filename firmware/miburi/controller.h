@@ -41,8 +41,8 @@ const int32_t FURTHEST = 48;  // below 2^6
 // A motor yields by holding the position to which it was pushed, instead of pushing back. A motor
 // yields if somebody still keeps it from its place this many µs after a contact; it does so once
 // per contact, so that no load can pull it further and further. If a motor of a body at rest is
-// pushed away for the same time, the body stops and yields again and again: a person guides it
-// (leads it).
+// pushed away for the same time, the body becomes stopped and yields again and again: a person
+// guides it (leads it).
 const int64_t YIELD_AFTER = 150000;
 // How often a led body yields in a row, at most. Without a limit, a motor that turns backwards or
 // reports a wrong place would go on for ever.

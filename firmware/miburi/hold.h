@@ -107,8 +107,8 @@ class Hold {
   static const uint16_t CREEP = 187;  // steps/s (0.29 rad/s) to where a motor was found again
 
   // Chooses where to hold the motors that were `found` again. A motor with torque sags from the
-  // setpoint of its servo's own profile, or is on its way there, so the setpoint is nearer to the
-  // position to hold than the motor's angle is.
+  // setpoint of its servo's own profile, or is on its way there, so it is held nearer to that
+  // setpoint than its angle is.
   void adopt_places(const Table& table, uint8_t found) {
     if (found == 0) {
       return;

@@ -80,7 +80,7 @@ struct Board {
   template <class Condition>
   static void sleep_while(Condition holds) {
     set_sleep_mode(SLEEP_MODE_IDLE);
-    noInterrupts();  // else an interrupt before the sleep would wait for the next tick
+    noInterrupts();  // else what comes before the sleep would be noticed only at the next tick
     while (holds()) {
       sleep_enable();
       interrupts();

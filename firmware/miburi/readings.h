@@ -76,7 +76,7 @@ class Readings {
     return places_[motor].doubt >= TOO_DOUBTFUL ? Reason::astray : Reason::none;
   }
 
-  // Like fault(), but without an allowance for missed readings.
+  // The same, for a motor that must have answered this very reading and be believed.
   Reason fault_now(uint8_t motor) const {
     if (!(heard_ & (1u << motor))) {
       return answered_ & (1u << motor) ? Reason::astray : missing(motor);

@@ -326,7 +326,8 @@ class Xl330 {
       const uint8_t id = ids[i % 2];
       io_.bus_speed(speeds[i / 2]);
       if (read(id, ID, 1) || (i < 4 && read(id, ID, 1))) {
-        // A servo may answer an EEPROM write late or never, so the registers are read back.
+        // A servo may answer an EEPROM write late or never: what counts is that it then answers
+        // with the new id at our speed.
         write(id, TORQUE_ENABLE, 0);
         if (id != new_id && !write(id, ID, new_id)) {
           write(id, ID, new_id);
