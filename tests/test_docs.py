@@ -83,7 +83,17 @@ def test_the_readmes_experiment_is_what_the_command_prints(tmp_path: Path) -> No
     ]
 
 
-@pytest.mark.parametrize("command", ["parts", "gauge"])
+@pytest.mark.parametrize(
+    "command",
+    [
+        "parts",
+        "gauge",
+        pytest.param(
+            "check",
+            marks=pytest.mark.proof("test_two_things_in_one_place_are_named"),
+        ),
+    ],
+)
 def test_a_command_of_the_building_page_prints_what_stands_there(
     command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
