@@ -2,11 +2,16 @@
 
 import asyncio
 import json
+import re
+import subprocess
+import textwrap
 from collections.abc import Awaitable, Callable
+from contextlib import closing
+from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.fixtures.broker import Listener, Mosquitto, at_home
+from tests.fixtures.broker import MOSQUITTO, Listener, Mosquitto, at_home
 
 from miburi.client.remote import connect
 from miburi.doors.broker import find_broker
@@ -197,3 +202,33 @@ def test_who_is_not_there_cannot_be_stopped(broker: Mosquitto, listener: Listene
     be(listener, "hall")
     with pytest.raises(InputError, match="there are: hall"):
         asyncio.run(stop_and_look(find_broker(f"127.0.0.1:{broker.port}"), "cellar"))
+
+
+@pytest.mark.skipif(MOSQUITTO is None, reason="install the Debian package mosquitto")
+def test_with_the_rights_on_the_page_a_stop_for_all_reaches_a_group(tmp_path: Path) -> None:
+    page = Path(__file__).parents[2] / "docs" / "home.md"
+    shown = re.search(
+        r"^(    pattern .*\n)(    (pattern|user|topic) .*\n)+", page.read_text(), re.M
+    )
+    assert shown
+    rights, passwords = tmp_path / "rights", tmp_path / "passwords"
+    rights.write_text(textwrap.dedent(shown.group()))
+    passwords.touch()
+    for name in ("east", "everybody"):
+        subprocess.run(["mosquitto_passwd", "-b", passwords, name, "secret"], check=True)
+    broker = Mosquitto(
+        tmp_path, f"user root\nallow_anonymous false\npassword_file {passwords}\nacl_file {rights}"
+    )
+
+    def at(name: str) -> Listener:
+        return Listener(broker.port, lambda client: client.username_pw_set(name, "secret"))
+
+    try:
+        with closing(at("east")) as east, closing(at("everybody")) as everybody:
+            # Kept by the broker, because a listener may subscribe later.
+            east.say("miburi/east/kitchen/report", "here", retain=True)
+            assert everybody.hear("miburi/east/kitchen/report") == "here"
+            everybody.say("miburi/all/stop", "now", retain=True)
+            assert east.hear("miburi/all/stop") == "now"
+    finally:
+        broker.kill()

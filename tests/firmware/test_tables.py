@@ -8,6 +8,7 @@ from tests.firmware.endings import raise_arms, recovers
 from tests.firmware.rig import Rig
 
 from miburi.card.card import wake
+from miburi.cli.by_hand import prepare
 from miburi.emulation.control_table import REGISTERS
 from miburi.emulation.servos import Servo
 from miburi.errors import BodyError
@@ -118,6 +119,25 @@ def test_a_servo_whose_firmware_has_no_startup_configuration_is_taken(rig: Rig) 
 
     servo.read = read  # type: ignore[method-assign]
     recovers(rig)
+
+
+def test_servos_on_the_table_are_numbered_and_nothing_moves(firmware: Path) -> None:
+    """They are connected one by one, by a person who has no robot yet."""
+    rig = Rig(firmware, awake=False, twin=False)
+    asked: list[str] = []
+
+    def connect(what: str) -> None:
+        asked.append(what)
+        rig.bus.servos[:] = [Servo.new(1)]
+        rig.bus.servos[0].set("baud", 1)
+
+    assert not prepare(rig.body, connect, ids=True, zeros=False, built=False)
+    assert [what.removeprefix("Connect only the servo of the ") for what in asked] == [
+        joint.replace("_", " ") for joint in JOINTS
+    ]
+    assert rig.bus.servos[0].get("id") == 8
+    assert not rig.bus.servos[0].get("torque_enable")
+    rig.close()
 
 
 @pytest.mark.parametrize(("number", "baud"), [(1, 1), (7, 1), (1, 3), (7, 3)])

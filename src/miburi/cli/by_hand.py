@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from miburi.calibration.file import Mounting
     from miburi.card.card import Card
 
-__all__ = ["find_faults", "find_zeros", "give_ids", "wait_for_enter"]
+__all__ = ["find_faults", "find_zeros", "prepare", "wait_for_enter"]
 
 #: The least turn from which a direction is read, in encoder steps: 8.8° (our choice).
 _TURN = 100
@@ -52,8 +52,30 @@ def wait_for_enter(what: str) -> None:
     typer.prompt(f"{what}, then press Enter", default="", show_default=False, prompt_suffix=" ")
 
 
-def give_ids(card: "Card", wait: Callable[[str], None]) -> None:
-    """Give new servos their ids, one after the other; ``wait`` asks the person and waits."""
+def prepare(
+    card: "Card", wait: Callable[[str], None], *, ids: bool, zeros: bool, built: bool
+) -> bool:
+    """Do the steps by hand that were asked for; return whether the robot may move then.
+
+    ``wait`` asks the person for something and waits. With ``ids`` alone, servos may lie loose on
+    the table, so nothing may move.
+    """
+    if ids:
+        _give_ids(card, wait)
+        if not (zeros or built):
+            return False
+        wait("Connect all servos")
+    if zeros:
+        find_zeros(card, wait)
+    if built:
+        from miburi.hardware.places import mounting
+
+        find_faults(card, mounting(card.robot), wait)
+        wait("Put the phone into the cradle and tighten the jaw; close the chest")
+    return True
+
+
+def _give_ids(card: "Card", wait: Callable[[str], None]) -> None:
     from miburi.robot import JOINTS
 
     for name, joint in zip(JOINTS, card.settings.joints, strict=True):
@@ -66,7 +88,6 @@ def give_ids(card: "Card", wait: Callable[[str], None]) -> None:
                 print("No new servo answers.")
                 wait("Check its cable and the supply")
         print(f"This servo is number {joint.servo} now.")
-    wait("Connect all servos")
 
 
 def find_zeros(card: "Card", wait: Callable[[str], None]) -> None:

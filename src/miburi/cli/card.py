@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from miburi.cli.by_hand import find_faults, find_zeros, give_ids, wait_for_enter
+from miburi.cli.by_hand import prepare, wait_for_enter
 from miburi.cli.options import AsJson, RobotFile, robot_of
 from miburi.cli.places import a_file
 from miburi.errors import BodyError, InputError
@@ -169,7 +169,9 @@ def calibrate(
     out: Annotated[Path, typer.Option(help="The calibration file.", callback=a_file)] = Path(
         "calibration.toml"
     ),
-    ids: Annotated[bool, typer.Option(help="Give new servos their ids first.")] = False,
+    ids: Annotated[
+        bool, typer.Option(help="Give new servos their ids; alone, nothing moves.")
+    ] = False,
     zeros: Annotated[bool, typer.Option(help="Find zero poses and directions by hand.")] = False,
     built: Annotated[
         bool,
@@ -193,15 +195,9 @@ def calibrate(
             "robot's file with --robot (miburi template robot buildable makes one)."
         )
     with _open_card(port, robot_of(robot)) as card, whole_files(out.parent) as draft:
-        if ids:
-            give_ids(card, wait_for_enter)
-        if zeros:
-            find_zeros(card, wait_for_enter)
-        if built:
-            from miburi.hardware.places import mounting
-
-            find_faults(card, mounting(card.robot), wait_for_enter)
-            wait_for_enter("Put the phone into the cradle and tighten the jaw; close the chest")
+        if not prepare(card, wait_for_enter, ids=ids, zeros=zeros, built=built):
+            print("All servos have their ids. Mount them, then calibrate with --built or --zeros.")
+            return
         typer.confirm("The robot will move now. Is the area around it clear?", abort=True)
         measured = measure(card, lambda what: print(f"{what} …"))
         lines = describe(measured)

@@ -228,7 +228,7 @@ class _Tools:
 
     @_wish
     async def gesture(self, feeling: FeelingName, intensity: Strength = 0.7) -> str:
-        """Show a feeling's gesture once and wait until it ends, or return why the body stopped."""
+        """Show a feeling's gesture once and wait for its end, or say why it stopped."""
         if not self._wishes.take("all"):
             return _TOO_FAST
         before = await self._partner.state()
@@ -285,16 +285,14 @@ class _Tools:
     async def events(
         self, since: Annotated[str, Field(pattern=r"^[0-9a-f:]{0,24}$", max_length=24)] = ""
     ) -> str:
-        """List what happened after the event `since`, such as words and stops; earlier runs too."""
+        """List events after `since`, such as words and stops; earlier runs too."""
         events = await self._partner.log(since or None)
         told = events[:_TOLD] if since else events[-_TOLD:]
         lines = [as_line(event) for event in told]
         if left := len(events) - len(told):
-            more = (
-                (f"{left} more; call again with since={told[-1].id}")
-                if since
-                else f"{left} earlier ones"
-            )
+            more = f"{left} earlier ones"
+            if since:
+                more = f"{left} more; call again with since={told[-1].id}"
             lines.append(f"({more})")
         return "\n".join(lines) or f"Nothing has happened after event {since}."
 

@@ -36,7 +36,7 @@ __all__ = ["Finding", "check"]
 
 #: A push, N: in the contact trials, the 95th percentile of each contact's largest mean force over
 #: 0.1 s.
-_PUSH = 2.4
+_PUSH = 2.6
 #: Shares of the servo's stall torque that a joint may need at rest and in motion.
 _STANDING, _MOVING = 1 / 3, 1 / 2
 #: Length of the servo maker's cable, and the part of it inside the plugs, mm; and the ratio of a

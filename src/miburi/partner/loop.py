@@ -170,8 +170,7 @@ class Partner:
         wish
             A name for this wish; the events that it causes carry it.
         interrupt
-            Whether to cut the present gesture short: at its next key pose, or with ``life`` at
-            once.
+            Whether to cut the present gesture short: at its next key pose; with ``life``, at once.
 
         Raises
         ------
