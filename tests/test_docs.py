@@ -12,12 +12,14 @@ import textwrap
 import tomllib
 from itertools import chain
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from typer.testing import CliRunner
 
 from miburi.card.bench_report import BenchFindings, BenchReport, write_report
 from miburi.cli.commands import app
+from miburi.live.events.event import EventKind, LiveEvent
 from tests.fixtures.command import miburi
 
 ROOT = Path(__file__).parents[1]
@@ -236,3 +238,17 @@ def test_the_page_of_the_senses_has_what_its_benches_measured() -> None:
     assert len(rows) > 25
     rows += (ROOT / "bench" / "facts.txt").read_text("utf-8").splitlines()
     assert [row for row in rows if row not in page] == []
+
+
+def test_the_page_of_events_names_every_kind_with_fields_that_events_have() -> None:
+    page = (ROOT / "docs" / "events.md").read_text("utf-8")
+    rows = re.findall(r"^\| (`\w+`(?:, `\w+`)*) \| [^|`]+ \| (.*)\|$", page, re.M)
+    kinds = [kind for named, _ in rows for kind in re.findall(r"`(\w+)`", named)]
+    assert sorted(kinds) == sorted(get_args(EventKind))
+    fields = {field for _, named in rows for field in _outside_brackets(named)}
+    assert fields - {*LiveEvent.model_fields} == set()
+
+
+def _outside_brackets(text: str) -> list[str]:
+    named = re.findall(r"`(\w+)`", re.sub(r"\([^)]*\)", "", text))
+    return [name for name in named if name not in get_args(EventKind)]
