@@ -8,6 +8,7 @@ from pathlib import Path
 
 import httpx
 import pytest
+from tests.fixtures.command import miburi
 from tests.fixtures.live import Server
 from tests.fixtures.program import Program
 from tests.fixtures.study import TWO_GESTURES, Lab
@@ -56,8 +57,12 @@ def test_a_study_must_say_who_runs_it_but_can_be_tried_out(tmp_path: Path) -> No
 def test_a_closed_study_is_over(tmp_path: Path) -> None:
     lab = Lab(tmp_path)
     lab.begin()
-    assert "Codes erased: 1" in run("close", tmp_path)
-    assert "Codes erased: 0" in run("close", tmp_path)
+    unsure = miburi("study", "close", tmp_path, given="\n")
+    assert "No answer can be withdrawn after that" in unsure.stdout
+    assert unsure.returncode == 1
+    assert lab.store.closed is False
+    assert "Codes erased: 1" in miburi("study", "close", tmp_path, given="y\n").stdout
+    assert "Codes erased: 0" in run("close", tmp_path, "--yes")
     with pytest.raises(InputError, match="is closed"):
         run("run", tmp_path)
 

@@ -154,11 +154,18 @@ def withdraw(
 
 
 @study_app.command()
-def close(folder: Folder) -> None:
+def close(
+    folder: Folder,
+    yes: Annotated[bool, typer.Option("--yes", help="Do not ask whether you are sure.")] = False,
+) -> None:
     """End a study: erase the participants' codes, so that no answer can be traced to anybody."""
     from miburi.studies.study.plan import load_study
 
-    erased = _answers(folder, load_study(folder)).close()
+    answers = _answers(folder, load_study(folder))
+    if not yes:
+        print("This ends the study for good. No answer can be withdrawn after that.")
+        typer.confirm("Erase the participants' codes?", abort=True)
+    erased = answers.close()
     print(
         f"{folder} is closed. Codes erased: {erased}. Nobody can answer or withdraw any more. "
         "Delete older copies of the answers: they still have the codes."
