@@ -258,7 +258,7 @@ def test_a_flood_of_stops_fills_no_pipe_and_none_is_lost(
     second.result(60)
 
 
-def test_a_stop_is_sent_even_to_who_does_not_answer(
+def test_a_stop_is_sent_even_to_a_partner_that_does_not_answer(
     pair: tuple[FarPartner, Lanes], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     far, near = pair

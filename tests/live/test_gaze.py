@@ -71,7 +71,7 @@ def test_a_face_moves_no_stopped_body(runner: Runner) -> None:
     assert run(runner, 0.1)[-1].angles[WAIST] == pytest.approx(held.angles[WAIST], abs=0.01)
 
 
-def test_it_attends_to_who_talks_with_it_and_to_nobody_later(runner: Runner) -> None:
+def test_it_attends_to_a_talker_and_to_nobody_later(runner: Runner) -> None:
     def attention(seconds: float) -> str | None:
         return run(runner, seconds)[-1].attention
 

@@ -144,7 +144,7 @@ def test_what_it_attended_to_before_does_not_hold_its_breath_in_distress(robot: 
     assert of(MoveSent, run(partner, 60.0))
 
 
-def test_it_turns_slowly_to_who_has_moved_while_it_looked_aside(robot: Robot) -> None:
+def test_it_turns_slowly_to_a_person_who_moved_while_it_looked_aside(robot: Robot) -> None:
     partner = Partner(PaperBody(robot), at_ease("still"), life=5)
     partner.company.attends = "listening"
     while abs(waist(partner)) < 0.05:

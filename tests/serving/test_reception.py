@@ -104,7 +104,7 @@ def test_whatever_is_not_plainly_a_stop_that_may_be_goes_to_the_server_whole(
 LOST = "lost" * 10
 
 
-def test_elsewhere_only_who_has_the_token_stops_it() -> None:
+def test_from_other_devices_stop_needs_the_token() -> None:
     with desk(token=LOST) as at:
         for wrong in (b"", b"Authorization: Bearer " + b"u" * 40 + b"\r\n"):
             at.come(STOP + wrong + END)

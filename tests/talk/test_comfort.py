@@ -45,7 +45,7 @@ def test_a_second_slight_sign_soon_after_is_asked_about(talk: Talk, between: int
 
 
 @pytest.mark.parametrize("then", ["Yes, thank you.", "No, I'm fine.", "I'm all right, love."])
-def test_after_a_slight_sign_who_is_all_right_is_asked_nothing_more(talk: Talk, then: str) -> None:
+def test_after_a_slight_sign_a_person_who_is_well_is_asked_no_more(talk: Talk, then: str) -> None:
     talk.say(SLIGHT)
     well = talk.say(then)
     assert (well.worry, well.distress) == (None, None)

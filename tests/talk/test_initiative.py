@@ -56,7 +56,7 @@ def test_after_a_long_silence_it_asks_and_not_while_somebody_talks() -> None:
     assert talks == []
 
 
-def test_nobody_is_asked_who_is_not_there() -> None:
+def test_an_absent_person_is_asked_nothing() -> None:
     initiative, presence = Initiative(ON), Presence()
     presence.notice(MORNING, words=True)
     for minutes in range(600):

@@ -113,7 +113,7 @@ def test_a_question_about_somebody_who_was_named_is_answered(talk: Talk, asked: 
     assert "ten forty" in talk.say(asked).answer
 
 
-def test_a_correction_of_a_name_does_not_rename_who_is_there(talk: Talk) -> None:
+def test_a_correction_of_a_name_does_not_rename_the_person_present(talk: Talk) -> None:
     talk.say("She lives in Vancouver with her boyfriend, Tom.")
     talk.say("No, not Tom, what am I saying, Tom was the last one. It's Luke.")
     assert talk.speech.memory.present is None

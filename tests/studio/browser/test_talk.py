@@ -21,7 +21,7 @@ def say(page: Page, text: str) -> str:
     return answer.inner_text()
 
 
-def test_it_attends_to_who_types_and_looks_where_it_turns(studio: Page, url: str) -> None:
+def test_it_attends_to_a_typing_person_and_looks_where_it_turns(studio: Page, url: str) -> None:
     """Its eyes go first, on the face as in the studio."""
     sent = posts(studio, "/attend")
     studio.get_by_label("Say something to it").press_sequentially("Good mor")
