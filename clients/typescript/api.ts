@@ -1227,7 +1227,7 @@ export interface components {
             detail?: string | null;
             /**
              * Why
-             * @description What indicated the stimulus: words, or the name of what was noticed.
+             * @description The evidence for the stimulus: words, or a sensed event such as a stroke.
              */
             why?: components["schemas"]["Brought"][] | null;
             /** @description What is known about a stop. */
@@ -2554,7 +2554,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Who stops it: `program`, if programs may release it again; else it counts as a person's. */
+                /** @description `program` if programs may release it again; otherwise it counts as a person's Stop. */
                 "miburi-by"?: string;
             };
             path?: never;

@@ -23,7 +23,7 @@ struct FreeServo {
   uint8_t lost;       // 1/256: the share of the motor's torque that the gears take
 };
 
-// What acts on one motor during a move: its start, the load along its path, the limit of its duty.
+// One motor's conditions during a move: its start, the load along its path, its duty cycle's limit.
 struct Loading {
   int32_t offset;  // from where the motor is at the start to the origin of its profile
   int32_t begin;   // the error that the load causes at the beginning …

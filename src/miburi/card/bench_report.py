@@ -17,7 +17,7 @@ Value = float | str | list[float] | list[str]
 
 
 class BenchFindings(NamedTuple):
-    """What one measurement found: figures for people, and constants for a servo's TOML tables."""
+    """One measurement's result: figures for people, and constants for a servo's TOML tables."""
 
     measured: dict[str, Value]
     constants: dict[str, dict[str, float]]

@@ -144,7 +144,7 @@ class Card:
 
     @property
     def window(self) -> Window | None:
-        """What the rule compared for the motor whose contact keeps the body stopped, or None."""
+        """The rule's figures for the motor whose contact keeps the body stopped, or None."""
         share = np.full(len(JOINTS), FINE) if self.underway is None else self.underway.share
         return None if self._own_stop else window_of(self.report, self._settings, share)
 

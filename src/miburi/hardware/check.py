@@ -61,11 +61,11 @@ class Finding:
     Attributes
     ----------
     check
-        What was looked at.
+        The thing checked.
     ok
         Whether it is as it should be.
     words
-        What was measured, what is allowed, and how to correct what is wrong.
+        The measured value, the allowed range, and how to correct a fault.
     """
 
     check: str

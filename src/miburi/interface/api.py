@@ -101,7 +101,7 @@ _PLAIN = Care()
 NOTICED_RATE, NOTICED_BURST = 5.0, 10.0
 #: Refusals that any request but Stop may get.
 _OFTEN: Refusals = {429: {"model": Refusal, "description": "Too many requests."}}
-_BY = "Who stops it: `program`, if programs may release it again; else it counts as a person's."
+_BY = "`program` if programs may release it again; otherwise it counts as a person's Stop."
 #: Limits for requests with key poses from one address: per second, and in a burst (our numbers).
 _REHEARSED_RATE, _REHEARSED_BURST = 0.5, 5.0
 _Asker = Annotated[

@@ -1,1 +1,1 @@
-"""What happened to a running partner: one model, one log and one file for all interfaces."""
+"""The events of a running partner: one model, one log and one file for all interfaces."""

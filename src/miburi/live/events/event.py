@@ -110,7 +110,7 @@ class LiveEvent(BaseModel):
     detail: str | None = Field(default=None, description="More about it, in words.")
     why: tuple[Brought, ...] | None = Field(
         default=None,
-        description="What indicated the stimulus: words, or the name of what was noticed.",
+        description="The evidence for the stimulus: words, or a sensed event such as a stroke.",
     )
     stop: StopOut | None = Field(default=None, description="What is known about a stop.")
     limit: float | None = Field(default=None, description="The contact rule's limit at that stop.")
