@@ -114,7 +114,7 @@ export interface paths {
         };
         /**
          * Motors
-         * @description Return motors' temperatures and voltage, and the thresholds (guards) from calibration.
+         * @description Return the motors' temperatures and voltages, and the contact rule's tolerances.
          */
         get: operations["motors"];
         put?: never;
@@ -180,7 +180,7 @@ export interface paths {
         put?: never;
         /**
          * Say
-         * @description Say something to the partner, which is moved by the words' feeling, and answers.
+         * @description Say something to the partner, which takes on the words' feeling, and answers.
          *
          *     It obeys orders, too: "stop" stops all motors; "wave" and "lift your arms" are carried out.
          */
@@ -663,7 +663,7 @@ export interface paths {
          * Events
          * @description Send events as they happen (server-sent events), each with its `id` and JSON `data`.
          *
-         *     The stream begins after the event given in `after`, or else with the next event.
+         *     The stream begins after the event in `Last-Event-ID` or `after`, or else with the next one.
          */
         get: operations["events"];
         put?: never;
@@ -764,7 +764,7 @@ export interface components {
             what: string;
             /**
              * Weight
-             * @description Log-odds of the feeling against no feeling, above 0.
+             * @description Log-odds that it adds for the feeling against none; 0 for words of distress.
              */
             weight: number;
         };
@@ -797,7 +797,7 @@ export interface components {
         };
         /**
          * EffortIn
-         * @description Laban's effort, to replace the effort in a gesture's file.
+         * @description Laban effort values that replace those of a gesture's file.
          */
         EffortIn: {
             /**
@@ -853,7 +853,7 @@ export interface components {
             mood?: number;
             /**
              * Blend
-             * @description Other feelings' gestures to mix in, each with its weight μ.
+             * @description Other feelings' gestures to mix in, each with its intensity μ.
              */
             blend?: {
                 [key: string]: number;
@@ -982,7 +982,7 @@ export interface components {
             mood?: number;
             /**
              * Blend
-             * @description Other feelings' gestures to mix in, each with its weight μ.
+             * @description Other feelings' gestures to mix in, each with its intensity μ.
              */
             blend?: {
                 [key: string]: number;
@@ -1003,7 +1003,7 @@ export interface components {
         };
         /**
          * GestureOut
-         * @description The description of a gesture, a movement function.
+         * @description The description of a gesture (in the paper: a movement function).
          */
         GestureOut: {
             /**
@@ -1046,7 +1046,7 @@ export interface components {
             slack: number;
             /**
              * Least
-             * @description With less expected travel the test waits, rad.
+             * @description Expected travel below which the test waits, rad.
              */
             least: number;
             /**
@@ -1475,7 +1475,7 @@ export interface components {
         PeopleOut: {
             /**
              * Allowed
-             * @description Whether facts about people are kept on the partner's own disk.
+             * @description Whether what is known about people is kept on the partner's own disk.
              */
             allowed: boolean;
             /**
@@ -2252,7 +2252,7 @@ export interface components {
             extent: number;
             /**
              * Ratios
-             * @description The ratio of measured to expected travel in the latest window; null if there is none. A card reports only the ratio of the motor that caused the stop.
+             * @description Each motor's ratio of measured to expected travel in the latest window; null if it is not judged. A card reports only the ratio of the motor that caused the stop.
              */
             ratios: (number | null)[];
             /** @description The contact rule in force. */
@@ -2273,7 +2273,7 @@ export interface components {
             hand: components["schemas"]["Hand"] | null;
             /**
              * Hand Out
-             * @description Whether the simulated hand is at the robot; otherwise it waits beside the table.
+             * @description Whether the simulated hand is being guided; otherwise it waits beside the table.
              */
             hand_out: boolean;
             /**
@@ -2371,7 +2371,7 @@ export interface components {
             sign?: string | null;
             /**
              * Ratio
-             * @description The ratio of measured to expected travel: in the window that failed the test, if `sign` is `speed`, and otherwise since the move began.
+             * @description The ratio of measured to expected travel: if `sign` is `speed`, in the judged window, where the rule's limit applies; otherwise since the move began.
              */
             ratio?: number | null;
             /**
@@ -2386,7 +2386,7 @@ export interface components {
             due?: number | null;
             /**
              * Measured
-             * @description Speed, rad/s: over that window if `sign` is `speed`, at the stop if it is `tracking`.
+             * @description Measured speed, rad/s: in the judged window if `sign` is `speed`, at the stop if it is `tracking`.
              */
             measured?: number | null;
             /**
@@ -2443,7 +2443,7 @@ export interface components {
         };
         /**
          * WhyOut
-         * @description A word, and its evidence for the feeling (log-odds against no feeling).
+         * @description A word, and the evidence in it for the feeling (log-odds relative to no feeling).
          */
         WhyOut: {
             /**
@@ -2459,7 +2459,7 @@ export interface components {
         };
         /**
          * WishOut
-         * @description What was asked for; events that belong to it carry its id as `wish`.
+         * @description A request that was accepted; its events carry this id as `wish`.
          */
         WishOut: {
             /**
@@ -2471,7 +2471,7 @@ export interface components {
         };
         /**
          * WordsIn
-         * @description Whether events may repeat what is said to the partner.
+         * @description Whether events may contain what people say to the partner.
          * @example {
          *       "allowed": false
          *     }
@@ -2479,7 +2479,7 @@ export interface components {
         WordsIn: {
             /**
              * Allowed
-             * @description false also forgets what has been kept.
+             * @description false also deletes the words from the stored events.
              * @example false
              */
             allowed: boolean;
@@ -4217,7 +4217,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description Nobody has that name, or the name is not allowed. */
+            /** @description There is no such person or fact, or the value is not allowed. */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -4313,7 +4313,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description Nobody has that name, or the name is not allowed. */
+            /** @description There is no such person or fact, or the value is not allowed. */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -4371,7 +4371,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description Nobody has that name, or the name is not allowed. */
+            /** @description There is no such person or fact, or the value is not allowed. */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -4434,7 +4434,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description Nobody has that name, or the name is not allowed. */
+            /** @description There is no such person or fact, or the value is not allowed. */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -4493,7 +4493,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description Nobody has that name, or the name is not allowed. */
+            /** @description There is no such person or fact, or the value is not allowed. */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -4550,7 +4550,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description Nobody has that name, or the name is not allowed. */
+            /** @description There is no such person or fact, or the value is not allowed. */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -4609,7 +4609,7 @@ export interface operations {
                     "application/json": components["schemas"]["LiveEvent"][];
                 };
             };
-            /** @description The cursor matches no event. */
+            /** @description The cursor is not of the form `BOOT:NUMBER` or `NUMBER`. */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -4668,7 +4668,7 @@ export interface operations {
                     "text/event-stream": unknown;
                 };
             };
-            /** @description There is no such kind, or the cursor names no event. */
+            /** @description There is no such kind, or the cursor is not of the form `BOOT:NUMBER` or `NUMBER`. */
             400: {
                 headers: {
                     [name: string]: unknown;
