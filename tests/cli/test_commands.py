@@ -141,7 +141,7 @@ def test_ik_says_when_it_is_out_of_reach() -> None:
         (["export", "obj"], "", "must be one of mjcf, urdf, got 'obj'"),
         (["experiment", "--seed", "-1"], "", "the seed must be 0 or more, got -1"),
         (["experiment", "--seconds", "nan"], "", "the length must be from 2"),
-        (["feelings", "day", "--model", "x"], "", "must be one of cascade, spiking"),
+        (["feelings", "day", "--emotional-model", "x"], "", "must be one of cascade, spiking"),
     ],
 )
 def test_mistakes_are_answered_in_words(arguments: list[str], given: str, said: str) -> None:

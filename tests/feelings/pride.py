@@ -22,11 +22,11 @@ from miburi.feelings import (
     FEELINGS,
     EmotionalModel,
     Expression,
+    SpikingModel,
     Stimulus,
     load_temperament,
     shipped_temperament,
 )
-from miburi.feelings.spiking import SpikingModel
 from miburi.gestures import read_repertoire
 from miburi.interface.api import make_api
 from miburi.live.recording.archive import Archive

@@ -15,10 +15,10 @@ from miburi.feelings import (
     EmotionalModel,
     Expression,
     FeelingModel,
+    SpikingModel,
     Stimulus,
     shipped_temperament,
 )
-from miburi.feelings.spiking import SpikingModel
 
 MODELS = [EmotionalModel, SpikingModel]
 both = pytest.mark.parametrize("kind", MODELS)

@@ -8,9 +8,9 @@ from miburi.feelings import (
     LEVELS,
     EmotionalModel,
     Expression,
+    SpikingModel,
     Stimulus,
 )
-from miburi.feelings.spiking import SpikingModel
 
 MODELS = [EmotionalModel, SpikingModel]
 both = pytest.mark.parametrize("kind", MODELS)

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from miburi.feelings import FEELINGS, EmotionalModel, Stimulus
-from miburi.feelings.spiking import SpikingModel
+from miburi.feelings import FEELINGS, EmotionalModel, SpikingModel, Stimulus
 
 HAPPY, SURPRISE, THRILL = (FEELINGS.index(name) for name in ("happiness", "surprise", "thrill"))
 

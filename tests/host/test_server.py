@@ -31,7 +31,7 @@ import miburi
 from miburi.cli.commands import app
 from miburi.client.connection import ConnectionLostError
 from miburi.errors import InputError, OutputError
-from miburi.feelings import shipped_temperament
+from miburi.feelings import SpikingModel, shipped_temperament
 from miburi.live.memory import remembered
 from miburi.live.recording.recorder import read
 from miburi.serving.access import AGENTS
@@ -356,7 +356,7 @@ def test_who_asks_it_twice_to_end_leaves_nobody_behind(tmp_path: Path) -> None:
 def test_if_a_helper_ends_the_body_is_stopped_and_the_program_says_which(
     tmp_path: Path, which: int, how: signal.Signals, words: str
 ) -> None:
-    with running(tmp_path) as program:
+    with running(tmp_path, "--emotional-model", "spiking") as program:
         program.out.next()
         helpers = helpers_of(program.process.pid)
         os.kill(helpers[which], how)
@@ -366,8 +366,9 @@ def test_if_a_helper_ends_the_body_is_stopped_and_the_program_says_which(
     assert words in errors
     assert "stopped where it was" in errors
     # Nobody else on this computer reads what it feels.
-    assert (tmp_path / "feelings.json").stat().st_mode & 0o077 == 0
-    assert remembered(tmp_path / "feelings.json", shipped_temperament("playful")) is not None
+    path = tmp_path / "feelings-spiking.json"
+    assert path.stat().st_mode & 0o077 == 0
+    assert remembered(path, shipped_temperament("playful"), SpikingModel) is not None
 
 
 def test_if_the_partner_is_killed_the_server_ends_and_the_recording_is_read_up_to_its_last_second(

@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 
 from miburi.errors import OutputError
-from miburi.feelings import FEELINGS, EmotionalModel
-from miburi.feelings.spiking import SpikingModel
+from miburi.feelings import FEELINGS, EmotionalModel, SpikingModel
 from miburi.studies.day import DAY, live_day, plot_day
 
 

@@ -11,12 +11,14 @@ import typer
 from miburi.cli.options import (
     AsJson,
     CalibrationFile,
+    EmotionalModelName,
     GesturesFolder,
     IkWay,
     RobotFile,
     ServoName,
     TemperamentName,
     calibrated,
+    emotional_model_of,
     repertoire_of,
     robot_of,
     settings_of,
@@ -152,14 +154,10 @@ def day(
     ),
     seed: Annotated[int, typer.Option(help="0 or more.", min=0)] = 1,
     temperament: TemperamentName = "default",
-    model: Annotated[str, typer.Option(help="cascade or spiking.")] = "cascade",
+    emotional_model: EmotionalModelName = "cascade",
 ) -> None:
     """Draw emotion, feeling and mood over a scripted day of conversation."""
-    from miburi.feelings import EmotionalModel
-    from miburi.feelings.spiking import SpikingModel
     from miburi.studies.day import plot_day
 
-    models = {"cascade": EmotionalModel, "spiking": SpikingModel}
-    if model not in models:
-        raise InputError(f"the model must be one of {', '.join(models)}, got {model!r}.")
-    print(plot_day(out, models[model](temperament_of(temperament)), seed=seed))
+    model = emotional_model_of(emotional_model)
+    print(plot_day(out, model(temperament_of(temperament)), seed=seed))

@@ -12,7 +12,7 @@ from miburi.errors import InputError
 
 if TYPE_CHECKING:
     from miburi.bma.settings import Settings
-    from miburi.feelings import Temperament
+    from miburi.feelings import FeelingModel, Temperament
     from miburi.gestures import MovementFunction, Repertoire
     from miburi.robot import Robot
     from miburi.safety.free import FreeRule
@@ -21,6 +21,7 @@ __all__ = [
     "AsJson",
     "BrokerCertificates",
     "CalibrationFile",
+    "EmotionalModelName",
     "GesturesFolder",
     "IkWay",
     "RobotFile",
@@ -28,6 +29,7 @@ __all__ = [
     "ServoName",
     "TemperamentName",
     "calibrated",
+    "emotional_model_of",
     "gesture_of",
     "load_gestures",
     "name_foreign_guards",
@@ -102,6 +104,7 @@ ServoName = Annotated[
         show_default=False,
     ),
 ]
+EmotionalModelName = Annotated[str, typer.Option("--emotional-model", help="cascade or spiking.")]
 TemperamentName = Annotated[
     str, typer.Option("--temperament", help="default, calm, lively, playful, or a file (….toml).")
 ]
@@ -163,6 +166,15 @@ def settings_of(robot: "Robot", way: str) -> "Settings | None":
     if way not in ways:
         raise InputError(f"--ik must be one of {', '.join(ways)}, got {way!r}.")
     return ways[way]()
+
+
+def emotional_model_of(name: str) -> "type[FeelingModel]":
+    """Return an emotional model by its name."""
+    from miburi.feelings import MODELS
+
+    if name not in MODELS:
+        raise InputError(f"the emotional model must be one of {', '.join(MODELS)}, got {name!r}.")
+    return MODELS[name]
 
 
 def temperament_of(source: str) -> "Temperament":

@@ -7,6 +7,7 @@ from miburi.feelings.model import (
     FeelingModel,
     Stimulus,
 )
+from miburi.feelings.spiking import SpikingModel
 from miburi.feelings.temperament import (
     LEVELS,
     SOURCES,
@@ -19,13 +20,20 @@ from miburi.feelings.temperament import (
 __all__ = [
     "FEELINGS",
     "LEVELS",
+    "MODELS",
     "SOURCES",
     "TEMPERAMENTS",
     "EmotionalModel",
     "Expression",
     "FeelingModel",
+    "SpikingModel",
     "Stimulus",
     "Temperament",
     "load_temperament",
     "shipped_temperament",
 ]
+
+#: The emotional models by name; the first is the default.
+MODELS: dict[str, type[FeelingModel]] = {
+    model.kind: model for model in (EmotionalModel, SpikingModel)
+}

@@ -20,7 +20,7 @@ from queue import Empty, SimpleQueue
 from miburi.bma.settings import Settings
 from miburi.doors.doors import Doors
 from miburi.errors import BodyError, InputError, OutputError, need
-from miburi.feelings import EmotionalModel, Stimulus, Temperament
+from miburi.feelings import EmotionalModel, FeelingModel, Stimulus, Temperament
 from miburi.gestures import Repertoire
 from miburi.ground.cores import coming_first
 from miburi.host.given import Pages
@@ -55,6 +55,8 @@ class Launch:
     ----------
     robot, repertoire, temperament
         The description of the body, its gestures, and the first temperament.
+    emotional_model
+        How its emotion, feeling and mood change.
     rule
         The contact rule for simulated bodies; None: the robot's own.
     settings
@@ -82,6 +84,7 @@ class Launch:
     robot: Robot
     repertoire: Repertoire
     temperament: Temperament
+    emotional_model: type[FeelingModel] = EmotionalModel
     rule: Rule | None = None
     settings: Settings | None = None
     body: str = "simulated"
@@ -131,7 +134,7 @@ def serve(launch: Launch, meanwhile: Callable[[], None] = lambda: None) -> None:
 
 def _serve(launch: Launch, meanwhile: Callable[[], None]) -> None:
     folder = launch.folder or own_folder()
-    memory = None if launch.forget else folder / "feelings.json"
+    memory = None if launch.forget else _memory(folder, launch.emotional_model)
     _keep_private(folder)
     listen = listening_twice if launch.https else listening_plainly
     with listen(launch.host, launch.port) as listeners:
@@ -166,8 +169,8 @@ def _serve(launch: Launch, meanwhile: Callable[[], None]) -> None:
 def _keep_private(folder: Path) -> None:
     """Make the partner's files, including those of earlier runs, readable by this user alone."""
     os.umask(0o077)  # in the helpers, too: they inherit it
-    own = [folder / name for name in ("events.sqlite", "feelings.json", "recordings")]
-    for one in (*own, *folder.glob("recordings/*.mcap")):
+    own = [folder / name for name in ("events.sqlite", "recordings")]
+    for one in (*own, *folder.glob("feelings*.json"), *folder.glob("recordings/*.mcap")):
         with suppress(OSError):  # it does not exist, or belongs to somebody else
             one.chmod(0o700 if one.is_dir() else 0o600)
 
@@ -192,15 +195,21 @@ def _check(launch: Launch) -> None:
         )
 
 
-def _feelings(launch: Launch, memory: Path | None) -> EmotionalModel:
+def _memory(folder: Path, model: type[FeelingModel]) -> Path:
+    """Return the file of a model's feelings; each has its own, as no other model can read it."""
+    other = "" if model is EmotionalModel else f"-{model.kind}"
+    return folder / f"feelings{other}.json"
+
+
+def _feelings(launch: Launch, memory: Path | None) -> FeelingModel:
     """Return the saved feelings or new ones, with happiness at the start."""
-    kept = None if memory is None else _recall(memory, launch.temperament)
-    feelings = kept or EmotionalModel(launch.temperament)
+    kept = None if memory is None else _recall(memory, launch)
+    feelings = kept or launch.emotional_model(launch.temperament)
     feelings.stimulate(GREETING)
     return feelings
 
 
-def _wake(launch: Launch, feelings: EmotionalModel, folder: Path) -> Runner:
+def _wake(launch: Launch, feelings: FeelingModel, folder: Path) -> Runner:
     runner = Runner(
         launch.robot,
         feelings,
@@ -278,15 +287,15 @@ def _next(happenings: "SimpleQueue[Moment]") -> Moment:
             return happenings.get(timeout=GLANCE)
 
 
-def _recall(path: Path, temperament: Temperament) -> EmotionalModel | None:
+def _recall(path: Path, launch: Launch) -> FeelingModel | None:
     try:
-        return remembered(path, temperament)
+        return remembered(path, launch.temperament, launch.emotional_model)
     except InputError as error:
         print(f"miburi: {error}", file=sys.stderr)
         return None
 
 
-def _keep(path: Path, feelings: EmotionalModel) -> bool:
+def _keep(path: Path, feelings: FeelingModel) -> bool:
     try:
         remember(path, feelings.save())
     except OutputError as error:

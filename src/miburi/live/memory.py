@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from miburi.errors import InputError, MiburiError, OutputError
-from miburi.feelings import EmotionalModel, Temperament
+from miburi.feelings import EmotionalModel, FeelingModel, Temperament
 from miburi.ground.files import write_whole
 
 __all__ = ["keep", "remember", "remembered"]
@@ -23,8 +23,10 @@ __all__ = ["keep", "remember", "remembered"]
 _PERIOD, _PATIENCE = 60.0, 5.0
 
 
-def remembered(path: Path, temperament: Temperament) -> EmotionalModel | None:
-    """Return the feelings in a file; None if there is no file.
+def remembered(
+    path: Path, temperament: Temperament, model: type[FeelingModel] = EmotionalModel
+) -> FeelingModel | None:
+    """Return the feelings of an emotional model in a file; None if there is no file.
 
     Raises
     ------
@@ -42,7 +44,7 @@ def remembered(path: Path, temperament: Temperament) -> EmotionalModel | None:
         # A whole number too large for a float becomes inf, and is refused like any wrong value.
         kept = json.loads(content, parse_int=float)
         away = max(0.0, time.time() - _moment(kept["when"]))
-        return EmotionalModel.load(kept["feelings"], temperament, away=away)
+        return model.load(kept["feelings"], temperament, away=away)
     except (
         ValueError,
         LookupError,
