@@ -3,11 +3,13 @@
 // `Io` must provide what servo_xl330.h and memory.h ask of it.
 #pragma once
 
+#include "clock.h"
 #include "controller.h"
 #include "health.h"
 #include "hold.h"
 #include "link.h"
 #include "memory.h"
+#include "move.h"
 #include "readings.h"
 
 namespace miburi {
@@ -15,8 +17,9 @@ namespace miburi {
 template <class Io>
 class Body {
  public:
-  explicit Body(Io& io) : io_(io), memory_(io), servos_(io), readings_(servos_), health_(servos_),
-        hold_(servos_, readings_, controller_) {}
+  explicit Body(Io& io) : clock_(io), memory_(io), servos_(io), readings_(servos_),
+        health_(servos_), hold_(servos_, readings_, controller_),
+        move_(servos_, clock_, rule_, controller_) {}
 
   // Power-on: nothing moves. Servos that still follow an order from before a reset are stopped.
   void begin() {
@@ -119,32 +122,13 @@ class Body {
     return Result::ok;
   }
 
-  // Sets the loads on the motors in the next move or release, and the limits of their duty: one
-  // during the ramp, and one after it. The second must be no higher than the first, and enough to
-  // hold the load at the end. The loads that a host sends shift the positions that the contact rule
-  // expects by less than 32 steps times the calibrated factor `sag`, so no host can switch the rule
-  // off.
-  Result set_loads(const Load* loads, Writer& out) {
-    for (uint8_t i = 0; i < MOTORS; i++) {
-      const Load& load = loads[i];
-      const int32_t first = error_of(rule_, load.pwm) / QUARTER;
-      const int32_t last = error_of(rule_, load.cruise) / QUARTER;
-      if (!within(load.begin, -first, first) || !within(load.end, -last, last) ||
-          !within(load.pwm, 1, FULL_PWM) || !within(load.cruise, 1, load.pwm)) {
-        out.put(i, 1);
-        return Result::range;
-      }
-      loads_[i] = load;
-    }
-    loaded_ = true;
-    return Result::ok;
-  }
+  Result set_loads(const Load* loads, Writer& out) { return move_.set_loads(loads, out); }
 
   Result move(const int16_t* goal, const uint16_t* speeds, Writer& out) {
     if (controller_.phase != Phase::idle && controller_.phase != Phase::moving) {
       return wrong_phase(out);
     }
-    if (!loaded_) {
+    if (!move_.loaded()) {
       return Result::loads;
     }
     uint8_t wrong = IN_RANGE;
@@ -171,7 +155,7 @@ class Body {
     if (table_.complete() && (controller_.phase != Phase::stopped || led(controller_))) {
       look_around();
       give_up(Reason::asked, NO_MOTOR);
-      hold_.tell(table_, orders_, table_.settings.max_speed);
+      hold_.tell(table_, move_.orders(), table_.settings.max_speed);
     }
     return Result::ok;
   }
@@ -182,7 +166,7 @@ class Body {
     if (controller_.phase != Phase::stopped) {
       return wrong_phase(out);
     }
-    if (!loaded_) {
+    if (!move_.loaded()) {
       return Result::loads;
     }
     if (!table_.complete()) {
@@ -247,7 +231,7 @@ class Body {
     uint8_t weak = ALL;
     // Bytes are lost now and then, so orders that a motor did not hear are sent again.
     for (uint8_t copies = 0; copies < COPIES && !hold_.told(); copies++) {
-      hold_.tell(table_, orders_, table_.settings.return_speed);
+      hold_.tell(table_, move_.orders(), table_.settings.return_speed);
     }
     for (uint8_t copies = 0; copies < COPIES && hold_.told() && weak != 0; copies++) {
       servos_.set_torque(table_.joints, true);
@@ -362,21 +346,11 @@ class Body {
   static const int16_t LIES_BEYOND = 8;
   static const int16_t HANGS_BEYOND = HANGS;
   static const int32_t SETTLING = 120000;  // µs: the servos' lag plus GIVE_WAY steps at CREEP
-  static const uint8_t COPIES = 3;  // how often an order is sent, at most, if bytes are lost
 
-  // The clock: 64 bits that never wrap; must be called at least once every 71 minutes.
-  int64_t now() {
-    const uint32_t ticks = io_.micros();
-    clock_ += static_cast<uint32_t>(ticks - ticks_);
-    ticks_ = ticks;
-    return clock_;
-  }
+  int64_t now() { return clock_.now(); }
 
-  // The settings in the form that the rule and the servos use.
-  void adopt() {
-    rule_ = table_.rule();
-    acceleration_ = Servos::real_acceleration(table_.settings.acceleration);
-  }
+  // The settings in the form that the rule uses.
+  void adopt() { rule_ = table_.rule(); }
 
   // Reads all positions once; returns true if every servo answered and is believed.
   bool look_around() { return look_around(hold_.loose()); }
@@ -413,9 +387,9 @@ class Body {
       give_up(Reason::alone, NO_MOTOR);
     }
     if (controller_.phase == Phase::stopped) {
-      hold_.stay(table_, orders_);
+      hold_.stay(table_, move_.orders());
     } else {
-      ease();
+      move_.ease(table_);
     }
     // A motor that seems to have met something may have lost its power.
     if (moved && controller_.phase == Phase::stopped &&
@@ -430,27 +404,11 @@ class Body {
     const Reason reason = health_.look(table_, gains_, hold_.loose(), rests, motor);
     if (reason != Reason::none) {
       fail(reason, motor);
-      hold_.stay(table_, orders_);
-    } else if (hold_.holds() || controller_.phase == Phase::idle) {
-      look_at_ceiling(motor);
-    }
-  }
-
-  // A servo that did not accept its duty limit is sent the limit again; if it does not accept that
-  // either, it is reported as deaf.
-  void look_at_ceiling(uint8_t motor) {
-    const uint8_t bit = static_cast<uint8_t>(1u << motor);
-    if (motor >= MOTORS) {
-      return;
-    }
-    if (!servos_.has_other_pwm(table_.joints[motor].id, orders_[motor].pwm)) {
-      unlimited_ = static_cast<uint8_t>(unlimited_ & ~bit);
-    } else if (unlimited_ & bit) {
+      hold_.stay(table_, move_.orders());
+    } else if (motor < MOTORS && (hold_.holds() || controller_.phase == Phase::idle) &&
+               !move_.limits(table_, motor)) {
       fail(Reason::deaf, motor);
-      hold_.stay(table_, orders_);
-    } else {
-      unlimited_ = static_cast<uint8_t>(unlimited_ | bit);
-      servos_.set_pwm(table_.joints, orders_);
+      hold_.stay(table_, move_.orders());
     }
   }
 
@@ -472,56 +430,13 @@ class Body {
     }
   }
 
-  // Once the motors have sped up, lets each use no more duty than the rest of the move needs.
-  void ease() {
-    if (eased_ || !cruises(controller_, now())) {
-      return;
-    }
-    eased_ = true;
-    for (uint8_t i = 0; i < MOTORS; i++) {
-      orders_[i].pwm = cruise_[i];
-    }
-    servos_.set_pwm(table_.joints, orders_);
-  }
-
   void give_up(Reason reason, uint8_t motor) {
     stop(controller_, reason, motor, readings_.angles(), time());
   }
 
   void go(Phase phase, const int16_t* goal, const uint16_t* speeds) {
-    uint32_t real[MOTORS];
-    for (uint8_t i = 0; i < MOTORS; i++) {
-      real[i] = Servos::real_speed(speeds[i]);
-      cruise_[i] = loads_[i].cruise;
-      orders_[i] = Order{loads_[i].pwm, speeds[i], acceleration_,
-                         to_servo(table_.joints[i], goal[i])};
-    }
-    loaded_ = eased_ = false;
-    unlimited_ = 0;
     hold_.move_on();
-    // The rule's clock starts with the transmission that the servos obeyed, as an order may be sent
-    // again.
-    int64_t began = 0;
-    uint8_t waiting = ALL;
-    uint8_t deaf = 0;
-    int32_t late[MOTORS] = {};
-    for (uint8_t copies = 0; copies < COPIES && waiting != 0; copies++) {
-      servos_.command(table_.joints, orders_, waiting);
-      const int64_t sent = now();
-      began = waiting == ALL ? sent : began;
-      for (uint8_t i = 0; i < MOTORS; i++) {
-        if (waiting & (1u << i)) {
-          // A motor that missed the copy that others obeyed sets off later than they do.
-          late[i] = static_cast<int32_t>(sent - began);
-          rule_.guards[i].lag = table_.joints[i].guards.lag + late[i];
-        }
-      }
-      const typename Servos::Taken taken = servos_.taken(table_.joints, orders_);
-      waiting = static_cast<uint8_t>(waiting & ~taken.by);
-      deaf = waiting & taken.not_by;
-    }
-    start(controller_, rule_, phase, goal, real, loads_, acceleration_, readings_.angles(), began,
-          late);
+    const uint8_t deaf = move_.go(table_, phase, goal, speeds, readings_.angles());
     // A motor that does not answer at all is caught by the readings.
     for (uint8_t i = 0; i < MOTORS; i++) {
       if (deaf & (1u << i)) {
@@ -556,29 +471,20 @@ class Body {
 
   using Servos = Xl330<Io>;
 
-  Io& io_;
+  Clock<Io> clock_;
   Memory<Io> memory_;
   Servos servos_;
   Readings<Servos> readings_;
   HealthWatch<Servos> health_;
   Hold<Servos> hold_;
+  Move<Io> move_;
   Table table_ = Table();
   Rule rule_ = Rule();
-  uint16_t acceleration_ = 1;
   Controller controller_ = Controller();
 
-  Order orders_[MOTORS] = {};
-  Load loads_[MOTORS] = {};
-  uint16_t cruise_[MOTORS] = {};  // of the present move: the next one's loads may arrive during it
-
-  uint32_t ticks_ = 0;
-  int64_t clock_ = 0;
   int64_t next_poll_ = 0;
   int64_t heard_ = 0;  // when the host last spoke
 
-  bool loaded_ = false;          // loads_ has been set for the next move
-  bool eased_ = false;           // the motors have their duty limits for the time after the ramp
-  uint8_t unlimited_ = 0;        // motors that were without their ceiling at their latest check
   Gains gains_ = {};             // as last written; p is 0 before that
 };
 

@@ -1,19 +1,13 @@
-// The servo layer: eight DYNAMIXEL XL330s on one half-duplex bus, protocol 2.0.
+// The servo layer: eight DYNAMIXEL XL330s on one bus. bus.h says what `Io` must provide.
 //
 // Another servo family gets its own header with the same public functions. Positions here are the
 // servo's own, in steps; registers and units are those of the XL330-M288-T's control table.
-//
-// `Io` provides the bus: bus_write(bytes, count) returns when the last bit is out; bus_read() gives
-// a byte or -1; bus_speed(baud); micros(); rest() sleeps until something may have happened, and may
-// look after the host meanwhile; alive() tells the watchdog that a long wait is intended.
 #pragma once
 
-#include "protocol2.h"
+#include "bus.h"
 #include "settings.h"
 
 namespace miburi {
-
-const uint8_t ALL = 0xff;  // a bit per motor
 
 struct Motion {
   int32_t position;
@@ -57,38 +51,37 @@ class Xl330 {
     return static_cast<uint16_t>((acceleration_units(acceleration) * 244141L + 500) / 1000);
   }
 
-  explicit Xl330(Io& io) : io_(io) {}
+  explicit Xl330(Io& io) : bus_(io) {}
 
   // This and read_health return a bit per motor that answered. `late` becomes the µs from the
   // call to the moment at which the motions were read.
   uint8_t read_motion(const Joint* joints, Motion* motion, uint32_t& late) {
-    const uint32_t began = io_.micros();
+    const uint32_t began = bus_.micros();
     uint8_t heard = 0;
     // A byte is lost now and then. Then all are asked again, because a motor that is asked
     // separately has moved further meanwhile, and would seem to be ahead of the others. If a servo
     // was missing last time, all are asked only once: waiting for it costs the others time.
-    const uint8_t asks = missing_ ? 1 : ASKS;
+    const uint8_t asks = missing_ ? 1 : Bus<Io>::ASKS;
     for (uint8_t asked = 0; asked < asks && heard != ALL; asked++) {
-      late = io_.micros() - began;
-      heard = sync_read(joints, SPEED_AND_POSITION, 8);
+      late = bus_.micros() - began;
+      heard = bus_.sync_read(joints, SPEED_AND_POSITION, 8);
     }
     misnamed_ = 0;
     for (uint8_t i = 0; i < MOTORS; i++) {
       // Servos after a missing one in the order of answers never get their turn, so they are asked
       // one by one.
       if (!(heard & (1u << i))) {
-        if (read(joints[i].id, SPEED_AND_POSITION, 8)) {
-          answers_[i] = answer_;
+        if (bus_.ask_again(i, joints[i].id, SPEED_AND_POSITION, 8)) {
           heard = static_cast<uint8_t>(heard | (1u << i));
-        } else if (stranger_) {
+        } else if (bus_.stranger()) {
           misnamed_ = static_cast<uint8_t>(misnamed_ | (1u << i));
         }
       }
       if (heard & (1u << i)) {
-        Reader in(answers_[i].parameters, 8);
+        Reader in(bus_.of(i).parameters, 8);
         motion[i].speed = static_cast<int16_t>((clamped(in.i32(), FASTEST) * 16005L) >> 10);  // × 15.63
         motion[i].position = in.i32();
-        motion[i].alert = (answers_[i].error & protocol2::ALERT) != 0;
+        motion[i].alert = (bus_.of(i).error & protocol2::ALERT) != 0;
       }
     }
     missing_ = heard != ALL;
@@ -99,10 +92,10 @@ class Xl330 {
   uint8_t misnamed() const { return misnamed_; }
 
   uint8_t read_health(const Joint* joints, Health* health) {
-    const uint8_t heard = ask(joints, VOLTAGE_AND_TEMPERATURE, 3);
+    const uint8_t heard = bus_.ask(joints, VOLTAGE_AND_TEMPERATURE, 3);
     for (uint8_t i = 0; i < MOTORS; i++) {
       if (heard & (1u << i)) {
-        Reader in(answers_[i].parameters, 3);
+        Reader in(bus_.of(i).parameters, 3);
         health[i].voltage = static_cast<uint8_t>(in.u16());
         health[i].temperature = in.u8();
       }
@@ -123,7 +116,7 @@ class Xl330 {
       packet.put(o.acceleration ? acceleration_units(o.acceleration) : 0, 4);
       packet.put(speed_units(o.speed), 4).put(static_cast<uint32_t>(o.goal), 4);
     }
-    send(packet);
+    bus_.send(packet);
   }
 
   // Sets the positions that `motors` hold, without a ramp, and then sends all motors their duty
@@ -144,15 +137,15 @@ class Xl330 {
       packet.put(joints[i].id, 1).put(0, 4).put(units, 4);
       packet.put(static_cast<uint32_t>(orders[i].goal), 4);
     }
-    send(packet);
+    bus_.send(packet);
     set_pwm(joints, orders);
   }
 
   // Whether all servos report these duty limits.
   bool limited(const Joint* joints, const Order* orders) {
-    bool all = ask(joints, GOAL_PWM, 2) == ALL;
+    bool all = bus_.ask(joints, GOAL_PWM, 2) == ALL;
     for (uint8_t i = 0; i < MOTORS; i++) {
-      all = all && u16_at(answers_[i].parameters) == orders[i].pwm;
+      all = all && u16_at(bus_.of(i).parameters) == orders[i].pwm;
     }
     return all;
   }
@@ -164,7 +157,7 @@ class Xl330 {
     for (uint8_t i = 0; i < MOTORS; i++) {
       packet.put(joints[i].id, 1).put(orders[i].pwm, 2);
     }
-    send(packet);
+    bus_.send(packet);
   }
 
   // The motors that report these orders, and those that answer but report other ones.
@@ -173,11 +166,11 @@ class Xl330 {
     uint8_t not_by;
   };
   Taken taken(const Joint* joints, const Order* orders) {
-    const uint8_t heard = ask(joints, PROFILE_AND_GOAL, 12);
+    const uint8_t heard = bus_.ask(joints, PROFILE_AND_GOAL, 12);
     Taken taken = {heard, 0};
     for (uint8_t i = 0; i < MOTORS; i++) {
       const Order& o = orders[i];
-      Reader in(answers_[i].parameters, 12);
+      Reader in(bus_.of(i).parameters, 12);
       const uint32_t acceleration = in.u32();
       const uint32_t speed = in.u32();
       if (in.i32() != o.goal || speed != speed_units(o.speed) ||
@@ -192,25 +185,25 @@ class Xl330 {
   // While its watchdog is on, a servo stops by itself after 0.2 s without a packet. Switching it
   // off also ends such a stop.
   void set_bus_watchdog(const Joint* joints, bool on) {
-    write_all(joints, BUS_WATCHDOG, on ? PATIENCE_OF_SERVOS : 0, 1);
+    bus_.write_all(joints, BUS_WATCHDOG, on ? PATIENCE_OF_SERVOS : 0, 1);
   }
 
   // Whether all servos report that their watchdogs are on.
   bool watched(const Joint* joints) {
-    bool all = ask(joints, BUS_WATCHDOG, 1) == ALL;
+    bool all = bus_.ask(joints, BUS_WATCHDOG, 1) == ALL;
     for (uint8_t i = 0; i < MOTORS; i++) {
-      all = all && answers_[i].parameters[0] == PATIENCE_OF_SERVOS;
+      all = all && bus_.of(i).parameters[0] == PATIENCE_OF_SERVOS;
     }
     return all;
   }
 
-  void set_torque(const Joint* joints, bool on) { write_all(joints, TORQUE_ENABLE, on, 1); }
+  void set_torque(const Joint* joints, bool on) { bus_.write_all(joints, TORQUE_ENABLE, on, 1); }
 
   // The motors that do not confirm that their torque is on.
   uint8_t limp(const Joint* joints) {
-    uint8_t limp = static_cast<uint8_t>(~ask(joints, TORQUE_ENABLE, 1));
+    uint8_t limp = static_cast<uint8_t>(~bus_.ask(joints, TORQUE_ENABLE, 1));
     for (uint8_t i = 0; i < MOTORS; i++) {
-      if (answers_[i].parameters[0] != 1) {
+      if (bus_.of(i).parameters[0] != 1) {
         limp = static_cast<uint8_t>(limp | (1u << i));
       }
     }
@@ -224,21 +217,21 @@ class Xl330 {
     for (uint8_t i = 0; i < MOTORS; i++) {
       packet.put(joints[i].id, 1).put(gains.d, 2).put(0, 2).put(gains.p, 2);
     }
-    send(packet);
-    write_all(joints, FEED_FORWARD, 0, FEED_SIZE);
+    bus_.send(packet);
+    bus_.write_all(joints, FEED_FORWARD, 0, FEED_SIZE);
   }
 
   // The motors that do not confirm that they have these gains.
   uint8_t detuned(const Joint* joints, const Gains& gains) {
-    uint8_t detuned = static_cast<uint8_t>(~ask(joints, POSITION_GAINS, GAINS_SIZE));
+    uint8_t detuned = static_cast<uint8_t>(~bus_.ask(joints, POSITION_GAINS, GAINS_SIZE));
     for (uint8_t i = 0; i < MOTORS; i++) {
-      if (!are(answers_[i].parameters, gains)) {
+      if (!are(bus_.of(i).parameters, gains)) {
         detuned = static_cast<uint8_t>(detuned | (1u << i));
       }
     }
-    detuned = static_cast<uint8_t>(detuned | ~ask(joints, FEED_FORWARD, FEED_SIZE));
+    detuned = static_cast<uint8_t>(detuned | ~bus_.ask(joints, FEED_FORWARD, FEED_SIZE));
     for (uint8_t i = 0; i < MOTORS; i++) {
-      if (!are_nothing(answers_[i].parameters)) {
+      if (!are_nothing(bus_.of(i).parameters)) {
         detuned = static_cast<uint8_t>(detuned | (1u << i));
       }
     }
@@ -249,31 +242,31 @@ class Xl330 {
   // or a feed-forward; that comes back only together with the factory's gains. With gains.p = 0 the
   // gains are not checked.
   bool restarted(uint8_t id, const Gains& gains, bool rests) {
-    if (!read(id, TORQUE_ENABLE, 1)) {
+    if (!bus_.read(id, TORQUE_ENABLE, 1)) {
       return false;
     }
-    if (answer_.parameters[0] == 0 || gains.p == 0 || !rests) {
-      return answer_.parameters[0] == 0;
+    if (bus_.latest().parameters[0] == 0 || gains.p == 0 || !rests) {
+      return bus_.latest().parameters[0] == 0;
     }
-    if (read(id, POSITION_GAINS, GAINS_SIZE) && !are(answer_.parameters, gains)) {
+    if (bus_.read(id, POSITION_GAINS, GAINS_SIZE) && !are(bus_.latest().parameters, gains)) {
       return true;
     }
-    return read(id, FEED_FORWARD, FEED_SIZE) && !are_nothing(answer_.parameters);
+    return bus_.read(id, FEED_FORWARD, FEED_SIZE) && !are_nothing(bus_.latest().parameters);
   }
 
   // Whether a servo answers that its duty limit is not `pwm`.
   bool has_other_pwm(uint8_t id, uint16_t pwm) {
-    return read(id, GOAL_PWM, 2) && u16_at(answer_.parameters) != pwm;
+    return bus_.read(id, GOAL_PWM, 2) && u16_at(bus_.latest().parameters) != pwm;
   }
 
   // Whether the servo that was asked last reports a hardware error.
-  bool alarmed() const { return (answer_.error & protocol2::ALERT) != 0; }
+  bool alarmed() const { return (bus_.latest().error & protocol2::ALERT) != 0; }
 
   // Where the servos' own profiles are now; a bit per motor that answered.
   uint8_t read_setpoints(const Joint* joints, int32_t* setpoints) {
-    const uint8_t heard = sync_read(joints, POSITION_TRAJECTORY, 4);
+    const uint8_t heard = bus_.sync_read(joints, POSITION_TRAJECTORY, 4);
     for (uint8_t i = 0; i < MOTORS; i++) {
-      setpoints[i] = Reader(answers_[i].parameters, 4).i32();
+      setpoints[i] = Reader(bus_.of(i).parameters, 4).i32();
     }
     return heard;
   }
@@ -282,32 +275,29 @@ class Xl330 {
   // power. To change either, its torque is switched off first.
   bool set_mode(uint8_t id) {
     // A byte is lost now and then: a silent servo is asked, or told, once more.
-    if (!read(id, RETURN_DELAY, 3) && !read(id, RETURN_DELAY, 3)) {
+    if (!bus_.read(id, RETURN_DELAY, 3) && !bus_.read(id, RETURN_DELAY, 3)) {
       return false;
     }
-    const uint8_t* mode = answer_.parameters;
+    const uint8_t* mode = bus_.latest().parameters;
     const bool right = mode[0] == DELAY && mode[1] == SPEED_PROFILES && mode[2] == POSITION;
-    if (!right && !(write(id, TORQUE_ENABLE, 0) && write(id, RETURN_DELAY, DELAY) &&
-                    write(id, DRIVE_MODE, SPEED_PROFILES) && write(id, OPERATING_MODE, POSITION))) {
+    if (!right && !(bus_.write(id, TORQUE_ENABLE, 0) && bus_.write(id, RETURN_DELAY, DELAY) &&
+                    bus_.write(id, DRIVE_MODE, SPEED_PROFILES) &&
+                    bus_.write(id, OPERATING_MODE, POSITION))) {
       return false;
     }
-    if (!read(id, STARTUP, 1) && !read(id, STARTUP, 1)) {
-      return refused_;  // firmware older than 46 has no such register, and starts limp
+    if (!bus_.read(id, STARTUP, 1) && !bus_.read(id, STARTUP, 1)) {
+      return bus_.refused();  // firmware older than 46 has no such register, and starts limp
     }
-    return answer_.parameters[0] == START_LIMP ||
-           (write(id, TORQUE_ENABLE, 0) && write(id, STARTUP, START_LIMP));
+    return bus_.latest().parameters[0] == START_LIMP ||
+           (bus_.write(id, TORQUE_ENABLE, 0) && bus_.write(id, STARTUP, START_LIMP));
   }
 
   // Reboots a servo: once it has switched itself off after an error, nothing else restarts it.
-  void reboot(uint8_t id) {
-    protocol2::Instruction packet(id, protocol2::REBOOT);
-    send(packet);
-    answered(id, 0);
-  }
+  void reboot(uint8_t id) { bus_.reboot(id); }
 
   // Some of a servo's registers; null where it does not answer, or has none there.
   const uint8_t* peek(uint8_t id, uint8_t address, uint8_t count) {
-    return read(id, address, count) ? answer_.parameters : nullptr;
+    return bus_.read(id, address, count) ? bus_.latest().parameters : nullptr;
   }
 
   // Gives the only servo on the bus, new or not, an id and our bus speed. The servo may have the
@@ -316,31 +306,31 @@ class Xl330 {
     // Servos from other projects may be set to 2 Mbit/s, 115,200 or 9,600 bit/s. At 2 Mbit/s the
     // card may miss answers, so it switches such a servo to the card's speed without waiting for
     // any.
-    patience_ = LONG_PATIENCE;
-    io_.bus_speed(2000000);
-    tell_all(TORQUE_ENABLE, 0);
-    tell_all(BAUD_RATE, ONE_MBPS);
+    bus_.wait_longer(true);
+    bus_.set_speed(2000000);
+    bus_.tell_all(TORQUE_ENABLE, 0);
+    bus_.tell_all(BAUD_RATE, ONE_MBPS);
     const uint32_t speeds[] = {FACTORY_SPEED, BUS_SPEED, 115200, 9600};
     const uint8_t ids[] = {old_id, new_id};
     for (uint8_t i = 0; i < 8; i++) {
       const uint8_t id = ids[i % 2];
-      io_.bus_speed(speeds[i / 2]);
-      if (read(id, ID, 1) || (i < 4 && read(id, ID, 1))) {
+      bus_.set_speed(speeds[i / 2]);
+      if (bus_.read(id, ID, 1) || (i < 4 && bus_.read(id, ID, 1))) {
         // A servo may answer an EEPROM write late or never: what counts is that it then answers
         // with the new id at our speed.
-        write(id, TORQUE_ENABLE, 0);
-        if (id != new_id && !write(id, ID, new_id)) {
-          write(id, ID, new_id);
+        bus_.write(id, TORQUE_ENABLE, 0);
+        if (id != new_id && !bus_.write(id, ID, new_id)) {
+          bus_.write(id, ID, new_id);
         }
-        if (!write(new_id, BAUD_RATE, ONE_MBPS)) {
-          write(new_id, BAUD_RATE, ONE_MBPS);
+        if (!bus_.write(new_id, BAUD_RATE, ONE_MBPS)) {
+          bus_.write(new_id, BAUD_RATE, ONE_MBPS);
         }
         break;
       }
     }
-    io_.bus_speed(BUS_SPEED);
+    bus_.set_speed(BUS_SPEED);
     const bool done = set_mode(new_id);
-    patience_ = PATIENCE;
+    bus_.wait_longer(false);
     return done;
   }
 
@@ -364,16 +354,12 @@ class Xl330 {
   static const uint8_t VOLTAGE_AND_TEMPERATURE = 144;
 
   static const int32_t FASTEST = 2000;  // units of speed: more does not fit a Motion
-  static const uint8_t ASKS = 3;  // how often all are asked, at most, where a byte was lost
   static const uint8_t PATIENCE_OF_SERVOS = 10;  // in units of 20 ms
   static const uint8_t ONE_MBPS = 3;
   static const uint8_t DELAY = 25;  // in units of 2 µs: for us to turn from sending to listening
   static const uint8_t SPEED_PROFILES = 0;
   static const uint8_t POSITION = 3;
   static const uint8_t START_LIMP = 0;
-  static const uint16_t PATIENCE = 2000;  // µs of silence after which no answer will come
-  static const uint16_t LONGEST = 12000;  // µs that listening may take on a noisy bus
-  static const uint16_t LONG_PATIENCE = 36000;  // as PATIENCE, after a write to EEPROM
 
   static uint16_t speed_units(uint16_t speed) {
     const uint32_t units = (speed * 1000UL + 7816) / 15633;
@@ -393,170 +379,7 @@ class Xl330 {
     return Reader(feed_forward, FEED_SIZE).u32() == 0;
   }
 
-  void send(protocol2::Instruction& packet) {
-    while (io_.bus_read() >= 0) {
-    }
-    const uint8_t* bytes = packet.finish();
-    io_.bus_write(bytes, packet.count());
-  }
-
-  static uint8_t length_of_answers(uint8_t packets, uint8_t width) {
-    return static_cast<uint8_t>(packets * (protocol2::OVERHEAD + 1 + width));
-  }
-
-  void listen() {
-    received_ = 0;
-    since_ = heard_at_ = io_.micros();
-  }
-
-  // Collects what the servos say; returns false if they fall silent before `enough` bytes.
-  bool receive(uint8_t enough) {
-    while (received_ < enough) {
-      // A byte comes every 160 cycles, and Serial1 keeps 63 of up to 184: there is no time to look
-      // at the clock for each.
-      const uint8_t before = received_;
-      int byte;
-      while (received_ < sizeof buffer_ && (byte = io_.bus_read()) >= 0) {
-        buffer_[received_++] = static_cast<uint8_t>(byte);
-      }
-      const uint32_t time = io_.micros();
-      if (received_ != before) {
-        heard_at_ = time;
-      }
-      if (received_ == sizeof buffer_ || time - heard_at_ > patience_ ||
-          time - since_ > static_cast<uint32_t>(LONGEST) + patience_) {
-        return false;
-      }
-      if (received_ < enough) {
-        io_.rest();
-      }
-    }
-    return true;
-  }
-
-  // Asks all motors; answers_ then holds the answers of those whose bits are in the result.
-  uint8_t sync_read(const Joint* joints, uint8_t address, uint8_t width) {
-    protocol2::Instruction packet(protocol2::BROADCAST, protocol2::SYNC_READ);
-    packet.put(address, 2).put(width, 2);
-    for (uint8_t i = 0; i < MOTORS; i++) {
-      packet.put(joints[i].id, 1);
-    }
-    send(packet);
-    listen();
-    uint8_t heard = 0;
-    bool more = receive(length_of_answers(MOTORS, width));
-    for (;;) {
-      protocol2::Status status;
-      uint8_t turn = 0;
-      for (uint8_t at = 0; protocol2::next_status(buffer_, received_, at, status); turn++) {
-        for (uint8_t i = 0; i < MOTORS; i++) {
-          // They answer in turn: of two answers with the same id, the one out of turn is from a
-          // servo that has another's id.
-          const bool once = !(heard & (1u << i)) || turn == i;
-          if (status.id == joints[i].id && status.count == width && once) {
-            answers_[i] = Answer(status);
-            heard = static_cast<uint8_t>(heard | (1u << i));
-          }
-        }
-      }
-      // Stuffing or noise makes the answers longer than they should be.
-      if (heard == ALL || !more) {
-        return heard;
-      }
-      more = receive(static_cast<uint8_t>(received_ + 1));
-    }
-  }
-
-  // Asks all for registers that do not change by themselves, until each has been heard.
-  uint8_t ask(const Joint* joints, uint8_t address, uint8_t width) {
-    uint8_t heard = 0;
-    for (uint8_t asked = 0; asked < ASKS && heard != ALL; asked++) {
-      heard = static_cast<uint8_t>(heard | sync_read(joints, address, width));
-    }
-    return heard;
-  }
-
-  bool read(uint8_t id, uint8_t address, uint8_t width) {
-    protocol2::Instruction packet(id, protocol2::READ);
-    packet.put(address, 2).put(width, 2);
-    send(packet);
-    return answered(id, width);
-  }
-
-  bool write(uint8_t id, uint8_t address, uint8_t value) {
-    protocol2::Instruction packet(id, protocol2::WRITE);
-    packet.put(address, 2).put(value, 1);
-    send(packet);
-    return answered(id, 0) && (answer_.error & ~protocol2::ALERT) == 0;
-  }
-
-  bool answered(uint8_t id, uint8_t width) {
-    listen();
-    stranger_ = refused_ = false;
-    if (patience_ == LONG_PATIENCE) {
-      io_.alive();
-    }
-    bool more = receive(length_of_answers(1, width));
-    for (;;) {
-      protocol2::Status status;
-      for (uint8_t at = 0; protocol2::next_status(buffer_, received_, at, status);) {
-        if (status.id == id && status.count == width) {
-          answer_ = Answer(status);
-          return true;
-        }
-        stranger_ = status.id != id;
-        refused_ = !stranger_ && (status.error & ~protocol2::ALERT) != 0;
-      }
-      if (!more) {
-        return false;
-      }
-      more = receive(static_cast<uint8_t>(received_ + 1));
-    }
-  }
-
-  // A broadcast: every servo obeys, and none answers.
-  void tell_all(uint8_t address, uint8_t value) {
-    protocol2::Instruction packet(protocol2::BROADCAST, protocol2::WRITE);
-    packet.put(address, 2).put(value, 1);
-    send(packet);
-    io_.alive();
-    listen();
-    while (io_.micros() - since_ < LONG_PATIENCE) {
-      io_.rest();  // the servo needs this time to write to its EEPROM
-    }
-  }
-
-  void write_all(const Joint* joints, uint8_t address, uint8_t value, uint8_t width) {
-    protocol2::Instruction packet(protocol2::BROADCAST, protocol2::SYNC_WRITE);
-    packet.put(address, 2).put(width, 2);
-    for (uint8_t i = 0; i < MOTORS; i++) {
-      packet.put(joints[i].id, 1).put(value, width);
-    }
-    send(packet);
-  }
-
-  struct Answer {
-    uint8_t error;
-    uint8_t parameters[12];
-
-    Answer() : error(0), parameters() {}
-    explicit Answer(const protocol2::Status& status) : error(status.error), parameters() {
-      for (uint8_t i = 0; i < status.count && i < sizeof parameters; i++) {
-        parameters[i] = status.parameters[i];
-      }
-    }
-  };
-
-  Io& io_;
-  uint8_t buffer_[224];
-  uint8_t received_ = 0;
-  uint32_t since_ = 0;     // when listening began
-  uint32_t heard_at_ = 0;  // when the latest byte came
-  Answer answers_[MOTORS];
-  Answer answer_;
-  uint16_t patience_ = PATIENCE;
-  bool stranger_ = false;  // the servo asked last answered with another id
-  bool refused_ = false;   // it answered with an error
+  Bus<Io> bus_;
   bool missing_ = false;  // a servo did not answer the latest reading
   uint8_t misnamed_ = 0;
 };

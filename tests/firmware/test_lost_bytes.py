@@ -176,7 +176,7 @@ def test_no_packet_of_a_release_is_so_dear_that_its_damage_fails_it(rig: Rig) ->
         assert {servo.get("bus_watchdog") for servo in rig.servos} == {10}
 
 
-#: Changes to body.h, by what the changed card would do.
+#: Changes to move.h, by what the changed card would do.
 MUTANTS = {
     "expects all at once": ("guards.lag + late[i];", "guards.lag;"),
     "orders once": ("COPIES = 3;", "COPIES = 1;"),
@@ -186,7 +186,7 @@ MUTANTS = {
 @pytest.mark.proof("test_an_order_damaged_once_makes_no_move_a_contact")
 @pytest.mark.parametrize("name", MUTANTS)
 def test_a_card_that_orders_otherwise_is_noticed(firmware: Path, tmp_path: Path, name: str) -> None:
-    rig = Rig(changed_card(tmp_path, "body.h", *MUTANTS[name]), twin=False)
+    rig = Rig(changed_card(tmp_path, "move.h", *MUTANTS[name]), twin=False)
     with pytest.raises(AssertionError):
         test_a_servo_that_missed_the_first_copy_is_expected_later_than_the_others(rig)
         test_an_order_damaged_twice_makes_no_move_a_contact(rig)
