@@ -16,8 +16,8 @@ integrated exactly, so a step of an hour costs no more than a step of a millisec
 exceeds 1, so every level stays in [0, 1].
 """
 
-from collections.abc import Mapping
-from typing import Any, ClassVar, NamedTuple
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,7 +54,8 @@ class EmotionalModel(FeelingModel):
         self._levels = np.zeros((3, len(FEELINGS)))
         # The part that each level has yet to take up; 0 for the emotion.
         self._pending = np.zeros((3, len(FEELINGS)))
-        self._latest: tuple[Temperament, float, _Passage] | None = None
+        # The latest change and its length, s; most steps are equally long.
+        self._latest: tuple[float, _Change] | None = None
 
     def _current_levels(self) -> Array:
         return self._levels
@@ -77,26 +78,10 @@ class EmotionalModel(FeelingModel):
 
     def _pass(self, dt: float) -> None:
         self._heal(dt)
-        held = bool(self._held.any())
-        passage = self._passage(dt, held=held)
-        levels = np.empty_like(self._levels)
-        np.multiply(self._levels[0], passage.faded, out=levels[0])
-        self._pending[1:], levels[1:] = passage.take(self._pending[1:], self._levels[1:])
-        self._levels = np.where(self._held, self._levels, levels) if held else levels
-
-    def _passage(self, dt: float, *, held: bool) -> "_Passage":
-        """Return the change over ``dt`` seconds; it is cached, since most steps are equally long.
-
-        Without a held level it depends on the temperament and ``dt`` alone.
-        """
-        if not held and self._latest is not None:
-            temperament, length, passage = self._latest
-            if temperament is self.temperament and length == dt:
-                return passage
-        passage = _Passage.of(self.temperament.fading, self._supply(), dt)
-        if not held:
-            self._latest = (self.temperament, dt, passage)
-        return passage
+        if self._latest is None or self._latest[0] != dt:
+            self._latest = dt, _change(self.temperament.rates, self._supply(), dt)
+        levels, self._pending[1:] = self._latest[1](self._levels, self._pending[1:])
+        self._levels = np.where(self._held, self._levels, levels)
 
     def _supply(self) -> Array:
         """Return the rates, 1/s, at which held levels raise feeling and mood, (2, n)."""
@@ -114,6 +99,7 @@ class EmotionalModel(FeelingModel):
 
     def _set(self, row: int, values: Array) -> None:
         rise = np.maximum(values - self._levels[row], 0)
+        self._latest = None
         self._levels[row] = values
         self._pending[row] = 0
         if row == 0:
@@ -125,61 +111,46 @@ class EmotionalModel(FeelingModel):
         return {"levels": self._levels, "pending": self._pending, **super()._state()}
 
     def _restore(self, arrays: Mapping[str, NDArray[Any]]) -> None:
-        self._levels, self._pending = arrays["levels"], arrays["pending"]
+        self._levels, self._pending, self._latest = arrays["levels"], arrays["pending"], None
         super()._restore(arrays)
         if np.any(self._levels + self._pending > 1 + 1e-9):
             raise InputError("The state's level plus its pending part must not exceed 1.")
 
 
-class _Passage(NamedTuple):
-    """The exact factors of a time step: the emotion's, (n,), and the other levels', (2, n).
+#: Takes the levels, (3, n), and the parts pending for the slower two, (2, n); returns both later.
+_Change = Callable[[Array, Array], tuple[Array, Array]]
 
-    The equations are p' = s (1 − x − p) − αp and x' = αp − βx, with s the supply, α the rate of
-    arriving and β that of leaving, in 1/s. With y the distance from where both come to rest,
-    y(t) = e^(λ₂t) y + φ (A − λ₂) y, φ = (e^(λ₁t) − e^(λ₂t)) / (λ₁ − λ₂), where λ₁ and λ₂ are the
-    eigenvalues of the matrix A.
+
+def _change(rates: Array, supply: Array, dt: float) -> _Change:
+    """Return the exact change in ``dt`` seconds, from the fading rates, (3, n), and the supply.
+
+    The equations are p' = s (1 − x − p) − αp and x' = αp − βx, with s the supply, (2, n), α the
+    rate of arriving and β that of leaving, in 1/s. With y the distance from where both come to
+    rest, y(t) = e^(λ₂t) y + φ (A − λ₂) y, φ = (e^(λ₁t) − e^(λ₂t)) / (λ₁ − λ₂), where λ₁ and λ₂ are
+    the eigenvalues of the matrix A.
     """
+    arriving, leaving = rates[:2], rates[1:]
+    rest_level = supply / (leaving + supply + supply * leaving / arriving)
+    rest_pending = leaving / arriving * rest_level
+    middle = -(supply + arriving + leaving) / 2
+    root = (middle + leaving) ** 2 - supply * arriving
+    half = np.sqrt(root + (0j if supply.any() else 0.0))
+    slow, fast = middle + half, middle - half
+    apart = np.where(half == 0, 1e-300, 2 * half)
+    faded, kept = np.exp(-rates[0] * dt), np.exp(fast * dt)
+    # Written with the slow eigenvalue, so that it stays finite when the two are far apart.
+    phi = -np.exp(slow * dt) * np.expm1(-apart * dt) / apart
+    # The diagonal of A − λ₂: for what is pending, and for the level.
+    staying, staying_level = -supply - arriving - fast, -leaving - fast
 
-    faded: Array
-    rest_pending: Array
-    rest_level: Array
-    kept: Array  # e^(λ₂t)
-    phi: Array
-    supply: Array
-    arriving: Array
-    staying: Array  # the diagonal of A − λ₂: for what is pending, ...
-    staying_level: Array  # ... and for the level
-
-    @classmethod
-    def of(cls, fading: Array, supply: Array, dt: float) -> "_Passage":
-        """Return the change in ``dt`` seconds, from the time constants (3, n) s and the supply."""
-        rates = 1 / fading
-        arriving, leaving = rates[:2], rates[1:]
-        rest_level = supply / (leaving + supply + supply * leaving / arriving)
-        middle = -(supply + arriving + leaving) / 2
-        root = (middle + leaving) ** 2 - supply * arriving
-        half = np.sqrt(root + (0j if supply.any() else 0.0))
-        slow, fast = middle + half, middle - half
-        apart = np.where(half == 0, 1e-300, 2 * half)
-        return cls(
-            np.exp(-rates[0] * dt),
-            leaving / arriving * rest_level,
-            rest_level,
-            np.exp(fast * dt),
-            # Written with the slow eigenvalue, so that it stays finite when the two are far apart.
-            -np.exp(slow * dt) * np.expm1(-apart * dt) / apart,
-            supply,
-            arriving,
-            -supply - arriving - fast,
-            -leaving - fast,
-        )
-
-    def take(self, pending: Array, level: Array) -> tuple[Array, Array]:
-        """Return what is pending, and the level, after the step."""
-        p, x = pending - self.rest_pending, level - self.rest_level
+    def take(levels: Array, pending: Array) -> tuple[Array, Array]:
+        p, x = pending - rest_pending, levels[1:] - rest_level
         p, x = (
-            self.kept * p + self.phi * (self.staying * p - self.supply * x),
-            self.kept * x + self.phi * (self.arriving * p + self.staying_level * x),
+            kept * p + phi * (staying * p - supply * x),
+            kept * x + phi * (arriving * p + staying_level * x),
         )
         # Clipping removes rounding errors only.
-        return (p.real + self.rest_pending).clip(0, 1), (x.real + self.rest_level).clip(0, 1)
+        later = (x.real + rest_level).clip(0, 1)
+        return np.vstack([levels[:1] * faded, later]), (p.real + rest_pending).clip(0, 1)
+
+    return take

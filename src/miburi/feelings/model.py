@@ -254,16 +254,9 @@ class FeelingModel(ABC):
     def load(
         cls, state: Mapping[str, Any], temperament: Temperament | None = None, *, away: float = 0.0
     ) -> Self:
-        """Return a saved model, aged by the time since it was saved.
+        """Return a saved model, aged by the ``away`` s since :meth:`save` returned its state.
 
-        Parameters
-        ----------
-        state
-            What :meth:`save` returned.
-        temperament
-            The temperament of the model; the state does not contain one.
-        away
-            Seconds between saving and loading.
+        The state does not contain a temperament.
 
         Raises
         ------

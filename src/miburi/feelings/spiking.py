@@ -51,13 +51,7 @@ _NEWTON_STEPS = 8
 
 
 class SpikingModel(FeelingModel):
-    """Emotion, feeling and mood as three layers of spike-response neurons.
-
-    Parameters
-    ----------
-    temperament
-        Time constants, shares, matrix, habituation; the default temperament if none is given.
-    """
+    """Emotion, feeling and mood as three layers of spike-response neurons."""
 
     kind = "spiking"
     _limits: ClassVar = {
@@ -129,24 +123,16 @@ class SpikingModel(FeelingModel):
         weights: Array = _SYNAPSE * np.minimum(ratio, 1)
         return weights
 
-    @property
-    def _slow(self) -> Array:
-        """The rates at which activations fade, (3, n) 1/s."""
-        return 1 / self.temperament.fading
-
-    @property
-    def _fast(self) -> Array:
-        """The rates at which refractoriness fades, (3, n) 1/s."""
-        return self._slow / _RECOVERY
-
     def _decay_rates(self) -> Array:
-        return np.where(self._held, 0.0, self._slow)
+        """Return the rates at which activations fade, (3, n) 1/s."""
+        return np.where(self._held, 0.0, self.temperament.rates)
 
     def _decay(self, seconds: float) -> dict[str, Array]:
+        rates = self.temperament.rates
         return {
             "activation": self._activation * np.exp(-self._decay_rates() * seconds),
-            "refractory": self._refractory * np.exp(-self._fast * seconds),
-            "trace": self._trace * np.exp(-self._slow * seconds),
+            "refractory": self._refractory * np.exp(-rates / _RECOVERY * seconds),
+            "trace": self._trace * np.exp(-rates * seconds),
             "learned": self._learned * np.exp(-seconds / _FORGETTING),
         }
 
@@ -186,17 +172,17 @@ class SpikingModel(FeelingModel):
 
     def _plan(self, layer: int) -> None:
         """Compute when the neurons of a layer fire if no input arrives first."""
-        slow, fast = self._decay_rates(), self._fast
-        for neuron in range(len(FEELINGS)):
-            place = layer, neuron
-            self._next[place] = inf
-            if self._activation[place] >= _THRESHOLD:
-                self._next[place] = _spike_time(
-                    float(self._activation[place]),
-                    float(self._refractory[place]),
-                    float(slow[place]),
-                    float(fast[place]),
-                )
+        fast = self.temperament.rates[layer] / _RECOVERY
+        neurons = (
+            self._activation[layer],
+            self._refractory[layer],
+            self._decay_rates()[layer],
+            fast,
+        )
+        self._next[layer] = [
+            _spike_time(*neuron) if neuron[0] >= _THRESHOLD else inf
+            for neuron in zip(*(values.tolist() for values in neurons), strict=True)
+        ]
 
 
 def _spike_time(a: float, r: float, slow: float, fast: float) -> float:

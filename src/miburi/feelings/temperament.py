@@ -167,6 +167,11 @@ class Temperament(Table):
         return _freeze(np.outer(constants, [self.lasting[name] for name in FEELINGS]))
 
     @cached_property
+    def rates(self) -> Array:
+        """The rates at which the levels fade, 1/s, (3, n)."""
+        return _freeze(1 / self.fading)
+
+    @cached_property
     def rest(self) -> Array:
         """The resting mood of each feeling, (n,)."""
         return _freeze(np.array([self.resting[name] for name in FEELINGS]))
