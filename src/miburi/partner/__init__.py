@@ -11,8 +11,8 @@ from miburi.partner.events import (
     WishDropped,
 )
 from miburi.partner.loop import LAPSES, Partner
+from miburi.partner.mover import Solve, solve_with
 from miburi.partner.recovery import UnsettledError
-from miburi.partner.solving import Solve, solve_with
 
 __all__ = [
     "LAPSES",

@@ -8,7 +8,7 @@ by the posture, so that the arms are free for beats.
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -16,11 +16,11 @@ from miburi import gestures
 from miburi.errors import InputError
 from miburi.feelings import Expression, FeelingModel
 from miburi.partner.performance import Performance
-from miburi.partner.rest import Attention, Rest, may_go_on
+from miburi.partner.rest import Company, Rest, may_go_on
 from miburi.partner.shown import ShownEmotion
 from miburi.robot import Robot
 
-__all__ = ["Arbiter", "Company"]
+__all__ = ["Arbiter"]
 
 #: A beat may begin this much later than it should, s (our choice).
 _LATE = 0.05
@@ -28,40 +28,11 @@ _LATE = 0.05
 _CHOICES = 1
 
 
-@dataclass
-class Company:
-    """The people around the partner, as far as its body takes them into account.
-
-    Attributes
-    ----------
-    gaze
-        The person's direction, rad to the partner's left. At rest it turns there, as far and as
-        fast as its temperament lets it.
-    calm
-        Whether the partner must stay calm because somebody is in distress. The partner then shows
-        no feeling, and rests.
-    attends
-        Its role in a conversation, in which it faces the person; None if there is no conversation.
-    """
-
-    gaze: float = 0.0
-    calm: bool = False
-    attends: Attention | None = None
-
-
 class Arbiter:
-    """Chooses the next performance.
+    """Chooses the next performance; it only reads the emotional model.
 
-    Parameters
-    ----------
-    robot
-        Gives lengths, limits and neutral.
-    feelings
-        The emotional model, which it only reads.
-    repertoire
-        The gestures.
-    life
-        The seed of idle motion and variation; None switches both off, as in the paper's experiment.
+    ``life`` is the seed of idle motion and variation; None switches both off, as in the paper's
+    experiment.
 
     Attributes
     ----------
@@ -90,8 +61,8 @@ class Arbiter:
         self._robot, self._feelings, self._repertoire = robot, feelings, repertoire
         self._choices = np.random.default_rng([life or 0, _CHOICES])
         self._variations = None if life is None else np.random.default_rng(life)
-        self._rest = None if life is None else Rest(robot, life)
-        self._emotion = None if life is None else ShownEmotion()
+        self._rest = None if life is None else Rest(robot, feelings, life)
+        self._emotion = None if life is None else ShownEmotion(feelings)
         # Times for beats to the present sentence, s on the body's clock.
         self._strokes: deque[float] = deque()
         self._beats_until = -np.inf  # when the last beat has ended, s
@@ -177,30 +148,21 @@ class Arbiter:
             if self._emotion is not None:
                 self._emotion.shown += 1
             function = self._repertoire.choose(felt.feeling, self._choices)
-            return Performance.of_gesture(self._robot, function, felt, variation, self.facing)
+            poses = partial(gestures.key_poses, self._robot, function, variation=variation)
+            return Performance(poses, felt, function.name, turn=self.facing)
         if self._rest is None:
             return None
         if self._beats(time):
             self._strokes.popleft()
-            return self._rest.beat(self._feelings, self.facing)
-        if self._strokes:
-            return None
-        company = self.company
-        return self._rest.act(
-            time,
-            self._feelings,
-            turned,
-            company.gaze,
-            calm=company.calm,
-            attends=company.attends,
-        )
+            return self._rest.beat(self.facing)
+        return None if self._strokes else self._rest.act(time, turned, self.company)
 
     def _felt(self, time: float) -> Expression | None:
         """Return the feeling that is still to be shown by a gesture at ``time`` s, if any."""
         felt = None if self.company.calm else self._feelings.express()
         if self._emotion is None:
             return felt
-        left = self._emotion.left(felt, self._feelings)
+        left = self._emotion.left(felt)
         return None if time < self._beats_until and self._emotion.shown else left
 
     def _drop_strokes(self, time: float) -> None:

@@ -1,4 +1,4 @@
-"""The events that a step of the partner returns."""
+"""The events that a step of the partner returns; ``time`` is the partner's time in each, in s."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -26,8 +26,6 @@ class GestureStarted:
 
     Attributes
     ----------
-    time
-        The partner's time, in s, as in every event.
     expression
         What it shows; None if a caller gave key poses that show no feeling.
     gesture
@@ -48,8 +46,6 @@ class MoveSent:
 
     Attributes
     ----------
-    time
-        The partner's, in s.
     key_pose
         Its number in the gesture, from 0.
     move, solution
@@ -68,8 +64,6 @@ class GestureEnded:
 
     Attributes
     ----------
-    time
-        The partner's, in s.
     expression, wish
         As in :class:`GestureStarted`.
     complete
@@ -88,8 +82,6 @@ class Stopped:
 
     Attributes
     ----------
-    time
-        The partner's, in s.
     stop
         Which motor, and why.
     mood_before, mood_after
@@ -125,8 +117,6 @@ class WishDropped:
 
     Attributes
     ----------
-    time
-        The partner's, in s.
     expression, wish
         As in :class:`GestureStarted`.
     why

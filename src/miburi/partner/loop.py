@@ -18,7 +18,7 @@ from miburi import gestures
 from miburi.bodies import Body, BodyState
 from miburi.errors import BodyError
 from miburi.feelings import FEELINGS, Expression, FeelingModel
-from miburi.partner.arbiter import Arbiter, Company
+from miburi.partner.arbiter import Arbiter
 from miburi.partner.events import (
     Event,
     GestureEnded,
@@ -28,10 +28,10 @@ from miburi.partner.events import (
     Stopped,
     WishDropped,
 )
-from miburi.partner.mover import Mover
+from miburi.partner.mover import Mover, Solve, solve_with
 from miburi.partner.performance import Performance
 from miburi.partner.recovery import Recovery
-from miburi.partner.solving import Solve, solve_with
+from miburi.partner.rest import Company
 from miburi.safety.stop import Phase, Stop, StopReason
 
 __all__ = ["LAPSES", "Partner"]

@@ -1,35 +1,39 @@
 """From key poses to moves of the body: the inverse kinematics, and where the last move leads."""
 
+from collections.abc import Callable
+
 import numpy as np
 
-from miburi import gestures
+from miburi import gestures, ik
+from miburi.bma.settings import Settings
 from miburi.bodies import Body
 from miburi.errors import BodyError
 from miburi.partner.events import MoveSent
 from miburi.partner.performance import Performance
-from miburi.partner.solving import Solve
-from miburi.robot import JOINTS, Array
+from miburi.robot import JOINTS, Array, Robot
 from miburi.safety.move import Move, plan_move, plan_on
 from miburi.safety.stop import Phase
 
-__all__ = ["Mover"]
+__all__ = ["Mover", "Solve", "solve_with"]
+
+#: The inverse kinematics of a partner: it takes robot, target (9,), m, and present angles (8,),
+#: rad, and returns a solution.
+Solve = Callable[[Robot, Array, Array], ik.Solution]
 
 #: The shortest time of the last move, back to neutral, s (our choice).
 _HOMECOMING = 1.5
 _WAIST, _HEAD = JOINTS.index("waist"), JOINTS.index("head")
 
 
-class Mover:
-    """Sends a body its moves.
+def solve_with(settings: Settings | None = None) -> Solve:
+    """Return the inverse kinematics with these settings; by default :func:`ik.solve`."""
+    return lambda robot, target, start: ik.solve(robot, target, start=start, settings=settings)
 
-    Parameters
-    ----------
-    body
-        The body, at neutral.
-    solve
-        The inverse kinematics.
-    lively
-        Whether key poses that allow it are passed without a stop.
+
+class Mover:
+    """Sends its moves to a body, which is at neutral.
+
+    If ``lively``, it passes key poses that allow it without a stop.
     """
 
     def __init__(self, body: Body, solve: Solve, *, lively: bool) -> None:
@@ -62,12 +66,11 @@ class Mover:
 
     def go_home(self) -> bool:
         """Move to neutral; return whether a move was sent."""
-        sent = not self.home and self._send(
-            plan_move(self._body.robot, self._angles, self._neutral, _HOMECOMING)
-        )
-        if sent:
-            self._angles = self._neutral
-        return sent
+        way = self._body.robot, self._angles, self._neutral, _HOMECOMING
+        if self.home or not self._send(plan_move(*way)):
+            return False
+        self._angles = self._neutral
+        return True
 
     def go_on(self, performance: Performance, mood: float, time: float) -> list[MoveSent] | None:
         """Send the performance's next key pose that moves the body, if there is one.

@@ -6,19 +6,19 @@ that moment; those of a request or of an act at rest stay the same.
 """
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
-from miburi import gestures
 from miburi.feelings import Expression
-from miburi.gestures import KeyPose, MovementFunction
-from miburi.robot import Robot
+from miburi.gestures import KeyPose
 
 __all__ = ["Performance"]
 
 
+@dataclass
 class Performance:
     """A sequence of key poses, and how far the body has come in it.
 
-    Parameters
+    Attributes
     ----------
     poses
         Returns the key poses at a mood from 0 to 1, always the same number of them.
@@ -37,41 +37,19 @@ class Performance:
         The angle by which all key poses are turned towards somebody, rad to the robot's left.
     """
 
-    def __init__(
-        self,
-        poses: Callable[[float], Sequence[KeyPose]],
-        expression: Expression | None = None,
-        gesture: str | None = None,
-        *,
-        asked: bool = False,
-        rests: str = "",
-        wish: str | None = None,
-        turn: float = 0.0,
-    ) -> None:
-        self.expression = expression
-        self.gesture = gesture
-        self.asked, self.rests, self.wish, self.turn = asked, rests, wish, turn
-        self._poses = poses
+    poses: Callable[[float], Sequence[KeyPose]]
+    expression: Expression | None = None
+    gesture: str | None = None
+    asked: bool = False
+    rests: str = ""
+    wish: str | None = None
+    turn: float = 0.0
+
+    def __post_init__(self) -> None:
         self._next, self._count = 0, -1
         self._hold = 0.0
         self._hold_until: float | None = None
         self._passes_at: float | None = None
-
-    @classmethod
-    def of_gesture(
-        cls,
-        robot: Robot,
-        function: MovementFunction,
-        expression: Expression,
-        variation: int | None,
-        turn: float = 0.0,
-    ) -> "Performance":
-        """Return a gesture at the mood of each move; see :func:`miburi.gestures.key_poses`."""
-
-        def poses(mood: float) -> list[KeyPose]:
-            return gestures.key_poses(robot, function, mood, variation=variation)
-
-        return cls(poses, expression, function.name, turn=turn)
 
     def is_due(self, time: float) -> bool:
         """Whether a body at rest at ``time`` s has held its key pose long enough."""
@@ -81,7 +59,7 @@ class Performance:
 
     def go_on(self, mood: float) -> Iterator[tuple[int, KeyPose]]:
         """Yield the key poses that are still to come at this mood, each with its number."""
-        poses = self._poses(mood)
+        poses = self.poses(mood)
         self._count = len(poses)
         for index in range(self._next, len(poses)):
             self._next = index + 1

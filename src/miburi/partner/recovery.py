@@ -74,24 +74,16 @@ class Recovery:
         late = self.halted and stop.reason is StopReason.ASKED
         self.halted = False
         if late or stop.reason is StopReason.CONTACT:
-            self._pause(time)
-        elif stop.reason is StopReason.TOUCHED:
-            self._follow(time)
+            pause = min(FIRST_PAUSE * 2**self._encounters, LONGEST_PAUSE)
+            self._release_at = self._pause_ends = time + pause
+            self._stillness = REST_TIME
+            self._encounters += 1
+        elif stop.reason is StopReason.TOUCHED:  # until the hand that moves it has let go
+            self._release_at, self._stillness = time, LET_GO
+            self._moved_at, self._place = time, None
         else:  # somebody asked for it, or something failed: only a person ends it
             self._release_at, self._stillness = None, REST_TIME
         return replace(stop, reason=StopReason.LOOP_LATE) if late else stop
-
-    def _pause(self, time: float) -> None:
-        """Plan to release the body after a pause that grows with each stop in a row."""
-        pause = min(FIRST_PAUSE * 2**self._encounters, LONGEST_PAUSE)
-        self._release_at = self._pause_ends = time + pause
-        self._stillness = REST_TIME
-        self._encounters += 1
-
-    def _follow(self, time: float) -> None:
-        """Plan to release the body when the hand that moves it has let go."""
-        self._release_at, self._stillness = time, LET_GO
-        self._moved_at, self._place = time, None
 
     def look(self, state: BodyState) -> None:
         """See whether the stopped body moves."""
@@ -129,16 +121,8 @@ class Recovery:
     def succeed(self, other: "Recovery", then: float, now: float) -> bool:
         """Take over the stop, the pause and the encounters of another body.
 
-        Parameters
-        ----------
-        other
-            The recovery of the other body.
-        then, now
-            The same moment on the other body's clock and on this one's.
-
-        Returns
-        -------
-        Whether this body must be stopped, because the other was not free.
+        ``then`` is the present moment on the other body's clock, ``now`` on this one's. Returns
+        whether this body must be stopped, because the other was not free.
         """
         left = max(0.0, other._pause_ends - then)
         self._pause_ends, self._encounters = now + left, other._encounters

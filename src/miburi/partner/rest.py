@@ -7,6 +7,7 @@ people do. ``rest.toml`` has the acts and all the numbers.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from typing import Annotated, Literal, get_args
@@ -16,12 +17,12 @@ from pydantic import Field
 
 from miburi import gestures
 from miburi.feelings import FEELINGS, FeelingModel
-from miburi.feelings.temperament import RestLevel, Temperament
+from miburi.feelings.temperament import RestLevel
 from miburi.ground.tables import Table, load_table
 from miburi.partner.performance import Performance
 from miburi.robot import Array, Robot
 
-__all__ = ["Attention", "Rest", "may_go_on"]
+__all__ = ["Attention", "Company", "Rest", "may_go_on"]
 
 #: The partner's part in a conversation.
 Attention = Literal["listening", "thinking", "speaking"]
@@ -51,6 +52,27 @@ _TURN, _RISE, _MIRRORED = 6, 7, [3, 4, 5, 0, 1, 2, 6, 7]
 
 _Seconds = Annotated[float, Field(gt=0, le=600)]
 _Share = Annotated[float, Field(ge=-2, le=2)]
+
+
+@dataclass
+class Company:
+    """The people around the partner, as far as its body takes them into account.
+
+    Attributes
+    ----------
+    gaze
+        The person's direction, rad to the partner's left. At rest it turns there, as far and as
+        fast as its temperament lets it.
+    calm
+        Whether the partner must stay calm because somebody is in distress. The partner then shows
+        no feeling, and only breathes.
+    attends
+        Its role in a conversation, in which it faces the person; None if there is no conversation.
+    """
+
+    gaze: float = 0.0
+    calm: bool = False
+    attends: Attention | None = None
 
 
 class _Level(Table):
@@ -102,16 +124,12 @@ def _shipped() -> _Acts:
 class Rest:
     """Chooses what a body at rest does next, and when.
 
-    Parameters
-    ----------
-    robot
-        Gives lengths, limits and neutral.
-    seed
-        The seed for the choice of acts, pauses and sizes.
+    The mood shows in the acts; the temperament says how often one comes. The seed gives the choice
+    of acts, pauses and sizes.
     """
 
-    def __init__(self, robot: Robot, seed: int) -> None:
-        self._robot = robot
+    def __init__(self, robot: Robot, feelings: FeelingModel, seed: int) -> None:
+        self._robot, self._feelings = robot, feelings
         self._rng = np.random.default_rng([seed, 2])
         self._hands = np.random.default_rng([seed, 3])  # of beats
         self._eyes = np.random.default_rng([seed, 4])  # of looks aside
@@ -122,34 +140,14 @@ class Rest:
         self._due = self._called = float("-inf")
         self._last = ""
 
-    def act(
-        self,
-        time: float,
-        feelings: FeelingModel,
-        turned: float,
-        gaze: float,
-        *,
-        calm: bool = False,
-        attends: Attention | None = None,
-    ) -> Performance | None:
+    def act(self, time: float, turned: float, company: Company) -> Performance | None:
         """Return the act that begins at ``time`` s, if one is due; a turn to a face comes first.
 
-        Parameters
-        ----------
-        time
-            The present time, s; call this repeatedly while the body rests.
-        feelings
-            The emotional model: its mood shows in the act; its temperament says how often one
-            comes.
-        turned, gaze
-            The turn of the body and the direction of the person, both rad to the partner's left.
-        calm
-            Whether somebody is in distress: then it only breathes.
-        attends
-            Its part in a conversation, in which it only breathes and looks aside.
+        Call this repeatedly while the body rests, ``turned`` rad to its left. In a conversation it
+        only breathes and looks aside.
         """
-        allowed = feelings.temperament.gaze
-        turn = float(np.clip(gaze, -allowed.turn, allowed.turn))
+        allowed, calm = self._feelings.temperament.gaze, company.calm
+        turn = float(np.clip(company.gaze, -allowed.turn, allowed.turn))
         if abs(turn - turned) > _FACED:
             # It turns back from a look aside in the time given for that look. If the person has
             # moved meanwhile, it turns slowly.
@@ -157,20 +155,19 @@ class Rest:
             back = None if abs(turn - self._faced) > _FACED else back
             step = allowed.speed * _TURNING if back is None else np.inf
             turn = turned + float(np.clip(turn - turned, -step, step))
-            lift = self._tone(feelings)[0]
-            pose = self._pose(lift, np.zeros(8), back or _TURNING, 0.0)
+            pose = self._pose(self._tone()[0], np.zeros(8), back or _TURNING, 0.0)
             return Performance(lambda _mood: [pose], rests=_TURNS, turn=turn)
-        if not calm and (aside := self._avert(time, feelings, attends)) is not None:
+        if not calm and (aside := self._avert(time, company.attends)) is not None:
             aside.turn = self._faced = turn
             return aside
         self._back = None
         if time > self._called + _ANEW:
-            self._due = time + self._pause(feelings.temperament)
+            self._due = time + self._pause()
         self._called = time
         if time < self._due:
             return None
         acts = [act for act in _shipped().act if act.name != self._last]
-        if calm or attends is not None:
+        if calm or company.attends is not None:
             acts = [act for act in _shipped().act if act.name == _CALM]
             breath = acts[0].there + acts[0].hold + acts[0].back
             if not calm and breath > self._averts - time:
@@ -178,12 +175,8 @@ class Rest:
         weights = np.array([act.weight for act in acts])
         act = acts[int(self._rng.choice(len(acts), p=weights / weights.sum()))]
         self._last = act.name
-        lift, depth, tempo = self._tone(feelings)
-        size = (
-            _shipped().level[feelings.temperament.at_rest].size
-            * np.exp(depth)
-            * self._rng.uniform(*_SIZES)
-        )
+        lift, depth, tempo = self._tone()
+        size = self._level.size * np.exp(depth) * self._rng.uniform(*_SIZES)
         slower = np.exp(-tempo) / self._rng.uniform(*_TEMPOS)
         offset = size * np.array(act.offset)
         # A glance, too, turns the waist no further than the temperament lets it turn.
@@ -192,16 +185,14 @@ class Rest:
             offset = offset[_MIRRORED] * np.where(np.arange(8) == _TURN, -1, 1)
         times = slower * np.array([act.there, act.hold, act.back])
         self._due = self._called = time + float(times.sum())
-        self._due += self._pause(feelings.temperament)
+        self._due += self._pause()
         poses = [
             self._pose(lift, offset, times[0], times[1]),
             self._pose(lift, np.zeros(8), times[2], 0.0),
         ]
         return Performance(lambda _mood: poses, rests=act.name, turn=turn)
 
-    def _avert(
-        self, time: float, feelings: FeelingModel, attends: Attention | None
-    ) -> Performance | None:
+    def _avert(self, time: float, attends: Attention | None) -> Performance | None:
         """Return a look aside from the person it attends to, if one is due at ``time`` s."""
         aversion = None if attends is None else _shipped().aversion.get(attends)
         if attends != self._attends:
@@ -210,10 +201,10 @@ class Rest:
                 self._averts = time + self._drawn(aversion.first)
         if aversion is None or time < self._averts:
             return None
-        hold, lift = self._drawn(aversion.hold), self._tone(feelings)[0]
+        hold, lift = self._drawn(aversion.hold), self._tone()[0]
         self._averts = time + aversion.there + hold + aversion.back + self._drawn(aversion.after)
         offset, self._back = np.array(aversion.offset), aversion.back
-        offset[_TURN] = min(offset[_TURN], feelings.temperament.gaze.turn)
+        offset[_TURN] = min(offset[_TURN], self._feelings.temperament.gaze.turn)
         if self._eyes.random() < 0.5:
             offset[_TURN] *= -1
         poses = [
@@ -230,20 +221,24 @@ class Rest:
         """Return a random part of the strokes in order, always with the first."""
         return [at for k, at in enumerate(strokes) if self._hands.random() < _TRIED or k == 0]
 
-    def beat(self, feelings: FeelingModel, turn: float) -> Performance:
+    def beat(self, turn: float) -> Performance:
         """Return one beat of the arms for a body that is turned by ``turn``.
 
         Mood shows in its size and in how the head is held.
         """
-        lift, depth, _ = self._tone(feelings)
+        lift, depth, _ = self._tone()
         size = np.exp(depth) * self._hands.uniform(*_SIZES)
         hands = self._hands.permutation([1.0, self._hands.choice(_OTHERS)])
         poses = gestures.beat(self._robot, float(np.clip(size, *_BEATS)) * hands, lift)
         return Performance(lambda _mood: poses, turn=turn)
 
-    def _pause(self, temperament: Temperament) -> float:
-        level = _shipped().level[temperament.at_rest]
-        return float(level.pause * np.exp(level.spread * self._rng.standard_normal()))
+    @property
+    def _level(self) -> _Level:
+        return _shipped().level[self._feelings.temperament.at_rest]
+
+    def _pause(self) -> float:
+        spread = self._level.spread * self._rng.standard_normal()
+        return float(self._level.pause * np.exp(spread))
 
     def _pose(self, lift: float, offset: Array, duration: float, hold: float) -> gestures.KeyPose:
         """Return a key pose that is ``offset`` away from where the body rests, facing ahead."""
@@ -251,10 +246,10 @@ class Rest:
         posture[_RISE] += lift
         return gestures.key_pose(self._robot, posture, float(duration), float(hold))
 
-    def _tone(self, feelings: FeelingModel) -> tuple[float, float, float]:
+    def _tone(self) -> tuple[float, float, float]:
         """Return how far the head is lifted, and how much deeper and quicker acts are."""
-        resting = np.array([feelings.temperament.resting[name] for name in FEELINGS])
-        above = np.clip((feelings.mood - resting) / (1 - resting), 0.0, 1.0)
+        resting = self._feelings.temperament.rest
+        above = np.clip((self._feelings.mood - resting) / (1 - resting), 0.0, 1.0)
         tones = _shipped().tone
         parts = [
             share * np.array([tone.lift, tone.depth, tone.tempo])

@@ -7,10 +7,10 @@ experiment still does so; a partner with life does not.
 from miburi.feelings import FEELINGS, Expression, FeelingModel
 from miburi.robot import Array
 
-__all__ = ["MOST", "ShownEmotion"]
+__all__ = ["ShownEmotion"]
 
 #: Gestures for one emotion (our choice).
-MOST = 3
+_MOST = 3
 #: An emotion that rises by more than this above where it was counts as a new one (our choice).
 _RISES = 0.05
 #: The newest feeling shows if it is at least this share of the strongest emotion (our choice).
@@ -18,7 +18,7 @@ _NEAR = 0.9
 
 
 class ShownEmotion:
-    """An emotion, tracked from its onset.
+    """An emotion, tracked from its onset in an emotional model, which it only reads.
 
     Attributes
     ----------
@@ -26,22 +26,23 @@ class ShownEmotion:
         How many gestures have shown it.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, feelings: FeelingModel) -> None:
+        self._feelings = feelings
         self.shown, self._rose = 0, False
         self._before: Array | None = None
         self._feeling: str | None = None
         self._lowest = 0.0
         self._rose_last: int | None = None
 
-    def left(self, felt: Expression | None, feelings: FeelingModel) -> Expression | None:
+    def left(self, felt: Expression | None) -> Expression | None:
         """Return what is felt if some of it is still to be shown, else None.
 
         Of nearly equal emotions the newest shows first: a fright also raises an older fear,
         slightly above the fright itself, and yet the fright is what is new.
         """
-        emotion = feelings.emotion
+        emotion = self._feelings.emotion
         before, self._before = self._before, emotion.copy()
-        felt = self._newest(felt, feelings, emotion, before)
+        felt = self._newest(felt, emotion, before)
         if felt is None:
             self._feeling = None
             return None
@@ -54,14 +55,10 @@ class ShownEmotion:
         if felt.feeling != self._feeling or level > self._lowest + _RISES:
             self.shown, self._feeling, self._lowest = 0, felt.feeling, level
         self._lowest = min(self._lowest, level)
-        return felt if self.shown < MOST else None
+        return felt if self.shown < _MOST else None
 
     def _newest(
-        self,
-        felt: Expression | None,
-        feelings: FeelingModel,
-        emotion: Array,
-        before: Array | None,
+        self, felt: Expression | None, emotion: Array, before: Array | None
     ) -> Expression | None:
         """Return the feeling that rose last if it is nearly as strong as ``felt``, or ``felt``."""
         if before is not None and (emotion - before).max() > _RISES:
@@ -71,7 +68,7 @@ class ShownEmotion:
             return felt
         if emotion[newest] < _NEAR * emotion.max():
             return felt
-        return Expression(FEELINGS[newest], float(feelings.mood[newest]))
+        return Expression(FEELINGS[newest], float(self._feelings.mood[newest]))
 
     @property
     def rises(self) -> bool:
