@@ -39,18 +39,10 @@ Phase = Annotated[float, Field(ge=0, le=1)]
 
 
 class Posture(Table):
-    """A key pose at full intensity.
+    """A key pose at full intensity; hands in the chest's frame, in multiples of L23 + L34.
 
-    Attributes
-    ----------
-    phase, until
-        When the body arrives at the pose and when it leaves, as shares of the gesture's duration.
-    right, left
-        Position of the hand relative to its own shoulder, [forward, out, up] in the chest's frame,
-        in multiples of the arm's length (L23 + L34).
-    head
-        Direction from the head's joint to its centre, [forward, left, up] of the base, of any
-        length. A direction to the side turns the waist.
+    The head's direction, from its joint to its centre in the base frame, may have any length. A
+    direction to the side turns the waist.
     """
 
     phase: Phase = Field(description="When the body arrives, as a share of the duration.")

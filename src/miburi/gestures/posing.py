@@ -20,9 +20,6 @@ from miburi.robot import Array, Robot, forward
 
 __all__ = [
     "BEAT_LEAD",
-    "REACH_VARIES",
-    "TIME_VARIES",
-    "WIDE",
     "Direction",
     "KeyPose",
     "beat",
@@ -36,10 +33,10 @@ __all__ = [
 
 #: A movement that changes a coordinate by more than this (rad, or multiples of the reach) is wide;
 #: with bound flow it halts half-way.
-WIDE = 0.5
+_WIDE = 0.5
 #: Variation: the share by which a coordinate may fall short of the written one, and by which a
 #: duration may differ.
-REACH_VARIES, TIME_VARIES = 0.15, 0.12
+_REACH_VARIES, _TIME_VARIES = 0.15, 0.12
 #: A beat gesture of an arm: the hand's offset at the turning point, the times there and back, s,
 #: and the time in which lagging servos reach the turning point, s (all our choice).
 _BEAT = np.array([-0.03, 0.0, 0.3])
@@ -123,10 +120,8 @@ def key_poses(
 
     Parameters
     ----------
-    robot
-        The robot, which gives lengths, joint limits and the neutral pose.
-    function
-        The gesture.
+    robot, function
+        The body, and its gesture.
     mood
         The membership μ, 0 to 1: a greater mood makes the gesture larger and faster.
     variation
@@ -175,8 +170,8 @@ def blend(
     for beat in _timeline(robot, lead):
         offset, slower = beat.weights @ offsets, 1.0 / tempo
         if rng is not None:
-            offset = offset * rng.uniform(1 - REACH_VARIES, 1, len(offset))
-            slower *= rng.uniform(1 - TIME_VARIES, 1 + TIME_VARIES)
+            offset = offset * rng.uniform(1 - _REACH_VARIES, 1, len(offset))
+            slower *= rng.uniform(1 - _TIME_VARIES, 1 + _TIME_VARIES)
         pose = key_pose(robot, offset, beat.duration * slower, beat.hold * slower)
         performance.append(replace(pose, passes=beat.passes))
     return performance
@@ -185,14 +180,8 @@ def blend(
 def beat(robot: Robot, hands: Array, rise: float = 0.0) -> list[KeyPose]:
     """Return a beat of the arms, and the way back to rest.
 
-    Parameters
-    ----------
-    robot
-        Gives lengths, limits and neutral.
-    hands
-        How large the beat of the right and of the left hand is, (2,); 1 is usual.
-    rise
-        How far the head is raised throughout, rad.
+    ``hands``, (2,), is how large the beat of the right and of the left hand is; 1 is usual. The
+    head is raised by ``rise`` rad throughout.
     """
     there, back = _BEAT_TIMES
     return [
@@ -268,7 +257,7 @@ def _timeline(robot: Robot, function: MovementFunction) -> list[_Beat]:
     for weights, share, halt, passes in moves:
         duration = share * function.duration
         pause = duration * effort.hesitation
-        if pause and np.abs((weights - before) @ written).max() > WIDE:
+        if pause and np.abs((weights - before) @ written).max() > _WIDE:
             duration = (duration - pause) / 2
             beats.append(_Beat((before + weights) / 2, duration, pause))
         beats.append(_Beat(weights, duration, halt * function.duration, passes))

@@ -52,16 +52,8 @@ def check_name(name: str, feeling: str) -> None:
 def taught(robot: Robot, name: str, feeling: str, times: Array, angles: Array) -> MovementFunction:
     """Return the gesture that somebody showed by leading a hand of the robot.
 
-    Parameters
-    ----------
-    robot
-        The robot that was guided by hand.
-    name, feeling
-        Of the new gesture.
-    times
-        (n,) s, rising.
-    angles
-        (n, 8) rad: the first row is the resting pose, the last is where the person let go.
+    The angles, (n, 8) rad, at rising times, (n,) s, begin in the resting pose and end where the
+    person let go.
 
     Raises
     ------
