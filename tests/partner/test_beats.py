@@ -1,17 +1,16 @@
 """Longer words move its arms a little, after the first gesture of a feeling."""
 
 import numpy as np
-import pytest
 from tests.fixtures.live import run as live_run
 from tests.fixtures.live import until
 from tests.fixtures.partner import PaperBody, at_ease, happy, of, run
 
 from miburi import gestures
 from miburi.bodies.simulated import Simulated
-from miburi.feelings import EmotionalModel, Stimulus
+from miburi.feelings import EmotionalModel
 from miburi.live.runner import Runner
 from miburi.live.wishes import Speak
-from miburi.partner import GestureStarted, MoveSent, Partner, Stopped
+from miburi.partner import Event, GestureStarted, MoveSent, Partner, Stopped
 from miburi.robot import JOINTS, Robot, forward
 
 LONG = "I have thought about that for a while, and I like what you said."
@@ -36,14 +35,8 @@ def highest(robot: Robot, partner: Partner, seconds: float) -> float:
     return max(heights)
 
 
-#: Each seed gives a life with other breaths and beats.
-MORE = pytest.mark.proof("test_a_sad_partner_does_not_lift_its_head_to_speak")
-SEEDS = [0, 1, *(pytest.param(seed, marks=MORE) for seed in range(2, 8))]
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_it_beats_while_it_speaks_and_then_rests_on(robot: Robot, seed: int) -> None:
-    partner = Partner(Simulated(robot), at_ease("still"), life=seed)
+def test_it_beats_while_it_speaks_and_then_rests_on(robot: Robot) -> None:
+    partner = Partner(PaperBody(robot), at_ease("still"), life=0)
     breathing = highest(robot, partner, 8.0)
     partner.gesticulate(every(0.5, 6.0))
     assert highest(robot, partner, 6.0) > breathing + 0.008
@@ -51,9 +44,8 @@ def test_it_beats_while_it_speaks_and_then_rests_on(robot: Robot, seed: int) -> 
     assert highest(robot, partner, 8.0) < breathing + 0.003
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_a_hand_is_farthest_when_a_syllable_stands_out(robot: Robot, seed: int) -> None:
-    partner = Partner(Simulated(robot), at_ease("still"), life=seed)
+def test_a_hand_is_farthest_when_a_syllable_stands_out(robot: Robot) -> None:
+    partner = Partner(Simulated(robot), at_ease("still"), life=1)
     run(partner, 3.0)
     strokes = [1.5, 1.7, 2.9, 4.6, 6.0, 7.9]
     partner.gesticulate(strokes)
@@ -69,7 +61,7 @@ def test_a_hand_is_farthest_when_a_syllable_stands_out(robot: Robot, seed: int) 
 
 
 def test_in_distress_it_does_not_beat_either_in_the_middle_of_a_breath(robot: Robot) -> None:
-    partner = Partner(Simulated(robot), at_ease("lively"), life=1)
+    partner = Partner(PaperBody(robot), at_ease("lively"), life=1)
     partner.company.calm = True
     beat = np.linalg.norm(
         gestures.beat(robot, np.ones(2))[0].target - forward(robot, robot.neutral)
@@ -81,22 +73,14 @@ def test_in_distress_it_does_not_beat_either_in_the_middle_of_a_breath(robot: Ro
         assert raised(robot, partner) < 0.4 * beat
 
 
-def test_a_feeling_comes_before_a_beat(robot: Robot) -> None:
-    partner = Partner(PaperBody(robot), EmotionalModel(), life=1)
-    run(partner, 3.0)
-    partner.gesticulate(every(0.5, 20.0))
-    run(partner, 2.0)
-    partner.feelings.stimulate(Stimulus("happiness", 1.0, "speech"))
-    assert of(GestureStarted, run(partner, 4.0))
-
-
 def test_what_it_says_leaves_a_first_gesture_whole_then_it_beats(robot: Robot) -> None:
-    def moves(seconds: float) -> list[MoveSent]:
+    def events(seconds: float) -> list[Event]:
         partner = Partner(PaperBody(robot), happy(), life=2)
         partner.gesticulate(every(0.5, seconds))
-        return of(MoveSent, run(partner, 8.0))
+        return run(partner, 12.0)
 
-    silent, spoken = moves(0.0), moves(8.0)
+    told = events(8.0)
+    silent, spoken = of(MoveSent, events(0.0)), of(MoveSent, told)
     first = next(k for k in range(1, len(silent)) if silent[k].key_pose == 0)
     for one, other in zip(silent[:first], spoken[:first], strict=True):
         np.testing.assert_array_equal(one.move.angles, other.move.angles)
@@ -104,15 +88,7 @@ def test_what_it_says_leaves_a_first_gesture_whole_then_it_beats(robot: Robot) -
     reach = [float(np.abs(sent.move.angles - robot.neutral).max()) for sent in during]
     assert max(reach[first:]) < 0.5 < max(reach[:first]), "beats, and no second gesture"
     assert len(reach) > first + 4
-
-
-def test_a_feeling_goes_on_after_what_it_said(robot: Robot) -> None:
-    partner = Partner(PaperBody(robot), happy(), life=2)
-    partner.gesticulate(every(0.5, 8.0))
-    begun = [event.time for event in of(GestureStarted, run(partner, 12.0))]
-    assert len(begun) > 1
-    assert begun[0] < 1.0
-    assert begun[1] > 7.5
+    assert of(GestureStarted, told)[1].time > 7.5, "the feeling goes on after what it said"
 
 
 def test_a_sad_partner_does_not_lift_its_head_to_speak(robot: Robot) -> None:
@@ -167,23 +143,20 @@ def test_it_stays_turned_to_whom_it_speaks(robot: Robot) -> None:
     np.testing.assert_allclose([end[JOINTS.index("waist")] for end in ends], 0.3, atol=1e-6)
 
 
-@pytest.mark.parametrize(("text", "moves"), [(LONG, True), ("Oh!", False), ("今日は", False)])
-def test_a_live_partner_beats_to_longer_words_alone(runner: Runner, text: str, moves: bool) -> None:
+def test_a_live_partner_beats_to_longer_words_alone(runner: Runner) -> None:
     until(runner, lambda now: now.phase == "idle")
     live_run(runner, 4.0)
-    runner.ask(Speak(text))
-    extents = [now.extent for now in live_run(runner, 5.0)]
-    assert (max(extents) > 0.012) == moves, max(extents)
+    for text, moves in (("Oh!", False), ("今日は", False), (LONG, True)):
+        runner.ask(Speak(text))
+        extents = [now.extent for now in live_run(runner, 3.0)]
+        assert (max(extents) > 0.012) == moves, max(extents)
 
 
-@pytest.mark.parametrize("strokes", [[6.0], [6.0, 8.0]])
-def test_its_last_beat_is_whole_even_if_a_feeling_is_left(
-    robot: Robot, strokes: list[float]
-) -> None:
+def test_its_last_beat_is_whole_even_if_a_feeling_is_left(robot: Robot) -> None:
     partner = Partner(PaperBody(robot), happy(), life=2)
-    partner.gesticulate(strokes)
-    events = run(partner, strokes[-1] + 0.2)
+    partner.gesticulate([6.0, 8.0])
+    events = run(partner, 8.2)
     begun = [event.time for event in of(GestureStarted, events)]
     beats = [event for event in of(MoveSent, events) if event.time > begun[0] + 4.0]
     assert len(begun) == 1
-    assert len(beats) >= len(strokes)
+    assert len(beats) >= 2

@@ -19,16 +19,16 @@ def waist(partner: Partner) -> float:
     return float(partner.body.state.angles[WAIST])
 
 
-@pytest.mark.parametrize(("name", "side"), [("default", 1), ("calm", -1), ("lively", 1)])
+@pytest.mark.parametrize(("name", "side"), [("calm", -1), ("lively", 1)])
 def test_it_turns_slowly_and_as_far_as_its_temperament_lets_it(
     robot: Robot, name: str, side: int
 ) -> None:
     temperament = shipped_temperament(name)
     partner = Partner(Simulated(robot), at_ease("still", temperament), life=3)
-    run(partner, 5.0)
+    run(partner, 1.0)
     partner.company.gaze = side * 1.2
     turned = [waist(partner)]
-    for _ in range(40):
+    for _ in range(16):
         run(partner, 0.5)
         turned.append(waist(partner))
     assert turned[-1] * side == pytest.approx(temperament.gaze.turn, abs=0.02)
@@ -56,7 +56,7 @@ def test_a_partner_without_life_and_one_that_may_not_turn_stay(robot: Robot) -> 
         Partner(PaperBody(robot), at_ease("still", still), life=3),
     ):
         partner.company.gaze, partner.company.attends = 0.3, "thinking"
-        for _ in range(500):
+        for _ in range(200):
             partner.step(0.02)
             assert waist(partner) == pytest.approx(0.0, abs=1e-3)
 
@@ -96,29 +96,24 @@ def test_between_gestures_it_does_not_look_away_from_somebody(robot: Robot) -> N
     np.testing.assert_allclose(ends, 0.3, atol=1e-3)
 
 
-def looks_aside(robot: Robot, attends: Attention, seconds: float) -> list[tuple[float, float]]:
-    """Return when it looks aside, and for how long it is turned more than half as far; s."""
-    partner = Partner(PaperBody(robot), at_ease("lively"), life=5)
-    partner.company.attends = attends
-    turned = []
-    for _ in range(round(seconds / 0.02)):
-        partner.step(0.02)
-        turned.append(abs(waist(partner)))
-    away = np.array(turned) > max(turned) / 2
-    begins, ends = (np.flatnonzero(np.diff(away.astype(int)) == way) for way in (1, -1))
-    return [(0.02 * begin, 0.02 * (end - begin)) for begin, end in zip(begins, ends, strict=False)]
-
-
 @pytest.mark.parametrize(
     ("attends", "first", "held"), [("listening", 4.0, 0.5), ("thinking", 0.5, 2.5)]
 )
 def test_it_looks_aside_as_people_do(
     robot: Robot, attends: Attention, first: float, held: float
 ) -> None:
-    looks = looks_aside(robot, attends, 120.0)
-    assert len(looks) > 12
-    assert looks[0][0] == pytest.approx(first + 0.3, abs=1.2)
-    begins, lasts = np.array(looks).T
+    partner = Partner(PaperBody(robot), at_ease("lively"), life=5)
+    partner.company.attends = attends
+    turned = []
+    for _ in range(6000):
+        partner.step(0.02)
+        turned.append(abs(waist(partner)))
+    away = np.array(turned) > max(turned) / 2
+    begins, ends = (0.02 * np.flatnonzero(np.diff(away.astype(int)) == way) for way in (1, -1))
+    begins = begins[: len(ends)]
+    lasts = ends - begins
+    assert len(lasts) > 12
+    assert begins[0] == pytest.approx(first + 0.3, abs=1.2)
     # Half of the ways to and fro, 0.3 to 0.6 s each, counts as turned aside, half as looking at it.
     assert np.mean(lasts) == pytest.approx(held + 0.45, abs=0.35)
     assert np.std(lasts) > 0.02
@@ -141,7 +136,7 @@ def test_what_it_attended_to_before_does_not_hold_its_breath_in_distress(robot: 
     run(partner, 1.0)
     partner.company.calm = True
     run(partner, 10.0)
-    assert of(MoveSent, run(partner, 60.0))
+    assert of(MoveSent, run(partner, 20.0))
 
 
 def test_it_turns_slowly_to_a_person_who_moved_while_it_looked_aside(robot: Robot) -> None:
@@ -160,7 +155,7 @@ def test_it_turns_slowly_to_a_person_who_moved_while_it_looked_aside(robot: Robo
 def test_who_begins_to_talk_waits_for_no_arm(robot: Robot) -> None:
     partner = Partner(PaperBody(robot), at_ease("lively"), life=5)
     more_than_a_breath, interrupted = 0.25, 0
-    for _ in range(20):
+    for _ in range(8):
         for _ in range(500):
             partner.step(0.02)
             raised = np.abs(partner.body.state.angles - robot.neutral)[[1, 4]].min()
@@ -179,7 +174,7 @@ def test_who_is_in_distress_is_not_looked_away_from(robot: Robot) -> None:
     partner = Partner(PaperBody(robot), at_ease("lively"), life=5)
     partner.company.attends, partner.company.calm = "thinking", True
     turned = []
-    for _ in range(1500):
+    for _ in range(500):
         partner.step(0.02)
         turned.append(abs(waist(partner)))
     assert max(turned) < 0.02

@@ -5,14 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.fixtures.partner import PaperBody, happy, of, run
+from tests.partner.conftest import Moving
 
 from miburi import gestures
-from miburi.bodies.simulated import Simulated
 from miburi.errors import BodyError, InputError
-from miburi.feelings import FEELINGS, EmotionalModel, Expression, Stimulus
+from miburi.feelings import FEELINGS, EmotionalModel, Expression
 from miburi.partner import (
     LAPSES,
-    Event,
     GestureEnded,
     GestureStarted,
     MoveSent,
@@ -24,42 +23,31 @@ from miburi.safety.move import Move
 from miburi.safety.stop import Phase
 
 
-def test_a_gesture_each_period(robot: Robot) -> None:
-    events = run(Partner(PaperBody(robot), happy(), period=2.0), 10.0)
+@pytest.mark.parametrize(
+    ("move_time", "touched", "expected"),
+    [(0.2, False, [0.02, 2, 4, 6, 8]), (0.8, False, [0.02, 4, 8]), (0.2, True, [0.02, 4, 6, 8])],
+    ids=["each period", "too long for a period", "after a contact"],
+)
+def test_gestures_begin_at_multiples_of_the_period(
+    robot: Robot, move_time: float, touched: bool, expected: list[float]
+) -> None:
+    body = PaperBody(robot, move_time)
+    partner = Partner(body, happy(), period=2.0)
+    events = run(partner, 0.8)
+    if touched:
+        body.touch()
+    events += run(partner, 8.2)
     starts = [event.time for event in of(GestureStarted, events)]
-    np.testing.assert_allclose(starts, [0.02, 2.0, 4.0, 6.0, 8.0, 10.0], atol=0.021)
+    np.testing.assert_allclose(starts, expected, atol=0.021)
     assert all(event.complete for event in of(GestureEnded, events))
     assert all(event.solution.error.max() < 1e-3 for event in of(MoveSent, events))
 
 
-def test_a_gesture_that_does_not_fit_leaves_out_multiples_of_the_period(robot: Robot) -> None:
-    events = run(Partner(PaperBody(robot, move_time=0.8), happy(), period=2.0), 12.0)
-    ended = of(GestureEnded, events)
-    assert all(2.0 < event.time - start.time < 4.0 for event, start in
-               zip(ended, of(GestureStarted, events), strict=False))  # fmt: skip
-    starts = [event.time for event in of(GestureStarted, events)]
-    np.testing.assert_allclose(starts, [0.02, 4.0, 8.0, 12.0], atol=0.021)
-
-
-def test_after_a_contact_gestures_start_at_multiples_again(robot: Robot) -> None:
-    body = PaperBody(robot)
-    partner = Partner(body, happy(), period=2.0)
-    run(partner, 0.8)
-    body.touch()
-    starts = [event.time for event in of(GestureStarted, run(partner, 8.0))]
-    np.testing.assert_allclose(starts, [4.0, 6.0, 8.0], atol=0.021)
-
-
-def test_who_feels_nothing_rests(robot: Robot) -> None:
-    body = PaperBody(robot)
-    assert run(Partner(body, EmotionalModel()), 10.0) == []
-    assert body.moves == []
-
-
-def test_a_mood_of_nothing_is_neutral(robot: Robot) -> None:
-    body = PaperBody(robot)
-    run(Partner(body, happy(0.0)), 5.0)
-    assert body.moves == []
+def test_who_feels_nothing_or_is_in_no_mood_for_it_stays_at_neutral(robot: Robot) -> None:
+    for feelings in (EmotionalModel(), happy(0.0)):
+        body = PaperBody(robot)
+        run(Partner(body, feelings), 5.0)
+        assert body.moves == []
 
 
 def test_the_strongest_emotion_picks_the_gesture_and_its_mood_the_intensity(robot: Robot) -> None:
@@ -73,23 +61,14 @@ def test_the_strongest_emotion_picks_the_gesture_and_its_mood_the_intensity(robo
 
 @pytest.mark.parametrize("feeling", FEELINGS)
 def test_a_stronger_mood_takes_more_space_in_less_time(robot: Robot, feeling: str) -> None:
-    def moves(mood: float) -> list[Move]:
-        feelings = EmotionalModel()
+    def space_and_speed(mood: float) -> list[float]:
+        feelings, body = EmotionalModel(), PaperBody(robot)
         feelings.set_state(emotion={feeling: 1.0}, mood={feeling: mood}, hold=True)
-        body = PaperBody(robot)
-        run(Partner(body, feelings, period=60.0), 8.0)
-        return body.moves
+        run(Partner(body, feelings, period=60.0), 3.0)
+        space = max(np.abs(move.angles - robot.neutral).max() for move in body.moves)
+        return [space, max(move.speeds.max() for move in body.moves)]
 
-    weak, middling, strong = (moves(mood) for mood in (0.3, 0.6, 0.9))
-
-    def space(moves: list[Move]) -> float:
-        return max(np.abs(move.angles - robot.neutral).max() for move in moves)
-
-    def speed(moves: list[Move]) -> float:
-        return max(move.speeds.max() for move in moves)
-
-    assert space(weak) < space(middling) < space(strong)
-    assert speed(weak) < speed(middling) < speed(strong)
+    assert np.all(np.diff([space_and_speed(mood) for mood in (0.3, 0.9)], axis=0) > 0)
 
 
 def test_the_mood_of_now_counts_at_the_next_key_pose(robot: Robot) -> None:
@@ -102,46 +81,29 @@ def test_the_mood_of_now_counts_at_the_next_key_pose(robot: Robot) -> None:
     assert len(body.moves) == 2
 
 
-def test_rest_brings_the_body_home(robot: Robot) -> None:
-    body = PaperBody(robot)
-    partner = Partner(body, happy())
-    run(partner, 0.1)
+def test_rest_brings_the_body_home(robot: Robot, moving: Moving) -> None:
+    partner, body = moving
     assert not partner.at_rest
     partner.rest()
     run(partner, 2.0)
     assert partner.at_rest
     np.testing.assert_array_equal(body.moves[-1].angles, robot.neutral)
     count = len(body.moves)
-    run(partner, 10.0)
+    run(partner, 4.0)
     assert len(body.moves) == count
 
 
-def test_one_remark_is_seen_within_the_first_gesture(robot: Robot) -> None:
-    """The whole way, as in README's example: a remark, the resting mood, a gesture."""
-    feelings, body = EmotionalModel(), Simulated(robot)
-    partner = Partner(body, feelings)
-    feelings.stimulate(Stimulus("happiness", 0.8, "speech"))
-    hands, events = [forward(robot, body.state.angles)[:6].reshape(2, 3)], list[Event]()
-    while not of(GestureEnded, events) and body.state.time < 10:
-        events += partner.step(0.02)
-        hands.append(forward(robot, body.state.angles)[:6].reshape(2, 3))
-    assert {event.expression.feeling for event in of(GestureStarted, events)} == {"happiness"}
-    travel = np.linalg.norm(np.diff(hands, axis=0), axis=2).sum(axis=0)
-    assert travel.min() >= 0.05
-
-
-def test_life_moves_at_rest_and_varies_and_a_seed_repeats_it(robot: Robot) -> None:
-    def lived(feelings: EmotionalModel, life: int | None) -> list[np.ndarray]:
+def test_life_varies_gestures_and_a_seed_repeats_it(robot: Robot) -> None:
+    def lived(life: int | None) -> list[np.ndarray]:
         body = PaperBody(robot)
-        run(Partner(body, feelings, life=life), 40.0)
+        run(Partner(body, happy(), life=life), 8.0)
         return [move.angles for move in body.moves]
 
-    assert len(lived(EmotionalModel(), 1)) >= 2
-    plain, varied = lived(happy(), None), lived(happy(), 1)
+    plain, varied = lived(None), lived(1)
     assert any(np.allclose(plain[0], again, atol=1e-3) for again in plain[1:])
     assert not any(np.allclose(varied[0], again, atol=1e-3) for again in varied[1:])
-    np.testing.assert_array_equal(varied, lived(happy(), 1))
-    assert not np.array_equal(varied[0], lived(happy(), 2)[0])
+    np.testing.assert_array_equal(varied, lived(1))
+    assert not np.array_equal(varied[0], lived(2)[0])
 
 
 def test_a_key_pose_is_held(robot: Robot) -> None:
@@ -154,16 +116,14 @@ def test_a_key_pose_is_held(robot: Robot) -> None:
     assert max(np.diff(sent)) >= held
 
 
-def test_a_pause_waits_at_neutral_and_ends(robot: Robot) -> None:
-    body = PaperBody(robot)
-    partner = Partner(body, happy())
-    run(partner, 0.1)
+def test_a_pause_waits_at_neutral_and_ends(robot: Robot, moving: Moving) -> None:
+    partner, body = moving
     partner.pause()
     run(partner, 5.0)
     np.testing.assert_array_equal(body.moves[-1].angles, robot.neutral)
     count = len(body.moves)
     partner.stop()
-    run(partner, 60.0)
+    run(partner, 20.0)
     assert body.phase is Phase.STOPPED
     partner.release()
     run(partner, 10.0)
@@ -177,7 +137,7 @@ def test_what_is_asked_for_comes_next_and_once(robot: Robot) -> None:
     partner = Partner(body, feelings)
     run(partner, 0.1)
     partner.perform(Expression("surprise", 0.8))
-    events = run(partner, 30.0)
+    events = run(partner, 10.0)
     (started,) = of(GestureStarted, events)
     assert started.expression == Expression("surprise", 0.8)
     assert of(MoveSent, events)
@@ -216,42 +176,26 @@ def test_a_look_turns_the_head_shows_no_feeling_and_ends_at_neutral(robot: Robot
     assert not partner.asked
 
 
-@pytest.mark.parametrize("wish", ["gesture", "look"])
-def test_a_look_gives_way_to_the_next_wish(robot: Robot, wish: str) -> None:
-    body = PaperBody(robot)
-    partner = Partner(body, EmotionalModel())
-    partner.perform(None, gestures.look(robot, "aside", 30.0))
-    run(partner, 3.0)
-    if wish == "gesture":
-        partner.perform(Expression("surprise", 0.8))
-    else:
-        partner.perform(None, gestures.look(robot, "user", 0.0))
-    run(partner, 0.1)
-    assert len(body.moves) == 2
-    run(partner, 15.0)
-    assert not partner.asked
-    np.testing.assert_allclose(body.moves[-1].angles, robot.neutral, atol=1e-5)
-
-
 def test_nothing_is_no_wish(robot: Robot) -> None:
     with pytest.raises(InputError, match="give a feeling, or key poses"):
         Partner(PaperBody(robot), EmotionalModel()).perform(None)
 
 
-@pytest.mark.parametrize("feeling", FEELINGS)
 def test_a_robot_that_cannot_do_the_shipped_gestures_moves_all_the_same(
-    tall_file: Path, tmp_path: Path, feeling: str
+    tall_file: Path, tmp_path: Path
 ) -> None:
-    narrow = tmp_path / "narrow.toml"
-    narrow.write_text(tall_file.read_text(encoding="utf-8").replace("max = 2.0", "max = 1.0"))
-    body, feelings = PaperBody(load_robot(narrow)), EmotionalModel()
-    feelings.set_state(emotion={feeling: 1.0}, mood={feeling: 0.9}, hold=True)
-    events = run(Partner(body, feelings), 8.0)
-    assert all(event.complete for event in of(GestureEnded, events))
-    assert len(body.moves) > 2
-    for move in body.moves:
-        assert (move.angles >= body.robot.lower).all()
-        assert (move.angles <= body.robot.upper).all()
+    file = tmp_path / "narrow.toml"
+    file.write_text(tall_file.read_text(encoding="utf-8").replace("max = 2.0", "max = 1.0"))
+    narrow = load_robot(file)
+    for feeling in FEELINGS:
+        body, feelings = PaperBody(narrow), EmotionalModel()
+        feelings.set_state(emotion={feeling: 1.0}, mood={feeling: 0.9}, hold=True)
+        ended = of(GestureEnded, run(Partner(body, feelings), 4.0))
+        assert ended
+        assert all(event.complete for event in ended)
+        for move in body.moves:
+            assert (move.angles >= narrow.lower).all()
+            assert (move.angles <= narrow.upper).all()
 
 
 def test_a_seed_chooses_among_several_gestures_of_a_feeling(
@@ -264,21 +208,11 @@ def test_a_seed_chooses_among_several_gestures_of_a_feeling(
 
     def performed(life: int | None) -> list[str | None]:
         partner = Partner(PaperBody(robot), happy(), repertoire=repertoire, life=life)
-        return [event.gesture for event in of(GestureStarted, run(partner, 30.0))]
+        return [event.gesture for event in of(GestureStarted, run(partner, 14.0))]
 
     one = performed(1)
     assert set(performed(None)) == set(one) == {"cheer", "wave"}
     assert performed(1) == one != performed(2)
-
-
-def test_given_key_poses_are_no_gestures(robot: Robot) -> None:
-    partner = Partner(PaperBody(robot), EmotionalModel())
-    function = gestures.load("surprise")
-    poses = gestures.key_poses(robot, function, 0.5)
-    for given, name in ((None, "surprise"), (poses, None)):
-        partner.perform(Expression("surprise", 0.5), given)
-        (started,) = of(GestureStarted, run(partner, 10.0))
-        assert started.gesture == name
 
 
 class Reluctant(PaperBody):

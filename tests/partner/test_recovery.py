@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tests.fixtures.partner import PaperBody, happy, of, run
+from tests.partner.conftest import Moving
 
 from miburi.bodies import BodyState
 from miburi.bodies.simulated import Simulated
@@ -45,14 +46,6 @@ def test_contact_lowers_the_mood_by_a_fifth_and_the_gesture_is_broken_off(robot:
     assert body.phase is Phase.RETURNING
     again = of(GestureStarted, run(partner, 4.0))
     assert again[0].expression.mood == pytest.approx(0.72, abs=0.001)
-
-
-def test_a_stop_is_told_once(robot: Robot) -> None:
-    body = PaperBody(robot)
-    partner = Partner(body, happy())
-    run(partner, 0.1)
-    body.touch()
-    assert len(of(Stopped, run(partner, 0.9))) == 1
 
 
 def test_who_is_led_by_a_hand_keeps_its_mood_and_waits_until_it_is_still(robot: Robot) -> None:
@@ -102,10 +95,8 @@ def test_who_is_led_and_stopped_by_a_person_waits_for_the_person(robot: Robot) -
     assert body.phase is Phase.RETURNING
 
 
-def test_blocked_again_on_the_way_back_the_pauses_grow(robot: Robot) -> None:
-    body, feelings = PaperBody(robot), happy(0.9)
-    partner = Partner(body, feelings)
-    run(partner, 0.1)
+def test_blocked_again_on_the_way_back_the_pauses_grow(moving: Moving) -> None:
+    partner, body = moving
     pauses = []
     for _ in range(6):
         body.touch()
@@ -126,18 +117,6 @@ def test_blocked_again_on_the_way_back_the_pauses_grow(robot: Robot) -> None:
     assert body.time - told == pytest.approx(FIRST_PAUSE, abs=0.05)
 
 
-def test_a_stop_that_was_asked_for_stays_and_leaves_the_mood(robot: Robot) -> None:
-    body, feelings = PaperBody(robot), happy(0.9)
-    partner = Partner(body, feelings)
-    run(partner, 0.1)
-    partner.stop()
-    events = run(partner, 60.0)
-    assert body.phase is Phase.STOPPED
-    assert of(Stopped, events)[0].mood_after == pytest.approx(0.9)
-    partner.release()
-    assert of(GestureStarted, run(partner, 4.0))
-
-
 @pytest.mark.parametrize("begun", [False, True], ids=["waits", "has begun"])
 def test_a_persons_stop_drops_what_was_asked_for_before_it(robot: Robot, begun: bool) -> None:
     partner = Partner(PaperBody(robot), EmotionalModel())
@@ -151,21 +130,8 @@ def test_a_persons_stop_drops_what_was_asked_for_before_it(robot: Robot, begun: 
     assert of(GestureStarted, run(partner, 10.0)) == []
 
 
-def test_a_wish_after_a_stop_waits_for_the_release(robot: Robot) -> None:
-    partner = Partner(PaperBody(robot), EmotionalModel())
-    run(partner, 0.1)
-    partner.stop()
-    run(partner, 2.0)
-    partner.perform(Expression("surprise", 0.8))
-    partner.release()
-    (started,) = of(GestureStarted, run(partner, 10.0))
-    assert started.expression == Expression("surprise", 0.8)
-
-
-def test_rest_ends_a_contact_stop_after_its_pause(robot: Robot) -> None:
-    body = PaperBody(robot)
-    partner = Partner(body, happy())
-    run(partner, 0.1)
+def test_rest_ends_a_contact_stop_after_its_pause(moving: Moving) -> None:
+    partner, body = moving
     body.touch()
     run(partner, 0.1)
     partner.rest()
@@ -173,58 +139,48 @@ def test_rest_ends_a_contact_stop_after_its_pause(robot: Robot) -> None:
     assert partner.at_rest
 
 
+@pytest.mark.parametrize("ending", [False, True])
 @pytest.mark.parametrize("contact", [False, True])
-def test_rest_leaves_a_body_that_somebody_stopped_where_it_is(robot: Robot, contact: bool) -> None:
-    body = PaperBody(robot)
-    partner = Partner(body, happy())
-    run(partner, 0.1)
+def test_a_persons_stop_stays_until_a_release_and_leaves_the_mood(
+    moving: Moving, contact: bool, ending: bool
+) -> None:
+    """Also after a contact, whose own pause would end by itself, and at the end of all."""
+    partner, body = moving
     if contact:
         body.touch()
         run(partner, 0.1)
+    mood = partner.feelings.mood.max()
+    assert not partner.held
     partner.stop()
-    partner.rest()
-    assert of(Released, run(partner, 60.0)) == []
+    if ending:
+        partner.rest()
+    assert of(Released, run(partner, LONGEST_PAUSE + 1.0)) == []
     assert body.phase is Phase.STOPPED
     assert partner.held
     assert not partner.at_rest
-
-
-def test_a_stop_that_was_asked_for_outlasts_a_contact(robot: Robot) -> None:
-    body = PaperBody(robot)
-    partner = Partner(body, happy())
-    run(partner, 0.1)
-    body.touch()
-    run(partner, 0.1)
-    assert not partner.held
-    partner.stop()
-    run(partner, 60.0)
-    assert partner.held
-    assert body.phase is Phase.STOPPED
+    assert partner.feelings.mood.max() == pytest.approx(mood, abs=0.001)
     partner.release()
     assert not partner.held
+    assert bool(of(GestureStarted, run(partner, 4.0))) is not ending
 
 
 @pytest.mark.parametrize("ending", [False, True])
-def test_what_failed_waits_for_a_person(robot: Robot, ending: bool) -> None:
+def test_what_failed_waits_for_a_person(moving: Moving, ending: bool) -> None:
     """Even if a contact came first, and at the end of all: the card may come back by itself."""
-    body = PaperBody(robot)
-    partner = Partner(body, happy())
-    run(partner, 0.1)
+    partner, body = moving
     body.touch()
     run(partner, 0.5)
     body.touch(StopReason.LINE_LOST)
     if ending:
         partner.rest()
-    assert of(Released, run(partner, 30.0)) == []
+    assert of(Released, run(partner, LONGEST_PAUSE + 1.0)) == []
     assert body.phase is Phase.STOPPED
     partner.release()
     assert body.phase is Phase.RETURNING
 
 
-def test_the_pause_holds_for_everyone_but_a_person(robot: Robot) -> None:
-    body = PaperBody(robot)
-    partner = Partner(body, happy())
-    run(partner, 0.1)
+def test_the_pause_holds_for_everyone_but_a_person(moving: Moving) -> None:
+    partner, body = moving
     for pause in (1.0, 2.0, 4.0):
         body.touch()
         run(partner, 0.5)
@@ -268,18 +224,16 @@ def test_a_release_at_once_after_a_contact_invents_no_contacts(
 
 @pytest.mark.parametrize("by_person", [False, True])
 def test_a_body_that_still_moves_is_not_released(
-    robot: Robot, monkeypatch: pytest.MonkeyPatch, by_person: bool
+    moving: Moving, monkeypatch: pytest.MonkeyPatch, by_person: bool
 ) -> None:
     """Neither at a wish nor, once the pause is over, by itself."""
-    body = PaperBody(robot)
-    partner = Partner(body, happy())
-    run(partner, 0.1)
+    partner, body = moving
     body.touch()
     pushed = BodyState(0.0, body.state.angles, np.full(8, 0.2), Phase.STOPPED, body.stopped)
     with monkeypatch.context() as patch:
-        moving = property(lambda body: replace(pushed, time=body.time))
-        patch.setattr(PaperBody, "state", moving)
-        assert of(Released, run(partner, 20.0)) == []
+        pushing = property(lambda body: replace(pushed, time=body.time))
+        patch.setattr(PaperBody, "state", pushing)
+        assert of(Released, run(partner, 8.0)) == []
         with pytest.raises(UnsettledError, match="rest"):
             partner.release(by_person=by_person)
     run(partner, 0.1)
@@ -289,11 +243,9 @@ def test_a_body_that_still_moves_is_not_released(
 
 
 def test_a_body_that_is_not_ready_is_asked_again(
-    robot: Robot, monkeypatch: pytest.MonkeyPatch
+    moving: Moving, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    body = PaperBody(robot)
-    partner = Partner(body, happy())
-    run(partner, 0.1)
+    partner, body = moving
     body.touch()
     with monkeypatch.context() as refusing:
         refusing.setattr(body, "release", _refuse)

@@ -11,7 +11,7 @@ from miburi.bodies.simulated import Simulated
 from miburi.feelings import EmotionalModel, Stimulus, shipped_temperament
 from miburi.feelings.temperament import RestLevel
 from miburi.partner import GestureStarted, MoveSent, Partner, Stopped
-from miburi.robot import JOINTS, Array, Robot, forward, load_robot
+from miburi.robot import JOINTS, Array, Robot, load_robot
 from miburi.safety.stop import Phase
 
 WAIST, HEAD = JOINTS.index("waist"), JOINTS.index("head")
@@ -28,36 +28,10 @@ def rested(partner: Partner, seconds: float) -> tuple[float, Array]:
     return moved / steps, np.array(angles)
 
 
-@pytest.mark.proof("test_a_sad_mood_lowers_the_head_and_a_happy_one_lifts_it")
-def test_levels_move_it_little_and_differently(robot: Robot) -> None:
-    shares = [
-        rested(Partner(PaperBody(robot), at_ease(level), life=2, period=0.5), 240)[0]
-        for level in get_args(RestLevel)
-    ]
-    assert 0 < shares[0] < 0.1
-    assert shares[0] < shares[1] < 0.2
-    assert shares[1] < shares[2] < 0.45
-
-
-@pytest.mark.proof("test_a_sad_mood_lowers_the_head_and_a_happy_one_lifts_it")
-def test_what_moves_can_be_seen_and_no_two_windows_are_alike(robot: Robot) -> None:
-    partner = Partner(Simulated(robot), EmotionalModel(), life=3, period=0.5)
-    _, angles = rested(partner, 120)
-    places = np.array([forward(robot, pose) for pose in angles[::5]]).reshape(-1, 3, 3)
-    far = np.linalg.norm(places - forward(robot, robot.neutral).reshape(3, 3), axis=2).max(axis=0)
-    assert far[:2].min() > 0.015
-    assert far[2] > 0.008
-    assert np.abs(angles[:, WAIST]).max() > 0.1
-    windows = angles[: len(angles) // 1000 * 1000].reshape(-1, 1000, 8)
-    for i, one in enumerate(windows):
-        for other in windows[i + 1 :]:
-            assert np.abs(one - other).max() > np.radians(3)
-
-
 def test_in_distress_it_only_breathes(robot: Robot) -> None:
     partner = Partner(PaperBody(robot), at_ease("lively"), life=4, period=0.5)
     partner.company.calm = True
-    share, angles = rested(partner, 60.0)
+    share, angles = rested(partner, 30.0)
     assert share > 0.05
     assert np.abs(angles - robot.neutral)[:, [WAIST, HEAD]].max() < 0.15
     partner.company.calm = False
@@ -69,8 +43,8 @@ def head(robot: Robot, mood: dict[str, float]) -> float:
     feelings = EmotionalModel(shipped_temperament())
     feelings.set_state(mood=mood, hold=True)
     partner = Partner(PaperBody(robot), feelings, life=4, period=0.5)
-    _, angles = rested(partner, 120)
-    return float(np.median(angles[2000:, HEAD]) - robot.neutral[HEAD])
+    _, angles = rested(partner, 60)
+    return float(np.median(angles[1000:, HEAD]) - robot.neutral[HEAD])
 
 
 def test_a_sad_mood_lowers_the_head_and_a_happy_one_lifts_it(robot: Robot) -> None:
@@ -87,15 +61,13 @@ def test_an_act_at_rest_gives_way_to_a_feeling(robot: Robot) -> None:
     assert of(GestureStarted, run(partner, 2.0))
 
 
-@pytest.mark.parametrize("level", get_args(RestLevel))
-def test_a_seed_repeats_it(robot: Robot, level: RestLevel) -> None:
-    def moves() -> list[Array]:
-        partner = Partner(PaperBody(robot), at_ease(level), life=7, period=0.5)
-        return [sent.move.angles for sent in of(MoveSent, run(partner, 60.0))]
+def test_levels_move_it_little_and_differently_and_a_seed_repeats_it(robot: Robot) -> None:
+    def lived(level: RestLevel) -> tuple[float, Array]:
+        return rested(Partner(PaperBody(robot), at_ease(level), life=2, period=0.5), 90.0)
 
-    once = moves()
-    assert len(once) >= 2
-    np.testing.assert_array_equal(once, moves())
+    still, quiet, lively = (lived(level) for level in get_args(RestLevel))
+    assert 0 < still[0] < quiet[0] < lively[0] < 0.45
+    np.testing.assert_array_equal(lively[1], lived("lively")[1])
 
 
 def gestures_of(partner: Partner, seconds: float) -> list[float]:
