@@ -24,7 +24,7 @@ def inside(x, box=BOX):
 
 
 class TestInfinity:
-    @pytest.mark.parametrize("seed", range(6))
+    @pytest.mark.parametrize("seed", range(2))
     def test_with_the_minimum_at_the_edge_of_what_is_allowed(self, seed):
         def function(x):
             inside(x)
@@ -33,7 +33,7 @@ class TestInfinity:
         result = bma.minimize(function, BOX, seed=seed)
         assert 0.5 <= result.value <= 0.505
 
-    @pytest.mark.parametrize("seed", range(6))
+    @pytest.mark.parametrize("seed", range(2))
     def test_where_it_begins(self, seed):
         def function(x):
             inside(x)
@@ -78,12 +78,6 @@ class TestValues:
         assert scipy.optimize.minimize(
             lambda x: x[0], np.zeros(3), method=bma.scipy_method, bounds=BOX
         ).fun == pytest.approx(-2.0)
-
-    def test_an_array_of_one_is_that_number(self):
-        settings = bma.Settings(generations=2)
-        number = bma.minimize(lambda x: x[0] - 5.0, BOX, settings=settings)
-        array = bma.minimize(lambda x: x[:1] - 5.0, BOX, settings=settings)
-        assert number.value == array.value == -7.0
 
     @pytest.mark.parametrize(
         "value",
@@ -130,7 +124,7 @@ class TestValues:
     dimensions=st.sampled_from([1, 2, 7, 40]),
     seed=st.integers(0, 2**63 - 1),
     values=st.lists(st.floats(allow_nan=False, width=64), min_size=1, max_size=6),
-    local_search=st.sampled_from(["gradient", "residual"]),
+    local_search=st.sampled_from(["gradient", "residual", "printed"]),
 )
 @hypothesis_settings(max_examples=40, deadline=None)
 def test_whatever_the_values_the_box_is_kept(dimensions, seed, values, local_search):
@@ -141,7 +135,7 @@ def test_whatever_the_values_the_box_is_kept(dimensions, seed, values, local_sea
     def function(x):
         inside(x, box)
         value = values[next(calls) % len(values)]
-        return value if local_search == "gradient" else np.array([value, x[0]])
+        return np.array([value, x[0]]) if local_search == "residual" else value
 
     settings = bma.Settings(
         generations=1, individuals=2, clones=2, transfers=1, local_search=local_search,
@@ -154,7 +148,7 @@ def test_whatever_the_values_the_box_is_kept(dimensions, seed, values, local_sea
 
 
 @given(low=st.floats(), high=st.floats())
-@hypothesis_settings(max_examples=60, deadline=None)
+@hypothesis_settings(max_examples=40, deadline=None)
 def test_bounds_are_a_box_or_refused(low, high):
     def function(x):
         assert low <= x[0] <= high
@@ -169,8 +163,8 @@ def test_bounds_are_a_box_or_refused(low, high):
             bma.minimize(function, [(low, high)])
 
 
-@pytest.mark.parametrize("dimensions", [1, 200])
-def test_one_variable_and_two_hundred(dimensions):
+@pytest.mark.parametrize("dimensions", [1, 100])
+def test_one_variable_and_a_hundred(dimensions):
     result = bma.minimize(
         lambda x: float(np.sum((x - 0.3) ** 2)), [(-1.0, 2.0)] * dimensions, settings=QUICK
     )
@@ -182,6 +176,7 @@ def test_one_variable_and_two_hundred(dimensions):
             {"bounds": BOX, "start": [0, 1j, 0]}, {"bounds": BOX, "start": [0, 9, 0]},
             {"bounds": BOX, "deadline": "soon"}, {"bounds": BOX, "deadline": 0},
             {"bounds": [("0", "1")]}, {"bounds": [(0, 10**400)]},
+            {"bounds": []}, {"bounds": [0, 1]},
             {"bounds": BOX, "settings": "paper"},
             {"bounds": BOX, "jacobian": lambda x: np.zeros(2)}],
     ids=lambda bad: str(bad)[:40],
@@ -191,12 +186,16 @@ def test_arguments_that_make_no_sense_are_refused(bad):
         bma.minimize(lambda x: x[0], **bad)
 
 
-def test_unknown_options_are_refused():
-    with pytest.raises(InputError, match=r"maxiter and tol, got popsize"):
-        scipy.optimize.minimize(
-            lambda x: x[0], np.zeros(3), method=bma.scipy_method, bounds=BOX,
-            options={"popsize": 3},
-        )  # fmt: skip
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"bounds": BOX, "options": {"popsize": 3}}, "maxiter and tol, got popsize"),
+        ({}, "searches a box; pass bounds"),
+    ],
+)
+def test_what_scipy_passes_and_the_search_cannot_use_is_refused(given, words):
+    with pytest.raises(InputError, match=words):
+        scipy.optimize.minimize(lambda x: x[0], np.zeros(3), method=bma.scipy_method, **given)
 
 
 def test_a_fixed_variable_stays_where_it_is():
@@ -220,12 +219,6 @@ class TestAskAndTell:
         search.tell(values)
         with pytest.raises(InputError, match="ask"):
             search.tell(values)
-
-    def test_asking_twice_gives_the_same_points(self):
-        search = bma.Optimizer(BOX, settings=QUICK)
-        points = search.ask()
-        points[:] = 7.0  # whoever asks may write into what is given
-        assert np.all(search.ask() == 0.0)
 
     def test_wrong_values_change_nothing(self):
         search = bma.Optimizer(BOX, settings=QUICK)

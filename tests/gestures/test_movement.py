@@ -79,9 +79,6 @@ def test_the_error_for_an_unknown_feeling_lists_the_feelings():
             'feeling = "joy"',
             r"feeling = 'joy'.*the known ones are happiness, sad",
         ),
-        ("phase = 0.4", "phase = 1.2", r"pose\.0\.phase = 1\.2.*less than or equal to 1"),
-        ("phase = 0.4", "phase = -0.1", r"pose\.0\.phase = -0\.1.*greater than or equal to 0"),
-        ("phase = 0.4", "phase = nan", r"pose\.0\.phase = nan.*"),
         ("phase = 0.6", "phase = 0.3", r"pose 2 has the phase 0\.3; it must come after 0\.4"),
         ("phase = 0.6", "phase = 1.0", r"leaves the last pose at 1\.0; it must leave before 1"),
         ("phase = 0.4", "phase = 0.4\nuntil = 0.2", r"until must not be before phase \(0\.4\)"),
@@ -90,8 +87,6 @@ def test_the_error_for_an_unknown_feeling_lists_the_feelings():
             "[0.3, 0.9, 0.7]",
             r"1\.179 times the arm's reach.*at most 1 is allowed",
         ),
-        ("[0.3, 0.6, 0.7]", "[0.3, 0.6, 1.7]", r"right\.2 = 1\.7.*less than or equal to 1"),
-        ("[0.3, 0.6, 0.7]", "[0.3, inf, 0.7]", r"right\.1 = inf"),
         ("[0.3, 0.6, 0.7]", "[0.3, 0.6]", r"right = \[0\.3, 0\.6\].*at least 3"),
         ("[0.3, 0.6, 0.7]", "[-0.9, 0.1, 0.0]", r"pose 1: right = .*out of reach; allowed"),
         ("[0.3, 0.6, 0.7]", "[0.1, 0.1, 0.1]", r"pose 1: right = .*at a distance of 0\.65 to 1"),
@@ -103,26 +98,16 @@ def test_the_error_for_an_unknown_feeling_lists_the_feelings():
         ),
         ("head = [0.7, 0.0, 0.72]", "head = [0.9, 0.0, -0.4]", r"raises the head by -0\.418 rad"),
         ("head = [0.7, 0.0, 0.72]", "head = [-0.7, 0.0, 0.7]", r"turns the waist by 3\.142"),
-        ("times = 2", "times = 1000000", r"repeat\.times = 1000000.*less than or equal to 8"),
         ("first = 1", "first = 2", r"repeat goes from pose 2 to 2; it must go"),
         ("last = 2", "last = 3", r"repeat goes from pose 1 to 3; it must go .* of 2"),
         ("space = 1.0", "space = 1.5", r"effort\.space = 1\.5.*less than or equal to 1"),
-        ("duration = 2.0", "duration = 1e9", r"duration = 1000000000\.0.*less than or equal to 20"),
-        ("duration = 2.0", "", "duration is missing"),
-        ("duration = 2.0", "duration = 2.0\ntempo = 3", "tempo = 3: not a known key"),
         ("duration = 2.0", 'duration = 2.0\nhedge = "rather"', r"hedge = 'rather'.*'very'"),
-        ("duration = 2.0", "duration = ", "not TOML"),
     ],
 )
 def test_the_error_for_a_wrong_file_names_file_key_value_and_range(robot, file, old, new, words):
     path = file(old, new)
     with pytest.raises(DescriptionError, match=rf"(?s){path}: .*{words}"):
         load_for(robot, path)
-
-
-def test_a_missing_file_is_refused(tmp_path):
-    with pytest.raises(DescriptionError, match="cannot be read"):
-        load(tmp_path / "none.toml")
 
 
 def test_hands_are_where_the_file_says_in_the_frame_of_the_turned_chest(robot):
@@ -138,17 +123,6 @@ def test_hands_are_where_the_file_says_in_the_frame_of_the_turned_chest(robot):
     )
     assert right_hand == pytest.approx((shoulder + reach * np.array(pose.right)) * [1, -1, 1])
     assert left_hand == pytest.approx(shoulder + reach * np.array(pose.left))
-
-
-@pytest.mark.parametrize("feeling", FEELINGS)
-def test_a_mirrored_gesture_has_the_mirrored_coordinates(feeling):
-    for pose in load(feeling).pose:
-        forward_, left, up = pose.head
-        mirrored = pose.model_copy(
-            update={"right": pose.left, "left": pose.right, "head": [forward_, -left, up]}
-        )
-        there, back = pose.coordinates, mirrored.coordinates
-        assert back == pytest.approx(there[[3, 4, 5, 0, 1, 2, 6, 7]] * [1, 1, 1, 1, 1, 1, -1, 1])
 
 
 def test_neutral_is_where_its_coordinates_say(robot):

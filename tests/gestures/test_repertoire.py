@@ -28,18 +28,6 @@ def test_own_gestures_replace_those_of_their_feeling(robot: Robot, own_gestures:
     assert own.of("happiness") == (load(own_gestures / "cheer.toml"),)
 
 
-def test_a_feeling_can_have_several_gestures(
-    robot: Robot, own_gestures: Path, tmp_path: Path
-) -> None:
-    for name in ("cheer", "wave"):
-        text = (own_gestures / "cheer.toml").read_text().replace("cheer", name)
-        (tmp_path / f"{name}.toml").write_text(text)
-    own = read_repertoire(tmp_path, robot)
-    assert [function.name for function in own.of("happiness")] == ["cheer", "wave"]
-    rng = np.random.default_rng(0)
-    assert {own.choose("happiness", rng).name for _ in range(20)} == {"cheer", "wave"}
-
-
 def test_choosing_from_a_single_gesture_draws_no_random_number() -> None:
     """So a seed gives the same run as before there was a choice."""
     used, fresh = np.random.default_rng(5), np.random.default_rng(5)

