@@ -184,6 +184,7 @@ def test_a_contact_lowers_the_mood_that_is_shown_and_no_later_gain(kind, mood):
 def test_an_emotion_that_stays_becomes_a_feeling_and_then_a_mood(kind):
     """The paper: the mood "is created by a repetition of the same emotions"."""
     model = kind()
+    model.step(60)
     model.set_state(emotion={"happiness": 1.0}, hold=True)
     rest = model.temperament.rest[HAPPY]
     model.step(60)

@@ -5,7 +5,7 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from tests.fixtures.partner import PaperBody, at_ease, of, run
+from tests.fixtures.partner import PaperBody, at_ease, happy, of, run
 
 from miburi.bodies.simulated import Simulated
 from miburi.feelings import EmotionalModel, Stimulus, shipped_temperament
@@ -36,6 +36,14 @@ def test_in_distress_it_only_breathes(robot: Robot) -> None:
     assert np.abs(angles - robot.neutral)[:, [WAIST, HEAD]].max() < 0.15
     partner.company.calm = False
     assert np.abs(rested(partner, 60.0)[1][:, WAIST]).max() > 0.1
+
+
+def test_in_distress_it_shows_no_feeling(robot: Robot) -> None:
+    partner = Partner(PaperBody(robot), happy(), life=4)
+    partner.company.calm = True
+    assert not of(GestureStarted, run(partner, 3.0))
+    partner.company.calm = False
+    assert of(GestureStarted, run(partner, 3.0))
 
 
 def head(robot: Robot, mood: dict[str, float]) -> float:
