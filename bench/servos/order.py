@@ -13,7 +13,7 @@ import numpy as np
 
 from miburi.card.card import wake
 from miburi.emulation.body import EmulatedBody
-from miburi.emulation.packets import FAST_SYNC_READ, SYNC_READ, SYNC_WRITE
+from miburi.emulation.packets import SYNC_READ, SYNC_WRITE
 from miburi.robot import forward, iphonoid
 from miburi.safety.move import plan_move
 from miburi.safety.stop import Phase
@@ -44,7 +44,7 @@ def measure(others: float) -> tuple[list[float], list[float]]:
 
     def listen(servo: int, instruction: int, parameters: bytes, time: float) -> Any:
         register = int.from_bytes(parameters[:2], "little")
-        if instruction in (SYNC_READ, FAST_SYNC_READ) and register in READ_FROM:
+        if instruction == SYNC_READ and register in READ_FROM:
             heard.append((time, "read"))
         elif instruction == SYNC_WRITE and register <= GOAL < register + 32:
             heard.append((time, "goal"))

@@ -60,8 +60,8 @@ def test_a_servo_that_takes_no_ceiling_is_named(rig: Rig) -> None:
     servo = rig.servos[6]
     write = servo.write
 
-    def without_ceiling(address: int, data: bytes, time: float, *, shared: bool = False) -> int:
-        return 0 if address == 100 and len(data) == 2 else write(address, data, time, shared=shared)
+    def without_ceiling(address: int, data: bytes, time: float) -> int:
+        return 0 if address == 100 and len(data) == 2 else write(address, data, time)
 
     servo.write = without_ceiling  # type: ignore[method-assign]
     servo.set("goal_pwm", 885)

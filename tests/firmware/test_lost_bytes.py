@@ -99,12 +99,12 @@ def test_a_servo_that_missed_the_first_copy_is_expected_later_than_the_others(ri
     servo = rig.servos[1]
     write, missed = servo.write, 0
 
-    def miss_once(address: int, data: bytes, time: float, *, shared: bool = False) -> int:
+    def miss_once(address: int, data: bytes, time: float) -> int:
         nonlocal missed
         if address == 100 and len(data) == 20 and not missed:
             missed = 1
             return 0
-        return write(address, data, time, shared=shared)
+        return write(address, data, time)
 
     servo.write = miss_once  # type: ignore[method-assign]
     there = rig.robot.neutral.copy()
@@ -147,13 +147,11 @@ def test_a_stop_whose_limit_of_the_duty_a_servo_missed_says_it_again(rig: Rig) -
         rig.run(0.1)
         write, missed = servo.write, []
 
-        def miss_once(
-            address: int, data: bytes, *given: float, write=write, missed=missed, **more: bool
-        ) -> int:
+        def miss_once(address: int, data: bytes, time: float, write=write, missed=missed) -> int:
             if address == 100 and len(data) == 2 and not missed:
                 missed.append(data)
                 return 0
-            return write(address, data, *given, **more)
+            return write(address, data, time)
 
         servo.write = miss_once
         rig.body.stop()

@@ -1,7 +1,8 @@
 """The XL330-M288-T's control table as data: addresses, ranges, and what is writable.
 
 Source: ROBOTIS's e-manual of the XL330-M288-T, tables "Control Table of EEPROM Area" and "of RAM
-Area". A limit that another register sets is given as that register's name.
+Area", up to the indirect addresses. A limit that another register sets is given as that register's
+name.
 """
 
 from dataclasses import dataclass
@@ -9,7 +10,7 @@ from dataclasses import dataclass
 __all__ = ["EEPROM_END", "REGISTERS", "SIZE", "Register"]
 
 #: The end of the EEPROM, which can be written only while torque is off; and the table's size.
-EEPROM_END, SIZE = 64, 228
+EEPROM_END, SIZE = 64, 148
 
 
 @dataclass(frozen=True)
@@ -89,6 +90,4 @@ REGISTERS = {
     "voltage": Register(144, 2, 50),
     "temperature": Register(146, 1, 35),
     "backup_ready": Register(147, 1),
-    **{f"indirect_address_{i + 1}": Register(168 + 2 * i, 2, 208 + i, 64, 227) for i in range(20)},
-    **{f"indirect_data_{i + 1}": Register(208 + i, 1, 0, 0, 255) for i in range(20)},
 }

@@ -1,30 +1,24 @@
-"""How a servo drives its motor: it computes a duty from its control table."""
+"""How a servo drives its motor: it computes the duty from its control table and its encoder.
 
-from struct import Struct
-from typing import NamedTuple
+It follows ROBOTIS's e-manual, "Position PID Gain", in PWM units (885 is the full voltage)::
 
-from miburi.emulation.control import FULL, Control, PidGains
-from miburi.emulation.control_table import REGISTERS
-from miburi.emulation.count import POSITION, Count
-from miburi.emulation.table import GAINS, ControlTable
-from miburi.emulation.trajectory import Segment
+    PWM = P/p_divisor · e − D/d_divisor · v
 
-__all__ = ["MotorDrive"]
+e is the error in steps, and v the speed in steps per control period. Goal PWM and PWM Limit bound
+the PWM, and the duty approaches it at the slope of the PWM. I gain and feed-forward, which a card
+sets to 0, have no effect here.
+"""
 
-#: Operating modes in which this module drives the motor; in the modes for current and speed the
-#: motor gets no duty.
-_EXTENDED, _CURRENT_AND_POSITION, _PWM = 4, 5, 16
-_POSITIONS = (POSITION, _EXTENDED, _CURRENT_AND_POSITION)
-_GAINS_BYTES, _GAINS_AT = Struct("<3H2x2H"), REGISTERS[GAINS[0]].address
+from miburi.emulation.table import POSITION, ControlTable
 
+__all__ = ["FULL", "MotorDrive"]
 
-class _Orders(NamedTuple):
-    """What the table asks of the motor, looked up when something in it changes."""
-
-    gains: PidGains | None  # None where a PWM is asked for
-    most: float
-    pwm: float
-    slope: int
+#: PWM units at full voltage.
+FULL = 885
+#: The operating mode in which Goal PWM is the duty; without it and position control there is none.
+_PWM = 16
+#: The factory setting of the PWM's slope, to which the servo's constants refer.
+_SLOPE = 140
 
 
 class MotorDrive:
@@ -34,44 +28,39 @@ class MotorDrive:
     ----------
     table
         Its control table, which it only reads.
+
+    Attributes
+    ----------
+    duty
+        The motor's present duty, −1 to 1; 0 with torque off.
     """
 
     def __init__(self, table: ControlTable) -> None:
-        self._table, self._control = table, Control(table.model)
-        self._seen, self._orders = table.changes, self._look_up()
+        self.duty = 0.0
+        # Read once, because the drive of each of eight servos runs every ms.
+        model = table.model
+        self._table, self._rate = table, model.loop.rate
+        self._p_divisor, self._d_divisor = model.divisor.p_divisor, model.gains.d_divisor
+        self._slope, self._voltage = model.gains.pwm_slope, model.supply.voltage
+        self._look_up()
 
-    @property
-    def duty(self) -> float:
-        """The motor's present duty, −1 to 1."""
-        return self._control.duty
-
-    def rest(self) -> None:
-        """Reset everything, as with torque off."""
-        self._control.rest()
-
-    def turn(self, segment: Segment, time: float, error: float, speed: float) -> float:
-        """Return the duty at a time, µs; ``error`` is in steps, speed in steps/s."""
+    def turn(self, error: float, speed: float) -> float:
+        """Return the duty of the next period; ``error`` is in steps, ``speed`` in steps/s."""
         if self._seen != self._table.changes:
-            self._seen, self._orders = self._table.changes, self._look_up()
-        orders = self._orders
-        pwm = orders.pwm
-        if orders.gains is not None:
-            wanted = 0.0
-            if orders.gains.first or orders.gains.second:
-                wanted = segment.speed_at(time, 1e6 / self._table.model.loop.rate)
-            pwm = self._control.follow(orders.gains, error, speed, wanted, orders.most)
-        return self._control.set_pwm(pwm, orders.slope)
+            self._look_up()
+        pwm = self._pwm
+        if self._follows:
+            pwm = self._p / self._p_divisor * error - self._d / self._d_divisor * speed / self._rate
+            pwm = min(max(pwm, -self._most), self._most)
+        self.duty += min(max(pwm / FULL - self.duty, -self._rise), self._rise)
+        return self.duty
 
-    def _look_up(self) -> _Orders:
-        get, data_sheet = self._table.get, self._table.model.data_sheet
-        mode, ceiling = get("operating_mode"), get("goal_pwm")
-        most: float = min(abs(ceiling), get("pwm_limit"))
-        pwm, gains = 0.0, None
-        if mode == _PWM:
-            pwm = min(max(ceiling, -most), most) * Count(self._table).sign
-        elif mode in _POSITIONS:
-            if mode == _CURRENT_AND_POSITION:
-                share = abs(get("goal_current")) / 1e3 / data_sheet.stall_current
-                most = min(most, share * FULL)
-            gains = PidGains(*_GAINS_BYTES.unpack_from(self._table.data, _GAINS_AT))
-        return _Orders(gains, most, pwm, get("pwm_slope"))
+    def _look_up(self) -> None:
+        """Read the registers; until the table changes, what they held remains valid."""
+        get, self._seen = self._table.get, self._table.changes
+        mode, goal = get("operating_mode"), get("goal_pwm")
+        self._most = min(abs(goal), get("pwm_limit"))
+        self._follows = mode == POSITION
+        self._pwm = min(max(goal, -self._most), self._most) if mode == _PWM else 0
+        self._p, self._d = get("position_p_gain"), get("position_d_gain")
+        self._rise = self._slope * get("pwm_slope") / _SLOPE / self._rate / self._voltage

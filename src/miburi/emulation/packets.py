@@ -5,31 +5,19 @@ import struct
 from miburi.card.link import crc16
 
 __all__ = [
-    "ACTION",
     "BROADCAST",
-    "BULK_READ",
-    "BULK_WRITE",
-    "CLEAR",
-    "FACTORY_RESET",
-    "FAST_BULK_READ",
-    "FAST_SYNC_READ",
-    "PING",
     "READ",
     "REBOOT",
-    "REG_WRITE",
     "STATUS",
     "SYNC_READ",
     "SYNC_WRITE",
     "WRITE",
-    "fast_blocks",
     "packet",
     "packets",
 ]
 
-PING, READ, WRITE, REG_WRITE, ACTION = 0x01, 0x02, 0x03, 0x04, 0x05
-FACTORY_RESET, REBOOT, CLEAR, STATUS = 0x06, 0x08, 0x10, 0x55
-SYNC_READ, SYNC_WRITE, FAST_SYNC_READ = 0x82, 0x83, 0x8A
-BULK_READ, BULK_WRITE, FAST_BULK_READ = 0x92, 0x93, 0x9A
+#: The instructions that a card sends, and the one that marks an answer.
+READ, WRITE, REBOOT, SYNC_READ, SYNC_WRITE, STATUS = 0x02, 0x03, 0x08, 0x82, 0x83, 0x55
 BROADCAST = 0xFE
 _HEADER = b"\xff\xff\xfd\x00"
 
@@ -45,30 +33,6 @@ def packet(servo: int, instruction: int, parameters: bytes = b"") -> bytes:
     stuffed = (bytes((instruction,)) + parameters).replace(b"\xff\xff\xfd", b"\xff\xff\xfd\xfd")
     head = _HEADER + bytes((servo,)) + struct.pack("<H", len(stuffed) + 2)
     return head + stuffed + struct.pack("<H", crc16(head + stuffed))
-
-
-def fast_blocks(answers: list[tuple[int, int, bytes]], counts: list[int]) -> list[bytes]:
-    """Return what each servo adds to the one status packet of a fast read.
-
-    A block is the error, the id, the data, and the checksum of all that was sent so far; the header
-    comes before the first. There is no byte stuffing.
-
-    Parameters
-    ----------
-    answers
-        Error, id and data of each servo, in their order.
-    counts
-        Bytes of data from each queried servo, for the header, even if some do not answer.
-    """
-    length = 1 + sum(4 + count for count in counts)
-    said, blocks = b"", []
-    for error, servo, data in answers:
-        head = b"" if said else _HEADER + bytes((BROADCAST,)) + struct.pack("<HB", length, STATUS)
-        block = head + bytes((error, servo)) + data
-        block += struct.pack("<H", crc16(said + block))
-        said += block
-        blocks.append(block)
-    return blocks
 
 
 def packets(data: bytes) -> tuple[list[tuple[int, int, bytes]], bytes]:

@@ -1,34 +1,27 @@
-"""One servo's control table: its values, the writes it takes, and where indirect data leads."""
+"""One servo's control table: its values, and the writes that it takes."""
 
 from dataclasses import dataclass, field
-from itertools import groupby
 from struct import Struct
 
 from miburi.emulation.control_table import EEPROM_END, REGISTERS, SIZE, Register
 from miburi.servos import Servo as Model
 
-__all__ = ["ACCESS_ERROR", "GAINS", "RANGE_ERROR", "ControlTable"]
+__all__ = ["ACCESS_ERROR", "POSITION", "RANGE_ERROR", "ControlTable"]
 
 #: Errors of a status packet (protocol 2.0).
 RANGE_ERROR, _LENGTH_ERROR, _LIMIT_ERROR, ACCESS_ERROR = 0x04, 0x05, 0x06, 0x07
-#: The operating modes; the mode whose goals stay within one turn; the goal limit of the other
-#: modes.
-_MODES, _POSITION, _TURNS = (0, 1, 3, 4, 5, 16), 3, 1_048_575
-#: Protocols that exist.
-_PROTOCOLS = (2, 20, 21, 22)
-#: The position control's gains, in the order of the table.
-GAINS = (
-    "position_d_gain",
-    "position_i_gain",
-    "position_p_gain",
-    "feedforward_2nd_gain",
-    "feedforward_1st_gain",
-)
-#: Read-only registers that are signed, and the watchdog, which reads −1 once it has tripped.
-_SIGNED = (
-    "bus_watchdog", "pwm", "current", "speed", "position", "velocity_trajectory",
-    "position_trajectory",
+#: The operating modes; and position control, whose goals stay within one turn.
+_MODES, POSITION = (0, 1, 3, 4, 5, 16), 3
+#: What a change of the mode resets.
+_OF_MODE = (
+    "position_d_gain", "position_i_gain", "position_p_gain", "feedforward_2nd_gain",
+    "feedforward_1st_gain", "profile_speed", "profile_acceleration",
 )  # fmt: skip
+#: The registers that a servo fills in when they are read; the others that it only reports keep
+#: their factory values, because nobody here reads them.
+_MEASURED = {"pwm", "current", "speed", "position", "position_trajectory"}
+#: The signed ones: measured, or a watchdog, which reads −1 once it has tripped.
+_SIGNED = {"bus_watchdog", *_MEASURED}
 _FORMATS = {1: "b", 2: "h", 4: "i"}
 #: The function that unpacks each register, and the register's address.
 _READERS = {
@@ -37,19 +30,12 @@ _READERS = {
     for name, at in REGISTERS.items()
     for form in [_FORMATS[at.size]]
 }  # fmt: skip
-#: Where indirect data begins and ends.
-_DATA, _DATA_END = REGISTERS["indirect_data_1"].address, SIZE
 #: The register at each defined address.
 _AT = {
     address: name
     for name, register in REGISTERS.items()
     for address in range(register.address, register.address + register.size)
 }
-#: The registers that a servo fills in when they are read.
-_MEASURED = {
-    "realtime_tick", "moving", "moving_status", "pwm", "current", "speed", "position",
-    "velocity_trajectory", "position_trajectory",
-}  # fmt: skip
 
 
 @dataclass
@@ -63,7 +49,8 @@ class ControlTable:
     _decoded: dict[str, int] = field(default_factory=dict)  # entries read since they changed
 
     def __post_init__(self) -> None:
-        self.reset()
+        for name in REGISTERS:
+            self.set(name, self._default(name))
 
     def get(self, name: str) -> int:
         """Return an entry."""
@@ -82,17 +69,12 @@ class ControlTable:
             self._decoded.pop(name, None)
             self.changes += 1
 
-    def set_byte(self, address: int, byte: int) -> None:
-        """Set one byte, bypassing all protection."""
-        self.data[address] = byte
+    def write(self, address: int, data: bytes) -> None:
+        """Set bytes from ``address`` on, bypassing all protection."""
+        self.data[address : address + len(data)] = data
         self.changes += 1
-        self._decoded.pop(_AT.get(address, ""), None)
-
-    def reset(self, *keep: str) -> None:
-        """Reset all entries to the factory's values, except those named in ``keep``."""
-        for name in REGISTERS:
-            if name not in keep:
-                self.set(name, self._default(name))
+        for name in self._names(address, len(data)):
+            self._decoded.pop(name, None)
 
     def forget(self) -> None:
         """Reset all that does not survive a loss of power."""
@@ -103,7 +85,7 @@ class ControlTable:
 
     def change_mode(self) -> None:
         """Reset gains, profile, goal PWM and goal current, as a change of mode does."""
-        for name in (*GAINS, "profile_speed", "profile_acceleration"):
+        for name in _OF_MODE:
             self.set(name, self._default(name))
         self._limit_goals()
 
@@ -115,37 +97,18 @@ class ControlTable:
         gains = {"position_p_gain": self.model.gains.p, "position_d_gain": self.model.gains.d}
         return round(gains.get(name, REGISTERS[name].default))
 
-    def behind(self, address: int, count: int) -> list[int]:
-        """Return the addresses of ``count`` bytes from ``address``, following indirect ones."""
-        return [
-            self.get(f"indirect_address_{at - _DATA + 1}") if _DATA <= at < _DATA_END else at
-            for at in range(address, address + count)
-        ]
+    def measured(self, address: int, count: int) -> list[str]:
+        """Return which of the registers at these addresses a servo fills in when they are read."""
+        return [name for name in self._names(address, count) if name in _MEASURED]
 
-    def measured(self, addresses: list[int]) -> list[str]:
-        """Return the registers at these addresses that a servo fills in when they are read."""
-        return [*dict.fromkeys(_AT[at] for at in addresses if _AT.get(at) in _MEASURED)]
+    def readable(self, address: int, count: int) -> bool:
+        """Return whether a read begins and ends at defined addresses; gaps read as 0 (ours)."""
+        return count > 0 and address in _AT and address + count - 1 in _AT
 
-    def unreadable(self, addresses: list[int]) -> bool:
-        """Return whether a read begins or ends at an undefined address; gaps read as 0 (ours)."""
-        return not (addresses and addresses[0] in _AT and addresses[-1] in _AT)
-
-    def refusal(self, addresses: list[int], data: bytes) -> int:
+    def refusal(self, address: int, data: bytes) -> int:
         """Return the error with which the servo refuses a write; 0 if it takes it."""
-        pairs = list(enumerate(addresses))
-        # Indirect addresses may point to registers that are not adjacent; each run of adjacent ones
-        # is one write.
-        for _, run in groupby(pairs, key=lambda pair: pair[1] - pair[0]):
-            places = list(run)
-            own = bytes(data[index] for index, _ in places)
-            error = self._refused_run(places[0][1], own)
-            if error:
-                return error
-        return 0
-
-    def _refused_run(self, address: int, data: bytes) -> int:
         end, known = address + len(data), 0
-        for name in dict.fromkeys(_AT[at] for at in range(address, end) if at in _AT):
+        for name in self._names(address, len(data)):
             at = REGISTERS[name]
             last = at.address + at.size
             known += at.size
@@ -160,19 +123,19 @@ class ControlTable:
                 return error
         return 0 if known == len(data) else ACCESS_ERROR
 
+    def _names(self, address: int, count: int) -> list[str]:
+        """Return the names of the registers at these addresses."""
+        places = range(address, address + count)
+        return list(dict.fromkeys(_AT[at] for at in places if at in _AT))
+
     def _refused_value(self, name: str, at: Register, value: int) -> int:
-        exist = {"operating_mode": _MODES, "protocol": _PROTOCOLS}.get(name)
-        if not at.low <= value <= at.high or (exist and value not in exist):
+        if not at.low <= value <= at.high or (name == "operating_mode" and value not in _MODES):
             return RANGE_ERROR
         if at.limit and abs(value) > self.get(at.limit):
             return _LIMIT_ERROR
-        if name == "goal_position" and not self._may_go_to(value):
-            return _LIMIT_ERROR
+        if name == "goal_position" and self.get("operating_mode") == POSITION:
+            least, most = self.get("min_position_limit"), self.get("max_position_limit")
+            return 0 if least <= value <= most else _LIMIT_ERROR
         # After a shutdown, only a reboot gives torque back.
         shut = name == "torque_enable" and value and self.get("hardware_error")
         return ACCESS_ERROR if shut else 0
-
-    def _may_go_to(self, goal: int) -> bool:
-        if self.get("operating_mode") == _POSITION:
-            return self.get("min_position_limit") <= goal <= self.get("max_position_limit")
-        return abs(goal) <= _TURNS

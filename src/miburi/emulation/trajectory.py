@@ -10,9 +10,6 @@ from math import sqrt
 
 __all__ = ["Segment"]
 
-#: How the manual numbers the profiles in Moving Status.
-_STEP, _RECTANGLE, _TRIANGLE, _TRAPEZOID = 0x00, 0x10, 0x20, 0x30
-
 
 @dataclass(frozen=True)
 class Segment:
@@ -24,24 +21,6 @@ class Segment:
     speed: float  # steps/s; 0 for at once
     acceleration: float  # steps/s²; 0 for at once
     initial: float = 0.0  # steps/s at the origin, with its sign
-
-    @classmethod
-    def in_time(
-        cls, began: float, origin: float, goal: float, whole: float, ramp: float
-    ) -> "Segment":
-        """Return a movement of ``whole`` s in all, with two ramps of ``ramp`` s (half at most)."""
-        ramp = min(ramp, whole / 2)
-        speed = abs(goal - origin) / (whole - ramp) if whole else 0.0
-        return cls(began, origin, goal, speed, speed / ramp if ramp else 0.0)
-
-    @property
-    def kind(self) -> int:
-        """The profile's type, as Moving Status has it."""
-        if self.speed == 0:
-            return _STEP
-        if self.acceleration == 0:
-            return _RECTANGLE
-        return _TRAPEZOID if self._shape[2] >= self.speed else _TRIANGLE
 
     @cached_property
     def _shape(self) -> tuple[int, float, float, float, float]:

@@ -11,7 +11,7 @@ from miburi.bma.settings import Settings
 from miburi.bodies.simulated import READING, Simulated
 from miburi.emulation.body import EmulatedBody
 from miburi.emulation.firmware import is_built
-from miburi.emulation.packets import FAST_SYNC_READ, SYNC_READ, packets
+from miburi.emulation.packets import SYNC_READ, packets
 from miburi.errors import MiburiError
 from miburi.feelings import FEELINGS
 from miburi.gestures import key_poses, load
@@ -328,7 +328,7 @@ def _readings(body: EmulatedBody) -> list[float]:
     def hear(data: bytes) -> bytes:
         for _, instruction, parameters in packets(data)[0]:
             register = int.from_bytes(parameters[:2], "little")
-            if instruction in (SYNC_READ, FAST_SYNC_READ) and register in _PLACES:
+            if instruction == SYNC_READ and register in _PLACES:
                 heard.append(body.emulation.now())
         return data
 
