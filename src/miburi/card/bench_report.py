@@ -1,6 +1,5 @@
 """The bench's findings about a card, in the file that builders send to the project."""
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -66,15 +65,11 @@ def write_report(report: BenchReport, path: Path) -> None:
     """Write a report as TOML, atomically."""
     lines = ["# Measured by `miburi card measure`; constants as in a servo's TOML file, SI units."]
     lines += [f'robot = "{report.robot}"', f'servo = "{report.servo}"']
-    tables = {f"measured.{name}": values for name, values in report.measured.items()}
-    for name, values in (*tables.items(), *_constants(report)):
-        lines += ["", f"[{name}]", *(f"{key} = {_toml(value)}" for key, value in values.items())]
+    for part, tables in (("measured", report.measured), ("constants", report.constants)):
+        for name, values in tables.items():
+            lines += ["", f"[{part}.{name}]"]
+            lines += [f"{key} = {_toml(value)}" for key, value in values.items()]
     write_whole(path, "\n".join(lines) + "\n")
-
-
-def _constants(report: BenchReport) -> Iterator[tuple[str, dict[str, Value]]]:
-    for name, values in report.constants.items():
-        yield f"constants.{name}", dict(values)
 
 
 def _toml(value: Value) -> str:

@@ -75,6 +75,15 @@ class Card:
         The settings for the card. By default those of the robot, with the calibration that is
         stored on the card, if there is one.
 
+    Attributes
+    ----------
+    robot, settings
+        The description, and the settings that the card has.
+    underway
+        The latest move, or return to neutral; None before the first.
+    on_report
+        A function that is called with every report, for recorders and tests.
+
     Raises
     ------
     BodyError
@@ -88,16 +97,14 @@ class Card:
         robot: Robot,
         settings: CardSettings | None = None,
     ) -> None:
-        self._robot = robot
+        self.robot = robot
         check_encoder(robot)
         self._requested_settings = settings
         self._own_stop: Stop | None = None
-        #: The latest move, or return to neutral; None before the first.
         self.underway: Underway | None = None
         self._connected = False
         self._guessed = False  # whether defaults stand in for what another firmware saved
-        self._settings = settings or CardSettings.of(self._robot)
-        #: A function that is called with every report, for recorders and tests.
+        self.settings = settings or CardSettings.of(self.robot)
         self.on_report: Callable[[Report], None] = lambda _: None
         open_line = (lambda: SerialLine(port)) if isinstance(port, str) else port
         try:
@@ -112,16 +119,6 @@ class Card:
         except BaseException:
             self._exchange.close()
             raise
-
-    @property
-    def robot(self) -> Robot:
-        """The description."""
-        return self._robot
-
-    @property
-    def settings(self) -> CardSettings:
-        """The settings that the card has."""
-        return self._settings
 
     @property
     def goals(self) -> Steps:
@@ -140,13 +137,13 @@ class Card:
 
     def motors(self) -> Motors:
         """Return the state of the motors from the latest report; unknown while the card is lost."""
-        return motors_of(self.report if self._connected else None, self._settings)
+        return motors_of(self.report if self._connected else None, self.settings)
 
     @property
     def window(self) -> Window | None:
         """The rule's figures for the motor whose contact keeps the body stopped, or None."""
         share = np.full(len(JOINTS), FINE) if self.underway is None else self.underway.share
-        return None if self._own_stop else window_of(self.report, self._settings, share)
+        return None if self._own_stop else window_of(self.report, self.settings, share)
 
     @property
     def state(self) -> BodyState:
@@ -158,10 +155,10 @@ class Card:
 
     def move(self, move: Move, driven: Robot | None = None) -> None:
         """Start a move (:meth:`miburi.bodies.Body.move`), driving the motors as ``driven`` says."""
-        check_move(self._robot, self.state.phase, move)
+        check_move(self.robot, self.state.phase, move)
         here, (origin, velocity) = np.array(self.report.positions), self._motion_now()
-        asked = driven or self._robot
-        self.start(Order.of(asked, self._settings, here, whole(origin), move, velocity))
+        asked = driven or self.robot
+        self.start(Order.of(asked, self.settings, here, whole(origin), move, velocity))
 
     def start(self, order: Order) -> None:
         """Start a move with its own loads or duty limits; raise BodyError if it is refused."""
@@ -169,7 +166,7 @@ class Card:
 
     def course(self) -> Course:
         """Return the motors' commanded positions and velocities, as the host estimates them."""
-        return Course.of(self._robot, *self._motion_now())
+        return Course.of(self.robot, *self._motion_now())
 
     def _motion_now(self) -> tuple[Steps, Steps]:
         """Return where the profiles are, (8,) 1/256 steps, and how fast, 1/256 steps/s."""
@@ -181,7 +178,7 @@ class Card:
     def _begin(
         self, order: Order, place: Steps, velocity: Steps, kind: FrameKind, payload: bytes = b""
     ) -> None:
-        underway = Underway.of(order, self._settings, place, velocity)
+        underway = Underway.of(order, self.settings, place, velocity)
         self.ask(FrameKind.LOADS, order.pack_loads())
         (began,) = struct.unpack("<q", self.ask(kind, payload))
         self.underway = underway._replace(began=began)
@@ -215,7 +212,7 @@ class Card:
         if self._guessed:
             raise BodyError(UNREADABLE)
         here, led = np.array(self.report.positions), self.report.reason == Reason.TOUCHED
-        order = Order.home(self._robot, self._settings, here, led=led)
+        order = Order.home(self.robot, self.settings, here, led=led)
         self._begin(order, here * FINE, np.zeros_like(here), FrameKind.RELEASE)
 
     def relax(self) -> None:
@@ -227,15 +224,9 @@ class Card:
         self.ask(FrameKind.IDENTIFY, bytes((old, new)), patience=2.0)
 
     def configure(self, settings: CardSettings) -> None:
-        """Send settings to a stopped card; if it refuses them, send the previous ones again.
-
-        Raises
-        ------
-        BodyError
-            The card is not stopped, or a value is outside its safe range.
-        """
-        replace_settings(self.ask, settings, self._settings)
-        self._settings, self._guessed = settings, False
+        """Send settings to a stopped card; see :func:`~miburi.card.transfer.replace_settings`."""
+        replace_settings(self.ask, settings, self.settings)
+        self.settings, self._guessed = settings, False
 
     @property
     def stored(self) -> bool:
@@ -290,7 +281,7 @@ class Card:
             The card refused; the message says why.
         """
         try:
-            return self._exchange.ask(kind, payload, patience, self._settings)
+            return self._exchange.ask(kind, payload, patience, self.settings)
         except NoAnswerError:
             self._lose()
             raise
@@ -306,8 +297,8 @@ class Card:
             except NoAnswerError:
                 if self._exchange.now() >= until:
                     raise
-        self._settings, self._guessed = stop_and_settle(
-            self.ask, has, self._robot, self._requested_settings
+        self.settings, self._guessed = stop_and_settle(
+            self.ask, has, self.robot, self._requested_settings
         )
         self.ask(FrameKind.STATUS, struct.pack("<H", _REPORT_PERIOD))
         self._connected = True

@@ -237,23 +237,6 @@ class Report:
         if len(payload) != _REPORT.size:
             raise FrameError(f"a report has {_REPORT.size} bytes, got {len(payload)}")
         values = _REPORT.unpack(payload)
-        flags = values[10]
-        time, phase, reason, motor, sign, measured, expected, length, stop_time, heard = values[:10]
-        return cls(
-            time,
-            phase,
-            reason,
-            motor,
-            sign,
-            measured,
-            expected,
-            length,
-            stop_time,
-            heard,
-            held=bool(flags & 1),
-            limp=bool(flags & 2),
-            positions=values[11:19],
-            speeds=values[19:27],
-            temperatures=values[27::2],
-            voltages=values[28::2],
-        )
+        held, limp = bool(values[10] & 1), bool(values[10] & 2)
+        positions, speeds, of_servos = values[11:19], values[19:27], values[27:]
+        return cls(*values[:10], held, limp, positions, speeds, of_servos[::2], of_servos[1::2])

@@ -94,7 +94,9 @@ class Order(NamedTuple):
         speeds: Steps,
         velocity: Steps | None = None,
     ) -> "Order":
-        profile, direction = _profile(settings, origin, goals, speeds, velocity)
+        unknown = np.zeros_like(goals)
+        order = cls(goals, speeds, unknown, unknown, unknown, unknown)
+        profile, direction = order.profile(settings, origin, velocity)
         needs = demand(robot, positions, origin, profile, direction)
 
         def duty(torque: Array) -> Steps:
@@ -108,14 +110,8 @@ class Order(NamedTuple):
             return clipped
 
         pwm, cruise = duty(needs.ceiling), duty(needs.cruise)
-        return cls(
-            goals,
-            speeds,
-            quarters(needs.loading.begin, pwm),
-            quarters(needs.loading.end, cruise),
-            pwm,
-            cruise,
-        )
+        begin, end = quarters(needs.loading.begin, pwm), quarters(needs.loading.end, cruise)
+        return cls(goals, speeds, begin, end, pwm, cruise)
 
     def profile(
         self,
@@ -125,7 +121,14 @@ class Order(NamedTuple):
         before: Steps | int = 1,
     ) -> tuple[Profile, Steps]:
         """Return the motion that the servos perform for an order, and each motor's direction."""
-        return _profile(settings, origin, self.goals, self.speeds, velocity, before)
+        return plan_towards(
+            origin,
+            self.goals,
+            np.array([real_speed(speed) for speed in self.speeds.tolist()]),
+            np.full(len(JOINTS), real_acceleration(settings.general.acceleration)),
+            velocity,
+            before,
+        )
 
     def loading(
         self, settings: CardSettings, positions: Steps, origin: Steps, direction: Steps
@@ -162,7 +165,7 @@ class Underway(NamedTuple):
     order
         The move, or the way home.
     began
-        Its start, µs on the card's clock.
+        Its start, µs on the card's clock; 0 until the card has taken it.
     share
         How much of the rule's usual limits applies to each motor, (8,) 1/256; see
         :func:`miburi.safety.free.granted_share`.
@@ -176,31 +179,11 @@ class Underway(NamedTuple):
     motion: Motion
 
     @classmethod
-    def of(
-        cls, order: Order, settings: CardSettings, place: Steps, velocity: Steps, began: int = 0
-    ) -> "Underway":
+    def of(cls, order: Order, settings: CardSettings, place: Steps, velocity: Steps) -> "Underway":
         """Return an order that starts at the profiles' present positions and speeds.
 
         ``place`` is in 1/256 steps, ``velocity`` in 1/256 steps/s.
         """
         profile, direction = order.profile(settings, whole(place), velocity)
         motion = Motion(profile, direction, whole(place))
-        return cls(order, began, granted_share(profile), motion)
-
-
-def _profile(
-    settings: CardSettings,
-    origin: Steps,
-    goals: Steps,
-    speeds: Steps,
-    velocity: Steps | None = None,
-    before: Steps | int = 1,
-) -> tuple[Profile, Steps]:
-    return plan_towards(
-        origin,
-        goals,
-        np.array([real_speed(speed) for speed in speeds.tolist()]),
-        np.full(len(JOINTS), real_acceleration(settings.general.acceleration)),
-        velocity,
-        before,
-    )
+        return cls(order, 0, granted_share(profile), motion)

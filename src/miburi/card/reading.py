@@ -16,7 +16,7 @@ from miburi.safety.stop import Phase, Stop, StopReason
 __all__ = ["PHASES", "motors_of", "stop_of", "unready", "window_of"]
 
 #: The card's phases, by their numbers.
-PHASES = (Phase.IDLE, Phase.MOVING, Phase.STOPPED, Phase.RETURNING)
+PHASES = tuple(Phase)
 #: Why a card cannot be released, and what to do about it.
 _UNREADY = {
     Reason.SILENT: "servo does not answer; check its plug, its id and the supply",
@@ -43,7 +43,7 @@ _REASONS = {
     Reason.ALONE: StopReason.LINE_LOST,
     Reason.TOUCHED: StopReason.TOUCHED,
 }
-_SIGNS = (Sign.SPEED, Sign.TRACKING, Sign.ARRIVAL)
+_SIGNS = tuple(Sign)
 
 
 def stop_of(report: Report, time: float) -> Stop | None:

@@ -70,15 +70,8 @@ class Mega:
 
     def __init__(self, elf: Path, library: Path) -> None:
         lib = self._lib = ctypes.CDLL(str(library))
-        lib.mega_new.restype = lib.mega_cycle.restype = ctypes.c_void_p
-        lib.mega_cycle.restype = ctypes.c_uint64
-        for function in (
-            lib.mega_run,
-            lib.mega_input,
-            lib.mega_output,
-            lib.mega_waiting,
-            lib.mega_baud,
-        ):
+        lib.mega_new.restype, lib.mega_cycle.restype = ctypes.c_void_p, ctypes.c_uint64
+        for function in (lib.mega_run, lib.mega_input, lib.mega_output, lib.mega_baud):
             function.restype = ctypes.c_uint
         handle = lib.mega_new(str(elf).encode())
         if not handle:
@@ -107,10 +100,6 @@ class Mega:
         """Return the bytes that the card has sent on a serial port."""
         count = self._lib.mega_output(self._mega, port, self._buffer, len(self._buffer))
         return bytes(self._buffer[:count])
-
-    def waiting(self, port: int) -> int:
-        """Return the number of bytes that are still on their way to a serial port."""
-        return int(self._lib.mega_waiting(self._mega, port))
 
     def baud(self, port: int) -> int:
         """Return the speed of a serial port, bits a second."""
