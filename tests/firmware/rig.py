@@ -17,6 +17,7 @@ from miburi.card.card import Card, wake
 from miburi.card.free_moves import free_moves, record
 from miburi.card.link import FrameKind, Reason, Report
 from miburi.card.order import Order
+from miburi.card.reading import PHASES
 from miburi.card.settings import FULL_PWM, CardSettings, FreeMotor
 from miburi.card.units import real_acceleration
 from miburi.emulation.bus import Bus
@@ -29,9 +30,7 @@ from miburi.safety.move import Move, plan_move
 from miburi.safety.profile import SECOND, to_steps
 from miburi.safety.stop import Phase, StopReason
 
-SIGNS = (None, Sign.SPEED, Sign.TRACKING, Sign.ARRIVAL)
-PHASES = (Phase.IDLE, Phase.MOVING, Phase.STOPPED, Phase.RETURNING)
-
+SIGNS = (None, *Sign)
 
 #: What a card is told of one motor's load: quarters of a step at both ends, and the most duty
 #: until motors have sped up, and after that.
@@ -222,6 +221,12 @@ class Rig:
         self.body.on_report = self.twin.see
         self.body.on_answer = self.twin.hear
         self.twin.last = self.body.report
+
+    @property
+    def cause(self) -> tuple[StopReason, str | None] | None:
+        """Why the body is stopped, and the motor that is named for it."""
+        stop = self.body.state.stop
+        return None if stop is None else (stop.reason, stop.motor)
 
     def run(self, seconds: float) -> None:
         """Let time pass from now on: a step alone counts what requests before it took."""

@@ -66,9 +66,7 @@ def test_a_servo_that_takes_no_ceiling_is_named(rig: Rig) -> None:
     servo.write = without_ceiling  # type: ignore[method-assign]
     servo.set("goal_pwm", 885)
     rig.run(0.5)
-    stop = rig.body.state.stop
-    assert stop is not None
-    assert (stop.reason, stop.motor) == (StopReason.SERVO_DEAF, JOINTS[6])
+    assert rig.cause == (StopReason.SERVO_DEAF, JOINTS[6])
 
 
 def test_the_stack_leaves_a_kilobyte(rig: Rig, firmware: Path) -> None:
@@ -98,34 +96,3 @@ def test_the_stack_leaves_a_kilobyte(rig: Rig, firmware: Path) -> None:
     free = next(n for n, byte in enumerate(mega.peek(used, stack - used)) if byte != PAINT)
     print(f"{free} bytes between data and stack were never used")
     assert free > SPARE
-
-
-@pytest.mark.parametrize("baud", [0, 2, 4])
-def test_a_servo_at_another_speed_is_found(rig: Rig, baud: int) -> None:
-    """At 9,600, 115,200 or 2,000,000 bits a second, as other projects leave them."""
-    rig.body.stop()
-    for other in rig.servos[1:]:
-        other.dead = True
-    rig.servos[0].set("baud", baud)
-    rig.body.identify(1, 9)
-    assert (rig.servos[0].get("id"), rig.servos[0].get("baud")) == (9, 3)
-
-
-def test_a_half_done_servo_that_answers_late_resets_no_card(rig: Rig) -> None:
-    rig.body.stop()
-    for other in rig.servos[1:]:
-        other.dead = True
-    servo = rig.servos[0]
-    for name, value in (
-        ("drive_mode", 4),
-        ("operating_mode", 4),
-        ("return_delay", 250),
-        ("startup", 3),
-    ):
-        servo.set(name, value)
-    servo.delay = 30_000.0
-    rig.body.identify(1, 9)
-    rig.body.step(0.5)
-    assert rig.body.state.stop.reason is StopReason.ASKED  # not that the card has started
-    names = ("id", "baud", "drive_mode", "operating_mode", "return_delay", "startup")
-    assert [servo.get(name) for name in names] == [9, 3, 0, 3, 25, 0]

@@ -26,12 +26,11 @@ from miburi.robot.specimens import specimens
 from miburi.safety.contact import Rule
 from miburi.safety.move import Move, plan_move
 from miburi.safety.stop import Phase
-from miburi.servos import load_servo
 
 
 @pytest.fixture(scope="module")
 def real() -> Robot:
-    return iphonoid().with_servo(load_servo("xl330-m288-t"))
+    return iphonoid()
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ from miburi.safety.move import Move, plan_move, plan_on
 from miburi.safety.stop import Phase, StopReason
 
 #: `make firmware-proof` asks for more.
-FREE = int(os.environ.get("MIBURI_MOVES", "24,0").split(",")[0])
+FREE = int(os.environ.get("MIBURI_MOVES", "16,0").split(",")[0])
 WORKERS = 2
 
 
@@ -65,9 +65,7 @@ def test_a_blocked_motor_stops_all_also_if_moves_replace_one_another(
         except BodyError:
             break
         rig.run(0.15)
-    stop = rig.body.state.stop
-    assert stop is not None
-    assert (stop.reason, stop.motor) == (StopReason.CONTACT, JOINTS[motor])
+    assert rig.cause == (StopReason.CONTACT, JOINTS[motor])
     rig.close()
 
 
@@ -85,9 +83,7 @@ def test_no_number_of_moves_makes_the_rule_forget_a_hand(firmware: Path) -> None
         for _ in range(100):
             rig.body.move(plan_on(robot, rig.body.course(), there, 6.0))
             rig.run(0.04)
-    stop = rig.body.state.stop
-    assert stop is not None
-    assert (stop.reason, stop.motor) == (StopReason.CONTACT, JOINTS[1])
+    assert rig.cause == (StopReason.CONTACT, JOINTS[1])
     assert rig.line.now() - held < 0.5
     rig.close()
 

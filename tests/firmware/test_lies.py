@@ -132,8 +132,7 @@ def test_a_servo_that_answers_with_anothers_id_is_named(rig: Rig, alias: int) ->
     begin(rig, Phase.MOVING, 3)
     rig.servos[3].alias = alias
     rig.run(0.3)
-    stop = rig.body.state.stop
-    assert (stop.reason, stop.motor) == (StopReason.SERVO_MISNAMED, JOINTS[3])
+    assert rig.cause == (StopReason.SERVO_MISNAMED, JOINTS[3])
     assert not orders.wrong
     with pytest.raises(BodyError, match=f"{JOINTS[3]}: servo "):
         rig.body.release()
@@ -148,9 +147,7 @@ def test_a_servo_that_restarted_within_a_moment_is_named(rig: Rig, phase: Phase)
     begin(rig, phase, 4)
     rig.servos[7].power_up()
     rig.run(0.3 if phase is Phase.IDLE else 2.0)
-    stop = rig.body.state.stop
-    assert stop is not None
-    assert (stop.reason, stop.motor) == (StopReason.SERVO_RESTARTED, JOINTS[7])
+    assert rig.cause == (StopReason.SERVO_RESTARTED, JOINTS[7])
     wake(rig.body)
     assert rig.servos[7].get("torque_enable") == 1
 

@@ -56,8 +56,7 @@ def test_a_stopped_body_of_which_a_servo_restarts_is_named(
         assert rig.body.report.held
         rig.servos[motor].power_up()
         rig.run(NAMED)
-        found = rig.body.state.stop
-        assert (found.reason, found.motor) == (StopReason.SERVO_RESTARTED, JOINTS[motor])
+        assert rig.cause == (StopReason.SERVO_RESTARTED, JOINTS[motor])
         assert not rig.body.report.held
         wake(rig.body)
 
@@ -109,7 +108,7 @@ def test_an_undervoltage_that_latches_on_all_servos_is_named_at_once(
 ) -> None:
     """At whatever moment of the 20 ms between two readings."""
     never_held_without_torque(rig)
-    for late in (0, 5_000, 10_000, 15_000):
+    for late in (0, 7_000, 14_000):
         if phase is Phase.MOVING:
             raise_arms(rig)
         elif phase is Phase.STOPPED:
@@ -139,8 +138,7 @@ def test_a_servo_that_restarts_in_motion_is_no_contact(rig: Rig) -> None:
         rig.servos[motor].power_up()
         rig.run(NAMED)
         assert reasons <= {Reason.NONE, Reason.RESTARTED}
-        found = rig.body.state.stop
-        assert (found.reason, found.motor) == (StopReason.SERVO_RESTARTED, JOINTS[motor])
+        assert rig.cause == (StopReason.SERVO_RESTARTED, JOINTS[motor])
         wake(rig.body)
 
 
@@ -152,8 +150,7 @@ def test_torque_that_is_lost_in_motion_is_noticed(rig: Rig) -> None:
     rig.run(0.5)
     rig.servos[6].set("torque_enable", 0)
     rig.run(NAMED)
-    found = rig.body.state.stop
-    assert (found.reason, found.motor) == (StopReason.SERVO_RESTARTED, JOINTS[6])
+    assert rig.cause == (StopReason.SERVO_RESTARTED, JOINTS[6])
 
 
 def goes_back_little(rig: Rig, start: np.ndarray, seconds: float, ends: float) -> None:

@@ -13,7 +13,7 @@ from miburi.safety.move import Move, plan_move
 from miburi.safety.stop import Phase, StopReason
 
 #: `make firmware-proof` asks for 2,000 and 500.
-FREE, BLOCKED = (int(n) for n in os.environ.get("MIBURI_MOVES", "16,16").split(","))
+FREE, BLOCKED = (int(n) for n in os.environ.get("MIBURI_MOVES", "8,8").split(","))
 WORKERS = 2
 
 
@@ -35,14 +35,13 @@ def test_free_moves_are_never_stopped(firmware: Path, seed: int) -> None:
 
 
 @pytest.mark.proof("test_free_moves_are_never_stopped")
-@pytest.mark.parametrize("duration", [12.0, 30.0])
-def test_slow_moves_of_perfect_servos_are_never_stopped(firmware: Path, duration: float) -> None:
+def test_a_slow_move_of_perfect_servos_is_never_stopped(firmware: Path) -> None:
     """Rule and servo count the same speed: half a minute does not carry them apart."""
     rig = Rig(firmware, 20)
     here, rng = rig.body.state.angles, np.random.default_rng(4)
     angles = rng.uniform(rig.robot.lower, rig.robot.upper)
-    rig.body.move(plan_move(rig.robot, here, angles, duration))
-    assert rig.settle(2 * duration) is Phase.IDLE, rig.body.state.stop
+    rig.body.move(plan_move(rig.robot, here, angles, 30.0))
+    assert rig.settle(60.0) is Phase.IDLE, rig.body.state.stop
     rig.close()
 
 
@@ -53,7 +52,7 @@ def test_a_blocked_motor_stops_all(firmware: Path, seed: int) -> None:
     rig.twin.wants_detectable = True
     step = rig.robot.servo.step
     for index in range(BLOCKED // WORKERS):
-        motor = index % len(JOINTS)
+        motor = (WORKERS * index + seed) % len(JOINTS)
         rig.shake()
         while True:
             move = rig.random_move()
@@ -68,8 +67,7 @@ def test_a_blocked_motor_stops_all(firmware: Path, seed: int) -> None:
             shaft.low = wall
         rig.body.move(move)
         assert rig.settle() is Phase.STOPPED
-        stop = rig.body.state.stop
-        assert (stop.reason, stop.motor) == (StopReason.CONTACT, JOINTS[motor])
+        assert rig.cause == (StopReason.CONTACT, JOINTS[motor])
         # What the rule compared comes through, with its length: of the motor that met something.
         seen, window = rig.twin.controller.window, rig.body.window
         for name in ("measured", "expected", "granted", "length"):
@@ -127,17 +125,3 @@ def test_who_still_keeps_a_motor_from_its_place_wins_once(firmware: Path) -> Non
     shaft.low, shaft.high = -np.inf, np.inf
     wake(rig.body)
     rig.close()
-
-
-def test_latency_is_the_same_in_every_run(firmware: Path) -> None:
-    times = []
-    for _ in range(2):
-        rig = Rig(firmware, 5)
-        rig.servos[1].shaft.high = rig.servos[1].shaft.place + 100
-        angles = rig.robot.neutral.copy()
-        angles[1] += 1.0
-        rig.body.move(Move(angles, np.full(8, 2.0)))
-        assert rig.settle() is Phase.STOPPED
-        times.append(rig.body.report.stop_time)
-        rig.close()
-    assert times[0] == times[1]

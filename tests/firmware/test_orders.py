@@ -11,7 +11,7 @@ from tests.firmware.rig import LOAD, NO_LOADS, Rig
 
 from miburi.card.card import Card, wake
 from miburi.card.link import FrameKind
-from miburi.card.settings import ALLOWED, CardSettings, JointSettings
+from miburi.card.settings import ALLOWED, CardSettings
 from miburi.card.transfer import greet
 from miburi.errors import BodyError
 from miburi.robot import JOINTS
@@ -77,12 +77,6 @@ def test_limits_and_caps_stand_on_the_card_itself(rig: Rig) -> None:
         np.testing.assert_allclose(rig.body.state.angles, end, atol=2e-3)
 
 
-def changed(joint: JointSettings, name: str, value: int) -> JointSettings:
-    if name in GUARDS:
-        return replace(joint, guards=replace(joint.guards, **{name: value}))
-    return replace(joint, **{name: value})
-
-
 def test_settings_stay_inside_safe_ranges_and_change_only_while_stopped(rig: Rig) -> None:
     settings = rig.settings
     with pytest.raises(BodyError, match="idle"):
@@ -95,13 +89,12 @@ def test_settings_stay_inside_safe_ranges_and_change_only_while_stopped(rig: Rig
             said = f"refuses {name} .*: it must be from "
             with pytest.raises(BodyError, match=said):
                 rig.body.configure(wrong)
-    joint = settings.joints[0]
-    beyond = {name: (ALLOWED[name][0] - 1, ALLOWED[name][1] + 1) for name in GUARDS}
-    beyond |= {"servo": (253,), "direction": (0, 2, -2), "zero": (4096, 0)}
+    joint = settings.joints[0]  # the ranges of its guards: test_settings.py
+    beyond = {"servo": (253,), "direction": (0, 2, -2), "zero": (4096, 0)}
     beyond |= {"neutral": (-3000, 3000), "min": (3000, -4096), "max": (-3000, 4096)}
     for name, values in beyond.items():
         for value in values:
-            joints = (changed(joint, name, value), *settings.joints[1:])
+            joints = (replace(joint, **{name: value}), *settings.joints[1:])
             seam = name in ("min", "max") or (name, value) == ("zero", 0)
             said = (
                 "crosses the servo's seam"

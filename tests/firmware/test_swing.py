@@ -45,8 +45,7 @@ def test_a_motor_that_still_moves_begins_its_move_so(firmware: Path, way: int) -
     watch = rig.twin.controller.watch
     assert abs(watch.loading.velocity[MOTOR] / 256) > 150
     assert rig.settle() is Phase.STOPPED
-    stop = rig.body.state.stop
-    assert (stop.reason, stop.motor) == (StopReason.CONTACT, JOINTS[MOTOR])
+    assert rig.cause == (StopReason.CONTACT, JOINTS[MOTOR])
     rig.close()
 
 

@@ -21,8 +21,7 @@ def test_faulty_servo_is_restarted_by_a_release(rig: Rig) -> None:
     raise_arms(rig)
     rig.servos[2].fail(4)
     rig.run(0.2)
-    stop = rig.body.state.stop
-    assert (stop.reason, stop.motor) == (StopReason.SERVO_FAULTY, JOINTS[2])
+    assert rig.cause == (StopReason.SERVO_FAULTY, JOINTS[2])
     with pytest.raises(BodyError, match="hardware error"):
         rig.body.release()
     recovers(rig)
@@ -34,8 +33,7 @@ def test_deaf_servo_is_named(rig: Rig) -> None:
     angles[[1, 4]] += 1.0
     rig.body.move(Move(angles, np.ones(8)))
     rig.run(0.1)
-    stop = rig.body.state.stop
-    assert (stop.reason, stop.motor) == (StopReason.SERVO_DEAF, JOINTS[4])
+    assert rig.cause == (StopReason.SERVO_DEAF, JOINTS[4])
     assert rig.at_rest()
     with pytest.raises(BodyError, match="does not accept commands"):
         rig.body.release()
@@ -52,9 +50,7 @@ def test_who_loses_the_cards_gains_is_named_and_gets_them_back(rig: Rig) -> None
     for name, other in zip(gains, (10, 20, 400, 30, 40), strict=True):
         servo.set(name, other)
         rig.run(0.3)
-        stop = rig.body.state.stop
-        assert stop is not None, name
-        assert (stop.reason, stop.motor) == (StopReason.SERVO_RESTARTED, JOINTS[3])
+        assert rig.cause == (StopReason.SERVO_RESTARTED, JOINTS[3])
         wake(rig.body)
         assert [servo.get(name) for name in gains] == ours
 
@@ -98,15 +94,15 @@ def test_only_what_the_manual_defines_is_read(rig: Rig) -> None:
     assert asked <= defined, sorted(asked - defined)
 
 
-@pytest.mark.parametrize("startup", [1, 2, 3])
-def test_a_servo_never_gets_torque_back_by_itself(rig: Rig, startup: int) -> None:
+def test_a_servo_never_gets_torque_back_by_itself(rig: Rig) -> None:
     """Its Startup Configuration may bring torque and, from a backup, another goal."""
-    rig.body.stop()
-    rig.servos[5].set("startup", startup)
-    wake(rig.body)
-    assert [servo.get("startup") for servo in rig.servos] == [0] * 8
-    rig.servos[5].power_up()
-    assert rig.servos[5].get("torque_enable") == 0
+    for startup in (1, 2, 3):
+        rig.body.stop()
+        rig.servos[5].set("startup", startup)
+        wake(rig.body)
+        assert [servo.get("startup") for servo in rig.servos] == [0] * 8
+        rig.servos[5].power_up()
+        assert rig.servos[5].get("torque_enable") == 0
 
 
 def test_a_servo_whose_firmware_has_no_startup_configuration_is_taken(rig: Rig) -> None:
@@ -140,22 +136,31 @@ def test_servos_on_the_table_are_numbered_and_nothing_moves(firmware: Path) -> N
     rig.close()
 
 
-@pytest.mark.parametrize(("number", "baud"), [(1, 1), (7, 1), (1, 3), (7, 3)])
-@pytest.mark.parametrize("late", [0.0, 20_000.0])
-def test_identify_gives_a_new_servo_its_id(
-    firmware: Path, number: int, baud: int, late: float
-) -> None:
-    """As from the factory, or half-done: with the new id or speed already; however late it is."""
+def test_identify_gives_a_servo_its_id_and_its_settings(firmware: Path) -> None:
+    """As from the factory, half-done, late, or at the speeds of other projects."""
     rig = Rig(firmware, awake=False, twin=False)
-    fresh = Servo.new(number)
-    fresh.set("baud", baud)
-    fresh.delay = late
-    rig.bus.servos[:] = [fresh]
-    rig.body.identify(1, 7)
-    assert (fresh.get("id"), fresh.get("baud"), fresh.get("operating_mode")) == (7, 3, 3)
-    before = rig.body.report.time
+    half_done = {"drive_mode": 4, "operating_mode": 4, "return_delay": 250, "startup": 3}
+    for number, entries, late in (
+        (1, {"baud": 1}, 0.0),
+        (7, {"baud": 1}, 20_000.0),
+        (7, {"return_delay": 25}, 0.0),
+        (1, {"baud": 0}, 0.0),
+        (1, {"baud": 2}, 0.0),
+        (1, {"baud": 4}, 0.0),
+        (1, half_done, 30_000.0),
+    ):
+        before, fresh = rig.body.report.time, Servo.new(number)
+        for name, value in entries.items():
+            fresh.set(name, value)
+        fresh.delay = late
+        rig.bus.servos[:] = [fresh]
+        rig.body.identify(1, 7)
+        names = ("id", "baud", "drive_mode", "operating_mode", "return_delay", "startup")
+        assert [fresh.get(name) for name in names] == [7, 3, 0, 3, 25, 0], entries
+        rig.run(0.1)
+        assert rig.body.report.time > before  # so long a wait did not wake the watchdog
     with pytest.raises(BodyError, match="servo does not answer"):
         rig.body.identify(3, 4)
     rig.run(0.1)
-    assert rig.body.report.time > before  # so long a wait did not wake the watchdog
+    assert rig.body.report.time > before
     rig.close()

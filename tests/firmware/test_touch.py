@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.firmware.rig import Rig
+from tests.firmware.test_faults import turn_clock_on
 from tests.firmware.toolchain import changed_card
 
 from miburi.card.card import wake
@@ -51,9 +52,8 @@ def test_a_hand_leads_a_body_at_rest(firmware: Path) -> None:
     rig.run(0.12)
     assert rig.body.state.phase is Phase.IDLE
     rig.run(0.12)
+    assert rig.cause == (StopReason.TOUCHED, NAME)
     stop = rig.body.state.stop
-    assert stop is not None
-    assert (stop.reason, stop.motor) == (StopReason.TOUCHED, NAME)
     rig.run(0.06)
     servo = rig.servos[MOTOR]
     assert rig.body.report.held
@@ -81,15 +81,19 @@ def test_a_hand_leads_a_body_at_rest(firmware: Path) -> None:
     rig.close()
 
 
-def test_stop_takes_the_place_of_a_touch(firmware: Path) -> None:
+@pytest.mark.parametrize("reason", [StopReason.ASKED, StopReason.LINE_LOST])
+def test_another_stop_takes_the_place_of_a_touch(firmware: Path, reason: StopReason) -> None:
+    """A person's, or the card's own, half a minute after it last heard from its host."""
     rig = at_rest(firmware)
     push(rig, slack(rig) + 4)
     rig.run(0.4)
-    assert rig.body.state.stop is not None
-    assert rig.body.state.stop.reason is StopReason.TOUCHED
-    rig.body.stop()
+    assert rig.cause == (StopReason.TOUCHED, NAME)
+    if reason is StopReason.ASKED:
+        rig.body.stop()
+    else:
+        turn_clock_on(rig, firmware, 31.0)
     rig.run(0.1)
-    assert rig.body.state.stop.reason is StopReason.ASKED
+    assert rig.cause == (reason, None)
     goal = rig.servos[MOTOR].segment.goal
     push(rig, 60)
     rig.run(1.0)
@@ -98,18 +102,6 @@ def test_stop_takes_the_place_of_a_touch(firmware: Path) -> None:
     free(rig)
     rig.run(0.3)
     wake(rig.body)
-    rig.close()
-
-
-@pytest.mark.proof("test_a_hand_leads_a_body_at_rest")
-def test_a_led_card_whose_host_has_gone_waits_for_a_person(firmware: Path) -> None:
-    rig = at_rest(firmware)
-    push(rig, slack(rig) + 4)
-    rig.run(0.4)
-    rig.line.run(rig.line.mega.time + 31_000_000)
-    rig.run(0.2)
-    assert rig.body.state.stop is not None
-    assert rig.body.state.stop.reason is StopReason.LINE_LOST
     rig.close()
 
 
@@ -142,8 +134,7 @@ def test_a_motor_that_turns_backwards_at_rest_is_let_go(firmware: Path) -> None:
     for _ in range(20):
         push(rig, 3)
         rig.run(0.04)
-    assert rig.body.state.stop is not None
-    assert rig.body.state.stop.reason is StopReason.TOUCHED
+    assert rig.cause[0] is StopReason.TOUCHED
     assert servo.get("goal_pwm") == rig.settings.general.hold_pwm
     assert abs(servo.segment.goal - servo.shaft.place) <= slack(rig) + 3
     assert abs(servo.shaft.place - began) > 40
@@ -189,7 +180,7 @@ def test_a_changed_card_is_noticed(firmware: Path, tmp_path: Path, name: str) ->
 
 CHECKS = (
     test_a_hand_leads_a_body_at_rest,
-    test_stop_takes_the_place_of_a_touch,
+    lambda firmware: test_another_stop_takes_the_place_of_a_touch(firmware, StopReason.ASKED),
     test_a_short_knock_at_rest_is_no_touch,
     test_within_its_slack_a_motor_holds,
     test_a_motor_that_turns_backwards_at_rest_is_let_go,
