@@ -1,6 +1,5 @@
 """Calibration: the guards let free motion pass, with a margin, and nothing more."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -174,14 +173,13 @@ def test_guards_of_a_coarse_encoder_are_whole_steps() -> None:
     rough = calibrate([trace()], 2 * np.pi / 1229)
     assert (rough.slack >= 1).all()
     assert (rough.least >= 4).all()
-    assert replace(rough).lag.tolist() == rough.lag.tolist()
 
 
 def test_identified_servos_come_back_from_their_file(robot: Robot, tmp_path: Path) -> None:
     """All of them, to the last unit of the card: else the file would not fit what the card has."""
     path, rng = tmp_path / "own.toml", np.random.default_rng(5)
     guards = FreeRule.of(robot).guards
-    for _ in range(100):
+    for _ in range(20):
         wear = float(rng.uniform(1, 3))
         shares = Shares(*rng.uniform(0.6, 1.4, (4, 8)), wear=wear)
         worn = robot.with_servo(robot.servo.model.varied(friction=wear))

@@ -82,8 +82,9 @@ def test_one_blocked_motor_stops_all_and_the_stop_is_latched(
     assert controller.latched == stop
 
 
-@pytest.mark.parametrize("motor", range(8))
-@pytest.mark.parametrize("seconds", [0.1, 0.3, 0.6])
+@pytest.mark.parametrize(
+    ("motor", "seconds"), [(motor, (0.1, 0.3, 0.6)[motor % 3]) for motor in range(8)]
+)
 def test_after_a_contact_the_body_goes_back_along_its_path(
     motors: Motors, robot: Robot, motor: int, seconds: float
 ) -> None:
@@ -106,8 +107,7 @@ def test_after_a_contact_the_body_goes_back_along_its_path(
     assert back.max() > 0
 
 
-@pytest.mark.parametrize("motor", range(8))
-@pytest.mark.parametrize("off", [-1, 1])
+@pytest.mark.parametrize(("motor", "off"), [(motor, (-1) ** motor) for motor in range(8)])
 def test_a_motor_that_is_held_away_from_its_place_yields_once(
     motors: Motors, robot: Robot, motor: int, off: int
 ) -> None:
@@ -285,11 +285,9 @@ def test_moves_that_replace_one_another_do_not_hide_a_contact(
         with suppress(BodyError):  # a move judges the latest reading, too
             controller.move(ends[turn // 8 % 2], motors.positions, motors.read_at)
         motors.run(every)
-    assert controller.latched is not None
-    assert (controller.latched.reason, controller.latched.motor) == (
-        StopReason.CONTACT,
-        JOINTS[motor],
-    )
+    stop = controller.latched
+    assert stop is not None
+    assert (stop.reason, stop.motor) == (StopReason.CONTACT, JOINTS[motor])
     assert motors.time <= 700_000
 
 

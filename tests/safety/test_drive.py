@@ -153,6 +153,6 @@ def test_the_ceiling_softens_the_push_without_any_rule(robot: Robot, servo: Serv
     for headroom in (1000.0, servo.drive.headroom):
         real = robot.with_servo(driven(servo, headroom=headroom))
         plant, rule = TrialPlant(real), DeafRule.of(real)
-        runs = [enact(plant, rule, 11, TrialKind.BLOCKED, index) for index in range(12)]
+        runs = [enact(plant, rule, 11, TrialKind.BLOCKED, index) for index in range(6)]
         pushes.append(np.median([sustained_force(one.forces) for one in runs]))
     assert pushes[1] < 0.75 * pushes[0]

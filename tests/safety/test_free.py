@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from miburi.bodies.simulated import READING, Simulated
@@ -50,7 +50,7 @@ def rule(robot: Robot) -> FreeRule:
 def traces(plant: TrialPlant) -> list[Trace]:
     """Free moves of gestures by a robot that is as described."""
     robot, found = plant.robot, []
-    for index in range(30):
+    for index in range(12):
         rng = np.random.default_rng([77, index])
         conditions = draw(robot, rng, 1)
         plant.begin(conditions.start, Variation(), rng)
@@ -86,9 +86,9 @@ def test_it_knows_free_motion_better_than_the_delayed_profile(rule, traces) -> N
 
 
 def test_free_moves_of_varied_robots_pass_and_people_are_noticed(plant, rule) -> None:
-    free = [trial(plant, rule, 41, TrialKind.FREE, index) for index in range(16)]
+    free = [trial(plant, rule, 41, TrialKind.FREE, index) for index in range(10)]
     assert [one for one in free if one.stopped] == []
-    blocked = [trial(plant, rule, 41, TrialKind.BLOCKED, index) for index in range(12)]
+    blocked = [trial(plant, rule, 41, TrialKind.BLOCKED, index) for index in range(8)]
     assert [one for one in blocked if one.false_stop] == []
     firm = [one for one in blocked if one.sustained_force >= 2.0]
     assert all(one.stopped for one in firm)
@@ -161,6 +161,7 @@ def test_expectations_do_not_depend_on_when_they_are_asked_much(rule, traces) ->
             assert np.abs(gap - other).max() <= 2 * FINE
 
 
+@settings(max_examples=30)
 @given(seed=st.integers(0, 1 << 30))
 def test_every_number_fits_into_32_bits(seed: int) -> None:
     """The same steps in Python's own integers, with every intermediate looked at."""

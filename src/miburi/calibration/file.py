@@ -69,6 +69,8 @@ class Mounting(Table):
         return self
 
 
+#: The constants of each servo, as multiples of the description's.
+_SHARES = ("stiffness", "damping", "friction", "gravity")
 _Shares = Annotated[list[Annotated[float, Field(gt=0, le=20)]], _Eight]
 
 
@@ -151,7 +153,7 @@ def write_calibration(
         lines += ["", "[identified]", f'servo = "{servo.name}"']
         lines += [f"gain = {servo.drive.gain:g}", f"divisor = {servo.divisor.p_divisor!r}"]
         lines.append(f"wear = {float(identified.wear)!r} # times the servo's friction")
-        for name in ("stiffness", "damping", "friction", "gravity"):
+        for name in _SHARES:
             # Written with all digits, so that the card's integers come out the same.
             lines.append(f"{name} = {vars(identified)[name].tolist()} # times the description's")
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -179,14 +181,8 @@ def read_calibration(robot: Robot, path: Path) -> Calibration:
     own, rule = table.identified, FreeRule.of(robot)
     if own is not None:
         robot = _with_identified(robot, own, path)
-        shares = Shares(
-            stiffness=np.array(own.stiffness),
-            damping=np.array(own.damping),
-            friction=np.array(own.friction),
-            gravity=np.array(own.gravity),
-            wear=own.wear,
-        )
-        rule = expecting(robot, shares, guards)
+        values = {name: np.array(vars(own)[name]) for name in _SHARES}
+        rule = expecting(robot, Shares(**values, wear=own.wear), guards)
     rule = replace(rule, guards=guards, period=period, ratio=ratio)
     return Calibration(robot, rule, table.servos, rule if own is not None else None)
 

@@ -147,15 +147,7 @@ def identify(robot: Robot, traces: Sequence[Trace], wear: float = 1.0) -> Identi
             if _missed_by_all(errors) > before - _LITTLE:
                 break
     count = sum(len(trace.times) for trace in traces)
-    return Identified(
-        shares["stiffness"],
-        shares["damping"],
-        shares["friction"],
-        shares["gravity"],
-        delay=delay,
-        missed=np.sqrt(errors / count),
-        wear=wear,
-    )
+    return Identified(**shares, delay=delay, missed=np.sqrt(errors / count), wear=wear)
 
 
 def _missed_by_all(errors: Array) -> float:

@@ -9,11 +9,9 @@ form of a servo's TOML file.
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
-from miburi import ik
 from miburi.calibration.identify import Identified, identify, stiffness
 from miburi.card.bench_moves import (
     CLEAR,
@@ -32,16 +30,15 @@ from miburi.card.bench_moves import (
 )
 from miburi.card.bench_report import BenchFindings, Value
 from miburi.card.card import Card, wake
-from miburi.card.free_moves import free_moves, record
+from miburi.card.free_moves import free_moves, gesture, record
 from miburi.card.settings import FULL_PWM
 from miburi.card.units import next_speed, real_speed
 from miburi.errors import BodyError
 from miburi.feelings import FEELINGS
-from miburi.gestures import key_poses, load
 from miburi.robot import JOINTS, Array, Robot
 from miburi.robot.loads import GRAVITY, loads
 from miburi.safety.drive import uneased
-from miburi.safety.move import Move, plan_move
+from miburi.safety.move import Move
 from miburi.safety.profile import FINE, SECOND
 from miburi.safety.stop import Phase
 
@@ -283,17 +280,13 @@ def _identify(card: Card) -> Identified:
 
 def _perform(card: Card, count: int) -> tuple[int, list[str]]:
     """Perform gestures in turn, each in a different variation; count the moves and the stops."""
-    robot, moves, stops = card.robot, 0, list[str]()
+    moves, stops = 0, list[str]()
     for number in range(count):
         feeling = FEELINGS[number % len(FEELINGS)]
         mood = 0.2 + 0.8 * (number * 7 % 10) / 9
-        angles = [np.array(robot.neutral)]
-        poses = key_poses(robot, load(feeling), mood, variation=number)
-        for pose in poses:
-            angles.append(ik.solve(robot, pose.target, start=angles[-1]).angles)
-        for (here, there), pose in zip(pairwise(angles), poses, strict=True):
+        for move in gesture(card.robot, feeling, mood, number):
             moves += 1
-            stopped = _stops_of(card, plan_move(robot, here, there, pose.duration))
+            stopped = _stops_of(card, move)
             stops += stopped
             if stopped:
                 break

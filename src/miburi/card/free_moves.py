@@ -15,7 +15,7 @@ from miburi.robot import JOINTS, Array, Robot
 from miburi.safety.move import Move, plan_move
 from miburi.safety.stop import Phase, StopReason
 
-__all__ = ["free_moves", "gestures", "record", "swings"]
+__all__ = ["free_moves", "gesture", "gestures", "record", "swings"]
 
 #: How far a joint moves to either side of the middle, as a share of half its range. At top speed
 #: the swing may have to be longer: from side to side at least ``_RUN`` times v²/a, the distance in
@@ -99,15 +99,19 @@ def swings(robot: Robot) -> Iterator[Move]:
 def gestures(robot: Robot) -> Iterator[tuple[str, list[Move]]]:
     """Yield each feeling with its gesture at mood 0.9."""
     for feeling in FEELINGS:
-        performance = key_poses(robot, load(feeling), _MOOD)
-        angles = [np.array(robot.neutral)]
-        for key_pose in performance:
-            angles.append(ik.solve(robot, key_pose.target, start=angles[-1]).angles)
-        moves = [
-            plan_move(robot, here, there, key_pose.duration)
-            for (here, there), key_pose in zip(pairwise(angles), performance, strict=True)
-        ]
-        yield feeling, moves
+        yield feeling, gesture(robot, feeling, _MOOD)
+
+
+def gesture(robot: Robot, feeling: str, mood: float, variation: int | None = None) -> list[Move]:
+    """Return the moves of a feeling's gesture, which begins at neutral."""
+    poses = key_poses(robot, load(feeling), mood, variation=variation)
+    angles = [np.array(robot.neutral)]
+    for pose in poses:
+        angles.append(ik.solve(robot, pose.target, start=angles[-1]).angles)
+    return [
+        plan_move(robot, here, there, pose.duration)
+        for (here, there), pose in zip(pairwise(angles), poses, strict=True)
+    ]
 
 
 def _move(robot: Robot, angles: Array, speed: float) -> Move:

@@ -237,6 +237,6 @@ class Report:
         if len(payload) != _REPORT.size:
             raise FrameError(f"a report has {_REPORT.size} bytes, got {len(payload)}")
         values = _REPORT.unpack(payload)
-        held, limp = bool(values[10] & 1), bool(values[10] & 2)
-        positions, speeds, of_servos = values[11:19], values[19:27], values[27:]
-        return cls(*values[:10], held, limp, positions, speeds, of_servos[::2], of_servos[1::2])
+        flags, positions, speeds = values[10], values[11:19], values[19:27]
+        lists = positions, speeds, values[27::2], values[28::2]
+        return cls(*(*values[:10], bool(flags & 1), bool(flags & 2), *lists))

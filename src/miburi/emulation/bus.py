@@ -115,7 +115,8 @@ class Bus:
         # A new id or delay is still answered under the old one.
         own, start, data = one.get("id"), time + self._delay(one), b""
         if instruction == READ and len(parameters) == 4:
-            error, data = one.read(*struct.unpack("<HH", parameters), time)
+            address, count = struct.unpack("<HH", parameters)
+            error, data = one.read(address, count, time)
         elif instruction == WRITE and len(parameters) > 2:
             error = one.write(struct.unpack_from("<H", parameters)[0], parameters[2:], time)
         elif instruction == REBOOT:

@@ -48,7 +48,7 @@ class MotorDrive:
         """Return the duty of the next period; ``error`` is in steps, ``speed`` in steps/s."""
         if self._seen != self._table.changes:
             self._look_up()
-        pwm = self._pwm
+        pwm: float = self._pwm
         if self._follows:
             pwm = self._p / self._p_divisor * error - self._d / self._d_divisor * speed / self._rate
             pwm = min(max(pwm, -self._most), self._most)

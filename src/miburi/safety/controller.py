@@ -137,35 +137,21 @@ class Controller:
         self._seen, self._seen_at = self.origin, -TELLS - 1
         self._moved, self._gap = np.zeros_like(self.origin), TELLS + 1
         self._yields_at: int | None = None
-        self._kept_since: int | None = (
-            None  # since when a motor at rest has been away from its goal, µs
-        )
+        # Since when a motor at rest has been away from its place, µs.
+        self._kept_since: int | None = None
         self._sag = np.zeros_like(self.origin)
         self._rest: Steps | None = None  # where the motors came to rest
         self._yields = 0  # yields that are left until nothing holds a motor away from its place
         self.watch = self._plan(self.origin, self.origin, np.ones(len(JOINTS), dtype=np.int64))
 
     def move(self, move: Move, positions: Steps, time: int) -> None:
-        """Start ``move``, even while another one runs.
-
-        Raises
-        ------
-        BodyError
-            The body is stopped or returning, an angle is outside the joint limits, or a speed is
-            above the servo's.
-        """
+        """Start ``move``, even while another one runs; it raises as :func:`check_move` does."""
         if self.phase is Phase.MOVING:
             self.update(positions, time)  # so that this reading is not lost
         check_move(self.robot, self.phase, move)
         self.note(positions, time)
-        robot = self.robot
-        self.start(
-            Phase.MOVING,
-            to_steps(robot, move.angles),
-            to_steps(robot, move.speeds),
-            positions,
-            time,
-        )
+        goal, speeds = to_steps(self.robot, move.angles), to_steps(self.robot, move.speeds)
+        self.start(Phase.MOVING, goal, speeds, positions, time)
 
     def stop(self, positions: Steps, time: int, reason: StopReason = StopReason.ASKED) -> None:
         """Stop and hold the motors where they are; a stopped body keeps its first reason.
@@ -198,13 +184,8 @@ class Controller:
         goal = to_steps(self.robot, aim(self.robot, self.robot.neutral))
         distance = np.abs(goal - self.origin)
         fastest = return_speed(round(RETURN_SPEED / self.robot.servo.step), led=led)
-        self.start(
-            Phase.RETURNING,
-            goal,
-            distance * fastest // max(int(distance.max()), 1),
-            positions,
-            time,
-        )
+        speeds = distance * fastest // max(int(distance.max()), 1)
+        self.start(Phase.RETURNING, goal, speeds, positions, time)
 
     def update(self, positions: Steps, time: int) -> None:
         """Judge a reading of the encoders: stop on contact, end at the goal, yield when pushed."""
@@ -219,16 +200,9 @@ class Controller:
         contact = self.watch.look(positions, elapsed)
         self.window = self.watch.window or self.window
         if contact is not None:
-            self._hold(
-                Stop(
-                    time / SECOND,
-                    StopReason.CONTACT,
-                    contact.name,
-                    contact.sign.value,
-                    contact.ratio,
-                ),
-                self._retreat(contact, positions),
-            )
+            seen = contact.name, contact.sign.value, contact.ratio
+            stop = Stop(time / SECOND, StopReason.CONTACT, *seen)
+            self._hold(stop, self._retreat(contact, positions))
             self._yields_at, self._yields = time + YIELD_AFTER, 1
         elif self.watch.arrived(positions, elapsed):
             self.origin = self._goal
@@ -303,9 +277,8 @@ class Controller:
             # The motor has hardly come back yet. The obstacle is then further along the modelled
             # servo's path than the motor is.
             stays = positions.copy()
-            stays[motor] -= direction[motor] * (
-                most if contact.measured < contact.expected else -most
-            )
+            way = most if contact.measured < contact.expected else -most
+            stays[motor] -= direction[motor] * way
             return stays
         # All motors go back by the same share of their travel, so that the body keeps to its path.
         part, whole = 1, 1
@@ -346,7 +319,7 @@ class Controller:
         if self._yields_at is None or time < self._yields_at:
             return
         self._yields_at = time + YIELD_AFTER if self._is_led else None
-        here = positions + self._sag
+        robot, here = self.robot, positions + self._sag
         # Whether a motor is displaced: by more than its tolerance at rest, or by very little if a
         # hand guides the body.
         most = 2 if self._is_led else self.rule.guards.slack
@@ -357,7 +330,6 @@ class Controller:
             self._yields -= 1
             goals = np.where(blocked, here, self.origin)
             if self._is_led:
-                robot = self.robot
                 goals = np.clip(goals, to_steps(robot, robot.lower), to_steps(robot, robot.upper))
             self._stay(goals)
 
