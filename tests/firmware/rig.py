@@ -1,8 +1,6 @@
 """A card with eight emulated servos, the host's body on it, and the controller's Python twin."""
 
 import copy
-import os
-import pickle
 import struct
 from collections.abc import Callable
 from dataclasses import replace
@@ -10,11 +8,8 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from tests.firmware.toolchain import BUILD, building
 
-from miburi.calibration.guards import granted
 from miburi.card.card import Card, wake
-from miburi.card.free_moves import free_moves, record
 from miburi.card.link import FrameKind, Reason, Report
 from miburi.card.order import Order
 from miburi.card.reading import PHASES
@@ -24,6 +19,7 @@ from miburi.emulation.bus import Bus
 from miburi.emulation.firmware import EmulatedCard
 from miburi.emulation.servos import Servo
 from miburi.robot import JOINTS, Robot, iphonoid
+from miburi.robot.guards import Guards
 from miburi.safety.contact import Sign
 from miburi.safety.controller import Controller
 from miburi.safety.move import Move, plan_move
@@ -46,19 +42,28 @@ def weightless() -> Robot:
     return robot.model_copy(update={"masses": robot.masses.model_copy(update=nothing)})
 
 
-def following(robot: Robot) -> CardSettings:
+#: The guards of such servos, in steps: what :func:`miburi.calibration.guards.granted` gave for all
+#: free moves of a calibration, shaken (:meth:`Rig.shake`).
+SLACK = (14, 10, 10, 8, 10, 10, 8, 11)
+BEHIND = (15, 13, 11, 10, 12, 13, 10, 13)
+AHEAD = (12, 12, 12, 10, 12, 12, 10, 15)
+
+
+@cache
+def calibrated() -> CardSettings:
     """Return settings for servos that do what they are told, 30 ms later, whatever it takes.
 
-    The free servo is then a stiff one without friction: half of the delay is its own.
+    The free servo is then a stiff one without friction: half of the delay is its own. The
+    description's guards are the simulated body's: these servos are calibrated as a card's.
     """
-    settings = CardSettings.of(robot)
+    settings = CardSettings.of(weightless())
     joints = tuple(
         replace(
             joint,
             free=FreeMotor(pull=16_383, brake=49_152, friction=0, lost=0),
-            guards=replace(joint.guards, lag=18_000),
+            guards=Guards(lag=18_000, slack=slack, least=8, behind=behind, ahead=ahead, arrival=9),
         )
-        for joint in settings.joints
+        for joint, slack, behind, ahead in zip(settings.joints, SLACK, BEHIND, AHEAD, strict=True)
     )
     return CardSettings(replace(settings.general, error_per_pwm=32_000), joints)
 
@@ -200,7 +205,7 @@ class Rig:
         settings: CardSettings | None = None,
     ) -> None:
         self.robot = weightless()
-        self.settings = settings or calibrated(firmware)
+        self.settings = settings or calibrated()
         self.rng = np.random.default_rng(seed)
         self.servos = [
             Servo.new(j.servo, j.zero + j.direction * (j.neutral - 30))
@@ -272,35 +277,3 @@ class Rig:
 
     def close(self) -> None:
         self.line.mega.close()
-
-
-@cache
-def calibrated(firmware: Path) -> CardSettings:
-    """What the card is to know of these servos, which carry loads and turn at every speed.
-
-    The description's guards are the simulated body's: these servos are calibrated as a card's.
-    It takes some seconds, so the processes of one test run share it.
-    """
-    run = os.environ.get("PYTEST_XDIST_TESTRUNUID")
-    if run is None:
-        return calibrate(firmware)
-    kept = BUILD / f"calibrated-{run}"
-    with building():
-        if not kept.exists():
-            for old in BUILD.glob("calibrated-*"):
-                old.unlink()
-            kept.write_bytes(pickle.dumps(calibrate(firmware)))
-        settings: CardSettings = pickle.loads(kept.read_bytes())
-    return settings
-
-
-def calibrate(firmware: Path) -> CardSettings:
-    """Calibrate a card of such servos."""
-    settings = following(weightless())
-    rig = Rig(firmware, 1000, twin=False, settings=settings.generous)
-    traces = []
-    for _, move in free_moves(rig.robot):
-        rig.shake()
-        traces += record(rig.body, [move])
-    rig.close()
-    return settings.with_rule(granted(settings.rule, traces))

@@ -339,7 +339,7 @@ def test_a_stop_under_load_lets_nothing_sink_and_its_end_is_no_contact(rig: Rig)
 def test_a_soft_servo_hangs_by_more_than_the_host_says(firmware: Path) -> None:
     """Its share of the sag is the card's: three times what the description's servo would hang."""
     told = (0, 12, 10, -8, -12, -10, 8, 12)
-    settings = calibrated(firmware)
+    settings = calibrated()
     soft = replace(settings, joints=tuple(replace(joint, sag=768) for joint in settings.joints))
     rig = Rig(firmware, awake=False, settings=soft)
     rig.body.hung = told

@@ -20,7 +20,7 @@ from miburi.safety.stop import Phase
 
 #: Bytes for each fuzz on the AVR; `make firmware-proof` asks for 1,000,000.
 AVR_BYTES = int(os.environ.get("MIBURI_FUZZ", "3000"))
-NATIVE_BYTES = max(AVR_BYTES, 50_000)
+NATIVE_BYTES = max(AVR_BYTES, 20_000)
 
 
 def frames(rng: np.random.Generator) -> bytes:

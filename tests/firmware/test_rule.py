@@ -14,7 +14,7 @@ from miburi.emulation.firmware import Mega
 
 #: Traces for each of four seeds; `make firmware-proof` asks for 100,000 in all.
 TRACES = int(os.environ.get("MIBURI_TRACES", "3000")) // 4
-AVR_TRACES = max(TRACES // 20, 120)
+AVR_TRACES = max(TRACES // 20, 80)
 
 
 def decided(program: Path, traces: Records) -> Records:

@@ -19,9 +19,9 @@ from miburi.safety.stop import Phase, StopReason
 MOTOR, SPEED = 2, 300
 
 
-def swinging(firmware: Path) -> CardSettings:
+def swinging() -> CardSettings:
     """Return settings of a rig of which one motor swings on when it was moved."""
-    settings = calibrated(firmware)
+    settings = calibrated()
     joints = [*settings.joints]
     joints[MOTOR] = replace(
         settings.generous.joints[MOTOR], free=FreeMotor(pull=4000, brake=8000, friction=0, lost=0)
@@ -32,7 +32,7 @@ def swinging(firmware: Path) -> CardSettings:
 @pytest.mark.parametrize("way", [-1, 1])
 def test_a_motor_that_still_moves_begins_its_move_so(firmware: Path, way: int) -> None:
     """It goes 15 steps, is told to move, and is blocked: the twin expects the same of it."""
-    rig = Rig(firmware, 7, settings=swinging(firmware))
+    rig = Rig(firmware, 7, settings=swinging())
     shaft, clock = rig.servos[MOTOR].shaft, rig.line.mega
     angles = rig.robot.neutral.copy()
     began = clock.time

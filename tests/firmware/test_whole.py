@@ -55,7 +55,7 @@ def test_each_move_has_a_ceiling_and_a_stop_a_soft_one(firmware: Path) -> None:
         there = robot.neutral + (0.5 if seconds == 0.5 else 0.0) * (np.arange(8) == 1)
         body.move(plan_move(robot, body.state.angles, there, seconds))
         ceilings.append([servo.get("goal_pwm") for servo in servos])
-        body.step(3.0)
+        body.step(seconds + 0.5)
         assert body.state.phase is Phase.IDLE
     fast, slow = np.array(ceilings)
     assert (fast < FULL_PWM).all()

@@ -47,9 +47,14 @@ class Swinging:
         self.controller.update(self.positions, self.time)
 
 
-@pytest.mark.parametrize("late", [0.0, 0.012])
-@pytest.mark.parametrize("torque", [-0.3, 0.3])
-@pytest.mark.parametrize("turn", [-0.4, 0.0, 0.4])
+@pytest.mark.parametrize(
+    ("turn", "torque", "late"),
+    [
+        (turn, torque, 0.012 * (turn * torque >= 0))
+        for turn in (-0.4, 0.0, 0.4)
+        for torque in (-0.3, 0.3)
+    ],
+)
 def test_a_waist_that_still_swings_is_no_contact(
     robot: Robot, turn: float, torque: float, late: float
 ) -> None:
