@@ -1,7 +1,7 @@
 """A card's calibration, on the real binary: it identifies, names, refuses, and leaves no trace."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -40,38 +40,41 @@ def emulation(firmware: Path, real: Robot) -> Iterator[EmulatedRobot]:
     made.close()
 
 
+def make_only(
+    patch: pytest.MonkeyPatch,
+    moves: Callable[[Robot], list[tuple[str, Move]]],
+    gestures: Callable[[Robot], list[tuple[str, list[Move]]]] = lambda _: [],
+) -> None:
+    patch.setattr(calibration, "free_moves", moves)
+    patch.setattr(calibration, "gestures", gestures)
+
+
+def together(robot: Robot, fastest_at_least: float = 0.0) -> list[tuple[str, Move]]:
+    """Return the free moves of all joints at once."""
+    return [
+        (name, move)
+        for name, move in free_moves(robot)
+        if name not in JOINTS and move.speeds.max() >= fastest_at_least
+    ]
+
+
 @pytest.fixture
 def some(monkeypatch: pytest.MonkeyPatch) -> None:
     """Make the quicker free moves of all joints and a gesture; `make firmware-proof`, all."""
     if "MIBURI_MOVES" not in os.environ:
-        monkeypatch.setattr(calibration, "free_moves", together)
-        monkeypatch.setattr(calibration, "gestures", lambda robot: [*gestures(robot)][-1:])
-
-
-def together(robot: Robot) -> list[tuple[str, Move]]:
-    return [
-        (name, move)
-        for name, move in free_moves(robot)
-        if name not in JOINTS and move.speeds.max() >= 0.4
-    ]
+        make_only(monkeypatch, lambda robot: together(robot, 0.4), lambda r: [*gestures(r)][-1:])
 
 
 @pytest.fixture
 def few(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of the free moves only three of all joints, and no gesture."""
-    monkeypatch.setattr(calibration, "free_moves", lambda robot: together(robot)[-3:])
-    monkeypatch.setattr(calibration, "gestures", lambda _: [])
+    make_only(monkeypatch, lambda robot: together(robot)[-3:])
 
 
 @pytest.fixture
 def not_slowest(monkeypatch: pytest.MonkeyPatch) -> None:
     """The same, with slower ones: what servos are is seen in these."""
-
-    def slower(robot: Robot) -> list[tuple[str, Move]]:
-        return [(name, move) for name, move in free_moves(robot) if name not in JOINTS][5:]
-
-    monkeypatch.setattr(calibration, "free_moves", slower)
-    monkeypatch.setattr(calibration, "gestures", lambda _: [])
+    make_only(monkeypatch, lambda robot: together(robot)[5:])
 
 
 @pytest.mark.proof("test_a_servo_that_needs_more_than_the_card_grants_is_named")
