@@ -23,10 +23,10 @@ def port() -> Port:
 
 def test_sdk_reads_writes_and_reboots(port: Port) -> None:
     for servo in range(1, 9):
-        assert SDK.read2ByteTxRx(port, servo, 0) == (1200, COMM_SUCCESS, 0)
+        assert SDK.ping(port, servo) == (1200, COMM_SUCCESS, 0)
         assert SDK.read4ByteTxRx(port, servo, 132) == (2000 + servo, COMM_SUCCESS, 0)
     assert SDK.read4ByteTxRx(port, 9, 132)[1] == COMM_RX_TIMEOUT
-    assert SDK.ping(port, 1)[2] == 2  # a card sends no such instruction
+    assert SDK.factoryReset(port, 1, 0xFF)[1] == 2  # a card sends no such instruction
     assert SDK.write1ByteTxRx(port, 3, 11, 16) == (COMM_SUCCESS, 0)
     assert SDK.write2ByteTxRx(port, 3, 84, 3200) == (COMM_SUCCESS, 0)
     assert SDK.write1ByteTxRx(port, 3, 64, 1) == (COMM_SUCCESS, 0)

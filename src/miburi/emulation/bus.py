@@ -2,7 +2,7 @@
 
 Where the manual leaves behaviour open, the worst case is modelled: if a servo is missing, those
 that come after it never answer a sync read. The servos obey the instructions that a card sends, and
-refuse any other. Times are µs on the card's clock.
+a ping; they refuse any other. Times are µs on the card's clock.
 """
 
 import struct
@@ -10,6 +10,7 @@ from collections.abc import Callable
 
 from miburi.emulation.packets import (
     BROADCAST,
+    PING,
     READ,
     REBOOT,
     STATUS,
@@ -119,6 +120,9 @@ class Bus:
             error, data = one.read(address, count, time)
         elif instruction == WRITE and len(parameters) > 2:
             error = one.write(struct.unpack_from("<H", parameters)[0], parameters[2:], time)
+        elif instruction == PING:
+            error, data = one.read(0, 2, time)
+            data += bytes((one.get("firmware"),))
         elif instruction == REBOOT:
             one.power_up()
             error = 0

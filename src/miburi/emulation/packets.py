@@ -6,6 +6,7 @@ from miburi.card.link import crc16
 
 __all__ = [
     "BROADCAST",
+    "PING",
     "READ",
     "REBOOT",
     "STATUS",
@@ -16,8 +17,10 @@ __all__ = [
     "packets",
 ]
 
-#: The instructions that a card sends, and the one that marks an answer.
-READ, WRITE, REBOOT, SYNC_READ, SYNC_WRITE, STATUS = 0x02, 0x03, 0x08, 0x82, 0x83, 0x55
+#: The instructions that a card sends, the one by which a host finds a servo, and the one that marks
+#: an answer.
+READ, WRITE, REBOOT, SYNC_READ, SYNC_WRITE = 0x02, 0x03, 0x08, 0x82, 0x83
+PING, STATUS = 0x01, 0x55
 BROADCAST = 0xFE
 _HEADER = b"\xff\xff\xfd\x00"
 
