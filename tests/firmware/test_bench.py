@@ -3,7 +3,6 @@
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,13 +15,8 @@ from miburi.card.settings import CardSettings
 from miburi.cli.card import app
 from miburi.emulation.body import EmulatedRobot
 from miburi.errors import BodyError
-from miburi.robot import Robot, iphonoid
+from miburi.robot import Robot
 from miburi.robot.loads import GRAVITY, loads
-
-
-@pytest.fixture(scope="module")
-def real() -> Robot:
-    return iphonoid()
 
 
 def person(emulation: EmulatedRobot, robot: Robot) -> Callable[[str], None]:
@@ -42,13 +36,13 @@ def person(emulation: EmulatedRobot, robot: Robot) -> Callable[[str], None]:
 
 
 @pytest.fixture
-def emulation(firmware: Path, real: Robot, monkeypatch: pytest.MonkeyPatch) -> EmulatedRobot:
+def emulation(firmware: Path, robot: Robot, monkeypatch: pytest.MonkeyPatch) -> EmulatedRobot:
     """The card that the command finds; it stays on from call to call."""
-    made = EmulatedRobot(real, CardSettings.of(real))
+    made = EmulatedRobot(robot, CardSettings.of(robot))
     monkeypatch.setattr("miburi.card.card.SerialLine", lambda _: made)
     monkeypatch.setattr(made, "close", lambda: None)
-    monkeypatch.setattr("miburi.cli.card.robot_of", lambda _: real)
-    monkeypatch.setattr("miburi.cli.card.wait_for_enter", person(made, real))
+    monkeypatch.setattr("miburi.cli.card.robot_of", lambda _: robot)
+    monkeypatch.setattr("miburi.cli.card.wait_for_enter", person(made, robot))
     return made
 
 
@@ -60,15 +54,8 @@ def measure(out: Path, *answers: str) -> str:
     return done.output
 
 
-def check_stiffness(report: dict[str, Any], real: Robot) -> None:
-    servo = real.servo.model
-    motor = np.array([servo.stiffness / 4, servo.stiffness])
-    np.testing.assert_allclose(report["measured"]["stiffness"]["stiffness"], motor, rtol=0.1)
-    assert report["constants"]["divisor"]["p_divisor"] == pytest.approx(256, rel=0.1)
-
-
 def test_what_is_measured_is_kept_and_what_is_skipped_is_not(
-    emulation: EmulatedRobot, real: Robot, tmp_path: Path
+    emulation: EmulatedRobot, robot: Robot, tmp_path: Path
 ) -> None:
     out = tmp_path / "measured.toml"
     assert "Nothing was measured." in measure(out, "s", "q")
@@ -78,31 +65,33 @@ def test_what_is_measured_is_kept_and_what_is_skipped_is_not(
     assert report["measured"]["ceiling"]["obeys"] == "yes"
     assert "It is in the report already." in measure(out, "s", "s", "q")
     # Nothing of it stays on the card.
-    assert Card(lambda: emulation, real).settings == CardSettings.of(real)
+    assert Card(lambda: emulation, robot).settings == CardSettings.of(robot)
 
 
 @pytest.mark.proof("test_what_is_measured_is_kept_and_what_is_skipped_is_not")
 def test_the_seven_measurements_find_what_is_true(
-    emulation: EmulatedRobot, real: Robot, tmp_path: Path
+    emulation: EmulatedRobot, robot: Robot, tmp_path: Path
 ) -> None:
     out = tmp_path / "measured.toml"
     measure(out, "", "", "", "", "", "", "")
     report = tomllib.loads(out.read_text())
     assert set(report["measured"]) == {step.name for step in STEPS}
-    check_stiffness(report, real)
     measured, constants = report["measured"], report["constants"]
+    servo = robot.servo.model
+    motor = np.array([servo.stiffness / 4, servo.stiffness])
+    np.testing.assert_allclose(measured["stiffness"]["stiffness"], motor, rtol=0.1)
+    assert constants["divisor"]["p_divisor"] == pytest.approx(256, rel=0.1)
     assert max(measured["hunting"]["steps"]) <= 2
     assert constants["loop"]["clock_error"] < 0.002
-    resistance = real.servo.model.motor.resistance
-    assert constants["motor"]["resistance"] == pytest.approx(resistance, rel=0.1)
+    assert constants["motor"]["resistance"] == pytest.approx(servo.motor.resistance, rel=0.1)
     assert len(measured["friction"]["friction_warm"]) == 8
     assert measured["false_stops"]["stops"] == []
     assert measured["false_stops"]["moves"] > 60
 
 
-def test_registers_are_read_at_rest_alone(firmware: Path, real: Robot) -> None:
-    emulation = EmulatedRobot(real, CardSettings.of(real))
-    card = Card(lambda: emulation, real)
+def test_registers_are_read_at_rest_alone(firmware: Path, robot: Robot) -> None:
+    emulation = EmulatedRobot(robot, CardSettings.of(robot))
+    card = Card(lambda: emulation, robot)
     assert peek(card, 3, 0, 2) == 1200
     assert peek(card, 3, 144, 2) == 50
     for motor, address, count in ((8, 0, 2), (0, 0, 0), (0, 0, 13)):

@@ -21,21 +21,16 @@ from miburi.card.transfer import greet
 from miburi.emulation.body import EmulatedRobot
 from miburi.emulation.servos import Servo
 from miburi.errors import BodyError
-from miburi.robot import JOINTS, Robot, iphonoid
+from miburi.robot import JOINTS, Robot
 from miburi.robot.specimens import specimens
 from miburi.safety.contact import Rule
 from miburi.safety.move import Move, plan_move
 from miburi.safety.stop import Phase
 
 
-@pytest.fixture(scope="module")
-def real() -> Robot:
-    return iphonoid()
-
-
 @pytest.fixture
-def emulation(firmware: Path, real: Robot) -> Iterator[EmulatedRobot]:
-    made = EmulatedRobot(real, CardSettings.of(real))
+def emulation(firmware: Path, robot: Robot) -> Iterator[EmulatedRobot]:
+    made = EmulatedRobot(robot, CardSettings.of(robot))
     yield made
     made.close()
 
@@ -80,12 +75,12 @@ def not_slowest(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.proof("test_a_servo_that_needs_more_than_the_card_grants_is_named")
 @pytest.mark.usefixtures("some")
 def test_a_robot_that_differs_is_identified_tested_and_stored(
-    firmware: Path, real: Robot, tmp_path: Path
+    firmware: Path, robot: Robot, tmp_path: Path
 ) -> None:
     """Three times as stiff as described: the gain is changed, and the rule fits."""
-    *_, one = specimens(real, 1, 4)
-    emulation = EmulatedRobot(real, CardSettings.of(real), one)
-    card, said = Card(lambda: emulation, real), list[str]()
+    *_, one = specimens(robot, 1, 4)
+    emulation = EmulatedRobot(robot, CardSettings.of(robot), one)
+    card, said = Card(lambda: emulation, robot), list[str]()
     found = measure(card, said.append)
     settings = found.settings
     gain = settings.general.p_gain
@@ -106,18 +101,18 @@ def test_a_robot_that_differs_is_identified_tested_and_stored(
     card.save()
     path = tmp_path / "calibration.toml"
     write_calibration(found.robot, settings.rule, path, "by hand", settings.mounting, found.found)
-    read = read_calibration(real, path)
-    assert apply_calibration(CardSettings.of(real), read) == settings
+    read = read_calibration(robot, path)
+    assert apply_calibration(CardSettings.of(robot), read) == settings
     # Another host finds the calibration on the card, and what it asks of the motors fits it.
-    again = Card(lambda: emulation, real)
+    again = Card(lambda: emulation, robot)
     assert again.settings == settings
     wake(again)
     rng = np.random.default_rng(3)
     for _ in range(4):
-        there = rng.uniform(0.7 * real.lower + 0.3 * real.neutral, 0.7 * real.upper)
-        there = np.clip(there, real.lower, real.upper)
+        there = rng.uniform(0.7 * robot.lower + 0.3 * robot.neutral, 0.7 * robot.upper)
+        there = np.clip(there, robot.lower, robot.upper)
         there[[1, 4]] = np.abs(there[[1, 4]])  # the arms stay in front of the body
-        again.move(plan_move(real, again.state.angles, there, 0.8))
+        again.move(plan_move(robot, again.state.angles, there, 0.8))
         while again.step(0.02).phase is Phase.MOVING:
             pass
         assert again.state.phase is Phase.IDLE, again.state.stop
@@ -138,10 +133,10 @@ def weaken(servo: Servo, share: float) -> None:
 @pytest.mark.proof("test_a_servo_that_needs_more_than_the_card_grants_is_named")
 @pytest.mark.usefixtures("not_slowest")
 def test_a_servo_with_more_friction_is_named_in_words(
-    emulation: EmulatedRobot, real: Robot
+    emulation: EmulatedRobot, robot: Robot
 ) -> None:
     emulation.plant.friction[JOINTS.index("left_elbow"), :4] *= 2.0
-    words = measure(Card(lambda: emulation, real)).words
+    words = measure(Card(lambda: emulation, robot)).words
     assert words == ("left elbow: about twice the friction of the right",)
 
 
@@ -156,18 +151,18 @@ def test_a_servo_with_more_friction_is_named_in_words(
     ],
 )
 def test_a_servo_with_little_torque_is_refused_by_name(
-    emulation: EmulatedRobot, real: Robot, share: float, words: str
+    emulation: EmulatedRobot, robot: Robot, share: float, words: str
 ) -> None:
     weaken(emulation.bus.servos[JOINTS.index("right_fingertip")], share)
     with pytest.raises(BodyError, match=words):
-        measure(Card(lambda: emulation, real))
+        measure(Card(lambda: emulation, robot))
 
 
 def test_a_servo_that_gives_hardly_any_torque_is_refused_by_name(
-    emulation: EmulatedRobot, real: Robot
+    emulation: EmulatedRobot, robot: Robot
 ) -> None:
     weaken(emulation.bus.servos[JOINTS.index("left_elbow")], 0.2)
-    card = Card(lambda: emulation, real)
+    card = Card(lambda: emulation, robot)
     before = card.settings
     with pytest.raises(BodyError, match=r"contact \(left_elbow\).* nothing is in its way.* horn"):
         measure(card)
@@ -177,7 +172,7 @@ def test_a_servo_that_gives_hardly_any_torque_is_refused_by_name(
 
 @pytest.mark.usefixtures("few")
 def test_a_servo_that_needs_more_than_the_card_grants_is_named(
-    emulation: EmulatedRobot, real: Robot, monkeypatch: pytest.MonkeyPatch
+    emulation: EmulatedRobot, robot: Robot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rng = np.random.default_rng(1)
 
@@ -187,15 +182,15 @@ def test_a_servo_that_needs_more_than_the_card_grants_is_named(
             emulation.bus.servos[6].shaft.noise = lambda: float(rng.uniform(-14, 14))
 
     monkeypatch.setitem(ALLOWED, "slack", (0, 17, "steps"))
-    card = Card(lambda: emulation, real)
+    card = Card(lambda: emulation, robot)
     with pytest.raises(BodyError, match="left_fingertip needs a slack of .* at most 17"):
         measure(card, rattle)
-    assert card.settings == CardSettings.of(real)
+    assert card.settings == CardSettings.of(robot)
 
 
 @pytest.mark.usefixtures("few")
 def test_a_servo_that_seems_far_too_stiff_is_refused_in_words(
-    emulation: EmulatedRobot, real: Robot, monkeypatch: pytest.MonkeyPatch
+    emulation: EmulatedRobot, robot: Robot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As one does that rattles; not by a number that the card has no room for."""
     true = calibration.identify
@@ -206,13 +201,13 @@ def test_a_servo_that_seems_far_too_stiff_is_refused_in_words(
 
     monkeypatch.setattr(calibration, "identify", stiff)
     with pytest.raises(BodyError, match=r"left fingertip springs back with .* calibrate again"):
-        measure(Card(lambda: emulation, real))
+        measure(Card(lambda: emulation, robot))
 
 
 @pytest.mark.proof("test_a_servo_that_needs_more_than_the_card_grants_is_named")
 @pytest.mark.usefixtures("few")
 def test_a_gesture_that_is_stopped_refuses_the_calibration(
-    emulation: EmulatedRobot, real: Robot, monkeypatch: pytest.MonkeyPatch
+    emulation: EmulatedRobot, robot: Robot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Something that no single move has met is in the way, and the motor that met it is named."""
 
@@ -222,10 +217,10 @@ def test_a_gesture_that_is_stopped_refuses_the_calibration(
         yield "happiness", [plan_move(robot, robot.neutral, there, 0.8)]
 
     monkeypatch.setattr(calibration, "gestures", blocked)
-    card = Card(lambda: emulation, real)
+    card = Card(lambda: emulation, robot)
     with pytest.raises(BodyError, match=r"contact \(waist\)"):
         measure(card)
-    assert card.settings == CardSettings.of(real)
+    assert card.settings == CardSettings.of(robot)
 
 
 def test_a_calibration_that_is_broken_off_leaves_the_guards_as_they_were(rig: Rig) -> None:
