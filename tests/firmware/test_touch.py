@@ -134,7 +134,7 @@ def test_a_motor_that_turns_backwards_at_rest_is_let_go(firmware: Path) -> None:
     for _ in range(20):
         push(rig, 3)
         rig.run(0.04)
-    assert rig.cause[0] is StopReason.TOUCHED
+    assert rig.cause == (StopReason.TOUCHED, NAME)
     assert servo.get("goal_pwm") == rig.settings.general.hold_pwm
     assert abs(servo.segment.goal - servo.shaft.place) <= slack(rig) + 3
     assert abs(servo.shaft.place - began) > 40
