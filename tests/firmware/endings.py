@@ -4,15 +4,12 @@ import numpy as np
 from tests.firmware.rig import Rig
 
 from miburi.card.card import wake
-from miburi.safety.move import Move
 from miburi.safety.stop import Phase
 
 
 def raise_arms(rig: Rig, speed: float = 1.0) -> None:
     """Start a move of a second or more, and let half of it pass."""
-    angles = rig.robot.neutral.copy()
-    angles[[1, 4]] += 1.2
-    rig.body.move(Move(angles, np.full(8, speed)))
+    rig.turn([1, 4], by=1.2, speed=speed)
     rig.run(0.5)
     assert rig.body.state.phase is Phase.MOVING
 
@@ -21,5 +18,5 @@ def recovers(rig: Rig) -> None:
     """Only a release brings it back, to neutral; then it moves."""
     wake(rig.body)
     assert np.abs(rig.body.state.angles - rig.robot.neutral).max() < 0.01
-    rig.body.move(Move(rig.robot.neutral + 0.1 * (np.arange(8) % 4 == 0), np.ones(8)))
+    rig.turn([0, 4], by=0.1, speed=1.0)
     assert rig.settle() is Phase.IDLE

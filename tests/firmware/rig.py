@@ -239,6 +239,12 @@ class Rig:
         while self.line.now() < until:
             self.body.step(0.02)
 
+    def turn(self, motors: list[int], by: float, speed: float) -> None:
+        """Send motors ``by`` rad away from neutral, and the others to neutral, at rad/s."""
+        angles = self.robot.neutral.copy()
+        angles[motors] += by
+        self.body.move(Move(angles, np.full(8, speed)))
+
     def settle(self, limit: float = 20.0) -> Phase:
         """Wait for the end of a motion."""
         for _ in range(round(limit / 0.02)):

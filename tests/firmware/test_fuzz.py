@@ -15,7 +15,6 @@ from miburi.card.settings import CardSettings
 from miburi.emulation.packets import STATUS, packet
 from miburi.errors import BodyError
 from miburi.robot import iphonoid
-from miburi.safety.move import Move
 from miburi.safety.stop import Phase
 
 #: Bytes for each fuzz on the AVR; `make firmware-proof` asks for 1,000,000.
@@ -127,10 +126,9 @@ def obeys(rig: Rig) -> bool:
     rig.body.stop()
     rig.body.configure(rig.settings)
     wake(rig.body)
-    angles = rig.robot.neutral.copy()
-    angles[0] += 0.5
-    rig.body.move(Move(angles, np.ones(8)))
-    return rig.settle() is Phase.IDLE and abs(rig.body.state.angles[0] - angles[0]) < 0.01
+    rig.turn([0], by=0.5, speed=1.0)
+    goal = rig.robot.neutral[0] + 0.5
+    return rig.settle() is Phase.IDLE and abs(rig.body.state.angles[0] - goal) < 0.01
 
 
 @pytest.mark.parametrize("what", ["random bytes", "flipped frames"])

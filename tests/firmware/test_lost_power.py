@@ -12,7 +12,6 @@ from tests.firmware.toolchain import changed_card
 from miburi.card.card import wake
 from miburi.card.link import Reason, Report
 from miburi.robot import JOINTS
-from miburi.safety.move import Move
 from miburi.safety.stop import Phase, StopReason
 
 #: s within which a limp body is named.
@@ -130,9 +129,7 @@ def test_a_servo_that_restarts_in_motion_is_no_contact(rig: Rig) -> None:
     reasons = set[int]()
     rig.body.on_report = lambda report: reasons.add(report.reason)
     for motor, seconds in ((1, 0.3), (4, 0.7)):
-        angles = rig.robot.neutral.copy()
-        angles[[1, 4]] += 1.5
-        rig.body.move(Move(angles, np.full(8, 1.0)))
+        rig.turn([1, 4], by=1.5, speed=1.0)
         rig.run(seconds)
         reasons.clear()
         rig.servos[motor].power_up()
@@ -144,9 +141,7 @@ def test_a_servo_that_restarts_in_motion_is_no_contact(rig: Rig) -> None:
 
 def test_torque_that_is_lost_in_motion_is_noticed(rig: Rig) -> None:
     """A servo that is not to move, or moves slowly, hides from the rule that it is limp."""
-    angles = rig.robot.neutral.copy()
-    angles[1] += 0.5
-    rig.body.move(Move(angles, np.full(8, 0.2)))
+    rig.turn([1], by=0.5, speed=0.2)
     rig.run(0.5)
     rig.servos[6].set("torque_enable", 0)
     rig.run(NAMED)
@@ -175,10 +170,8 @@ def goes_back_little(rig: Rig, start: np.ndarray, seconds: float, ends: float) -
 
 def swing_arms(rig: Rig, speed: float) -> np.ndarray:
     """Begin a long move of both arms; return where all were before it."""
-    angles = rig.robot.neutral.copy()
-    angles[[1, 4]] += 2.0
     start = np.array([servo.shaft.place for servo in rig.servos])
-    rig.body.move(Move(angles, np.full(8, speed)))
+    rig.turn([1, 4], by=2.0, speed=speed)
     rig.run(0.2)
     assert rig.body.state.phase is Phase.MOVING
     return start

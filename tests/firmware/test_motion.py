@@ -9,7 +9,7 @@ from tests.firmware.rig import Rig
 
 from miburi.card.card import wake
 from miburi.robot import JOINTS
-from miburi.safety.move import Move, plan_move
+from miburi.safety.move import plan_move
 from miburi.safety.stop import Phase, StopReason
 
 #: `make firmware-proof` asks for 2,000 and 500.
@@ -101,9 +101,7 @@ def test_who_still_keeps_a_motor_from_its_place_wins_once(firmware: Path) -> Non
         shaft.low, shaft.high = (-np.inf, place) if sign > 0 else (place, np.inf)
 
     block(shaft.place + sign * 100)
-    angles = rig.robot.neutral.copy()
-    angles[2] += 0.4
-    rig.body.move(Move(angles, np.full(8, 1.0)))
+    rig.turn([2], by=0.4, speed=1.0)
     assert rig.settle() is Phase.STOPPED
     gave_way = servo.segment.goal
     # It is pressed back, by more than what a motor at rest is granted.

@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 from tests.firmware.endings import raise_arms, recovers
 from tests.firmware.rig import Rig
@@ -13,7 +12,6 @@ from miburi.emulation.control_table import REGISTERS
 from miburi.emulation.servos import Servo
 from miburi.errors import BodyError
 from miburi.robot import JOINTS
-from miburi.safety.move import Move
 from miburi.safety.stop import Phase, StopReason
 
 
@@ -29,9 +27,7 @@ def test_faulty_servo_is_restarted_by_a_release(rig: Rig) -> None:
 
 def test_deaf_servo_is_named(rig: Rig) -> None:
     rig.servos[4].deaf = True
-    angles = rig.robot.neutral.copy()
-    angles[[1, 4]] += 1.0
-    rig.body.move(Move(angles, np.ones(8)))
+    rig.turn([1, 4], by=1.0, speed=1.0)
     rig.run(0.1)
     assert rig.cause == (StopReason.SERVO_DEAF, JOINTS[4])
     assert rig.at_rest()

@@ -11,7 +11,6 @@ from tests.firmware.toolchain import changed_card
 from miburi.card.card import wake
 from miburi.robot import JOINTS
 from miburi.safety.controller import YIELDS
-from miburi.safety.move import Move
 from miburi.safety.stop import Phase, StopReason
 
 MOTOR = 2
@@ -21,9 +20,7 @@ NAME = JOINTS[MOTOR]
 def at_rest(firmware: Path) -> Rig:
     """A body at rest after a move, so that the twin looks on."""
     rig = Rig(firmware, 7)
-    angles = rig.robot.neutral.copy()
-    angles[MOTOR] += 0.2
-    rig.body.move(Move(angles, np.full(8, 1.0)))
+    rig.turn([MOTOR], by=0.2, speed=1.0)
     assert rig.settle() is Phase.IDLE
     return rig
 
