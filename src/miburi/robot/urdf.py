@@ -9,7 +9,7 @@ import numpy as np
 from miburi.robot.description import JOINTS, Robot
 from miburi.robot.mjcf import to_mjcf
 from miburi.robot.physics import mujoco
-from miburi.robot.shape import BASE, COLOURS, Part, extremities, links, parts
+from miburi.robot.shape import BASE, COLOURS, Part, fixed_frames, links, parts
 
 __all__ = ["to_urdf"]
 
@@ -27,21 +27,21 @@ def to_urdf(robot: Robot, meshes: Mapping[tuple[str, str], str] | None = None) -
     """
     root = ET.Element("robot", name=robot.name)
     for name, colour in COLOURS.items():
-        ET.SubElement(ET.SubElement(root, "material", name=name), "color", rgba=_text(colour))
+        _add(_add(root, "material", name=name), "color", rgba=colour)
     model = mujoco.MjModel.from_xml_string(to_mjcf(robot))
-    elements = {BASE: ET.SubElement(root, "link", name=BASE)}
+    elements = {BASE: _add(root, "link", name=BASE)}
+    effort = robot.servo.model.data_sheet.stall_torque
     for link in links(robot):
-        elements[link.name] = ET.SubElement(root, "link", name=link.name)
-        joint = ET.SubElement(root, "joint", name=link.joint, type="revolute")
-        ET.SubElement(joint, "origin", xyz=_text(link.position), rpy="0 0 0")
-        ET.SubElement(joint, "parent", link=link.parent)
-        ET.SubElement(joint, "child", link=link.name)
-        ET.SubElement(joint, "axis", xyz=_text(link.axis))
+        elements[link.name] = _add(root, "link", name=link.name)
+        joint = _add(root, "joint", name=link.joint, type="revolute")
+        _add(joint, "origin", xyz=link.position, rpy="0 0 0")
+        _add(joint, "parent", link=link.parent)
+        _add(joint, "child", link=link.name)
+        _add(joint, "axis", xyz=link.axis)
         index = JOINTS.index(link.joint)
-        stall_torque = robot.servo.model.data_sheet.stall_torque
-        ET.SubElement(
-            joint, "limit", lower=_text((robot.lower[index],)), upper=_text((robot.upper[index],)),
-            velocity=_text((robot.servo.max_speed,)), effort=_text((stall_torque,)),
+        _add(
+            joint, "limit", lower=robot.lower[index], upper=robot.upper[index],
+            velocity=robot.servo.max_speed, effort=effort,
         )  # fmt: skip
     for name, link_element in elements.items():
         _inertial(link_element, model, name)
@@ -52,17 +52,15 @@ def to_urdf(robot: Robot, meshes: Mapping[tuple[str, str], str] | None = None) -
             if part.mass:
                 _shape(elements[part.link], "collision", piece)
     for (name, colour_name), file in (meshes or {}).items():
-        visual = ET.SubElement(elements[name], "visual", name=f"{name}_{colour_name}")
-        shape = ET.SubElement(visual, "geometry")
-        ET.SubElement(shape, "mesh", filename=file, scale="0.001 0.001 0.001")
-        ET.SubElement(visual, "material", name=colour_name)
-    for name, (parent, point) in extremities(robot).items():
-        child = "head_centre" if name == "head" else name
-        ET.SubElement(root, "link", name=child)
-        joint = ET.SubElement(root, "joint", name=f"{child}_mark", type="fixed")
-        ET.SubElement(joint, "origin", xyz=_text(point), rpy="0 0 0")
-        ET.SubElement(joint, "parent", link=parent)
-        ET.SubElement(joint, "child", link=child)
+        visual = _add(elements[name], "visual", name=f"{name}_{colour_name}")
+        _add(_add(visual, "geometry"), "mesh", filename=file, scale="0.001 0.001 0.001")
+        _add(visual, "material", name=colour_name)
+    for frame in fixed_frames(robot):
+        _add(root, "link", name=frame.child)
+        joint = _add(root, "joint", name=f"{frame.child}_mark", type="fixed")
+        _add(joint, "origin", xyz=frame.position, rpy="0 0 0")
+        _add(joint, "parent", link=frame.parent)
+        _add(joint, "child", link=frame.child)
     ET.indent(root)
     return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
 
@@ -73,18 +71,11 @@ def _inertial(link: ET.Element, model: mujoco.MjModel, name: str) -> None:
     mujoco.mju_quat2Mat(turn, body.iquat)
     axes = turn.reshape(3, 3)
     tensor = axes @ np.diag(body.inertia) @ axes.T
-    inertial = ET.SubElement(link, "inertial")
-    ET.SubElement(inertial, "origin", xyz=_text(body.ipos), rpy="0 0 0")
-    ET.SubElement(inertial, "mass", value=_text((body.mass[0],)))
-    names = {
-        "ixx": (0, 0),
-        "ixy": (0, 1),
-        "ixz": (0, 2),
-        "iyy": (1, 1),
-        "iyz": (1, 2),
-        "izz": (2, 2),
-    }
-    ET.SubElement(inertial, "inertia", {key: f"{tensor[at]:.9g}" for key, at in names.items()})
+    inertial = _add(link, "inertial")
+    _add(inertial, "origin", xyz=body.ipos, rpy="0 0 0")
+    _add(inertial, "mass", value=body.mass[0])
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = tensor
+    _add(inertial, "inertia", ixx=xx, ixy=xy, ixz=xz, iyy=yy, iyz=yz, izz=zz)
 
 
 def _pieces(part: Part) -> list[Part]:
@@ -105,7 +96,7 @@ def _pieces(part: Part) -> list[Part]:
 
 def _shape(link: ET.Element, use: str, piece: Part) -> None:
     """Add a sphere, a box or a cylinder as ``visual`` or ``collision``, according to ``use``."""
-    element = ET.SubElement(link, use)
+    element = _add(link, use)
     start, turn = np.array(piece.position, dtype=np.float64), (0.0, -piece.tilt, 0.0)
     match piece.kind:
         case "cylinder":
@@ -114,17 +105,24 @@ def _shape(link: ET.Element, use: str, piece: Part) -> None:
             x, y, z = (end - start) / length
             turn = (0.0, float(np.arctan2(np.hypot(x, y), z)), float(np.arctan2(y, x)))
             start = (start + end) / 2
-            size = {"radius": _text(piece.size[:1]), "length": _text((length,))}
+            size: dict[str, object] = {"radius": piece.size[0], "length": length}
         case "box":
-            size = {"size": _text(tuple(2 * half for half in piece.size))}
+            size = {"size": [2 * half for half in piece.size]}
         case _:
-            size = {"radius": _text(piece.size)}
-    ET.SubElement(element, "origin", xyz=_text(start), rpy=_text(turn))
-    ET.SubElement(ET.SubElement(element, "geometry"), piece.kind, size)
+            size = {"radius": piece.size}
+    _add(element, "origin", xyz=start, rpy=turn)
+    _add(_add(element, "geometry"), piece.kind, **size)
     if use == "visual":
         element.set("name", piece.name)
-        ET.SubElement(element, "material", name=piece.colour)
+        _add(element, "material", name=piece.colour)
 
 
-def _text(numbers: tuple[float, ...] | np.ndarray) -> str:
-    return " ".join(f"{float(number) + 0.0:.9g}" for number in numbers)  # no -0
+def _add(parent: ET.Element, tag: str, /, **attributes: object) -> ET.Element:
+    """Add an element; one number or several become text of nine digits."""
+    texts = {
+        name: value
+        if isinstance(value, str)
+        else " ".join(f"{number + 0.0:.9g}" for number in np.atleast_1d(value))  # no -0
+        for name, value in attributes.items()
+    }
+    return ET.SubElement(parent, tag, texts)
