@@ -14,7 +14,7 @@ from miburi.hardware.solids import Manifold, ball, box, cut, disc, hull, join, m
 from miburi.robot import Robot
 from miburi.robot.description import Array
 
-__all__ = ["forearm", "half_width", "upper_arm", "yoke"]
+__all__ = ["forearm", "upper_arm", "yoke"]
 
 #: Half the thickness of the arm above and below its axis, mm.
 _HALF = 9.0
@@ -55,7 +55,7 @@ def upper_arm(robot: Robot, side: str, fit: float) -> Manifold:
     """Return what the elbow turns: a fork, a bridge, and the fingertip's servo in its holder."""
     s, w = dimensions().servo, dimensions().wall
     begin = 1000 * robot.lengths.L23 - s.long_end - fit - w.shell
-    wide = half_width()
+    wide = servo.fork_half_width()
     bridge = hull(
         box((-wide, wide), (w.web, w.web + w.shell), (-_HALF, _HALF)),
         box((-11.0, 11.0), (begin, begin + w.shell), (-_HALF, _HALF)),
@@ -67,7 +67,7 @@ def upper_arm(robot: Robot, side: str, fit: float) -> Manifold:
 
 def forearm(robot: Robot) -> Manifold:
     """Return the forearm: a fork on the fingertip's servo that ends in a round hand."""
-    w, wide = dimensions().wall, half_width()
+    w, wide = dimensions().wall, servo.fork_half_width()
     length, radius = 1000 * robot.lengths.L34, 1000 * robot.shape.hand_radius
     arm = hull(
         box((-wide, wide), (w.web, w.web + w.shell), (-_HALF, _HALF)),
@@ -77,12 +77,6 @@ def forearm(robot: Robot) -> Manifold:
     wrist = rod((0, w.web + 6, 0), (0, length, 0), 8.0)
     knuckle = disc("x", (0, 0), (w.plate - wide, wide - w.plate), w.web)
     return cut(join([_fork(w.web + w.shell - 0.4), arm, wrist, hand]), [knuckle])
-
-
-def half_width() -> float:
-    """Return half the width of a fork over both cheeks, mm."""
-    s, w = dimensions().servo, dimensions().wall
-    return (s.horn_face - s.idler_face) / 2 + w.plate
 
 
 def _range(robot: Robot, side: str, joint: str) -> tuple[float, float]:

@@ -24,7 +24,6 @@ __all__ = [
     "Weight",
     "ballast",
     "description_masses",
-    "push_that_tips",
     "torques",
     "weights",
     "zero_moment_radius",
@@ -120,15 +119,8 @@ def zero_moment_radius(
     ``motion``, (n, 8) in rad, has one pose every ``period`` s. The robot does not tip while the
     zero-moment point stays within the foot's radius.
     """
-    places = np.array(
-        [
-            [
-                frames[weight.link][:, :3] @ weight.centre + frames[weight.link][:, 3]
-                for weight in table
-            ]
-            for frames in (link_frames(robot, pose) for pose in motion)
-        ]
-    )
+    frames = [link_frames(robot, pose) for pose in motion]
+    places = np.array([[frame[one.link] @ [*one.centre, 1.0] for one in table] for frame in frames])
     masses = np.array([weight.mass for weight in table])
     places[..., 2] += 1000 * robot.shape.pedestal_height
     moved = places[2:] - 2 * places[1:-1] + places[:-2]
@@ -142,13 +134,6 @@ def zero_moment_radius(
     ]
     # Where nothing presses the foot down, the robot lifts off the table.
     return float(np.where(down > 0, np.hypot(*point), np.inf).max())
-
-
-def push_that_tips(robot: Robot, table: Sequence[Weight], height: float) -> float:
-    """Return the horizontal push, N, at ``height`` mm above the table that tips the robot."""
-    mass = sum(weight.mass for weight in table)
-    foot = 1000 * robot.shape.pedestal_radius - 1.5  # its edge is cut off
-    return float(mass * GRAVITY * foot / height)
 
 
 def torques(robot: Robot, poses: Array) -> tuple[Array, Array]:

@@ -10,14 +10,13 @@ import re
 import shutil
 import subprocess
 import tempfile
+import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, fields
-from functools import cache
 from importlib import resources
 from pathlib import Path
 
 from miburi.errors import MiburiError
-from miburi.ground.tables import Table, load_table
 from miburi.hardware.balance import ballast
 from miburi.hardware.build import PrintedPart, printed_mass
 from miburi.hardware.dimensions import dimensions
@@ -25,21 +24,7 @@ from miburi.hardware.exports import stl
 from miburi.hardware.screws import screw_counts
 from miburi.robot import Robot
 
-__all__ = ["BillRow", "Sliced", "bill", "slice_part", "slicer", "to_csv"]
-
-
-class _Item(Table):
-    name: str
-    count: int = 0
-    screw: str = ""
-    number: str = ""
-    price: str = ""
-    source: str = ""
-    remark: str = ""
-
-
-class _Bill(Table):
-    item: list[_Item]
+__all__ = ["BillRow", "bill", "slice_part", "slicer", "to_csv"]
 
 
 @dataclass(frozen=True)
@@ -71,35 +56,21 @@ class BillRow:
     remark: str = ""
 
 
-@dataclass(frozen=True)
-class Sliced:
-    """A slicer's estimate for a part.
-
-    Attributes
-    ----------
-    grams
-        Of filament.
-    time
-        As the slicer writes it, such as ``2h 3m 4s``.
-    """
-
-    grams: float
-    time: str
-
-
-@cache
-def _items() -> list[_Item]:
-    with resources.as_file(resources.files(__package__) / "bill.toml") as path:
-        return load_table(_Bill, path).item
-
-
 def slicer() -> str | None:
     """Return PrusaSlicer's path, or None (Debian: prusa-slicer)."""
     return shutil.which("prusa-slicer")
 
 
-def slice_part(program: str, part: PrintedPart, *, supports: bool = True) -> Sliced:
-    """Slice a part with the settings of ``dimensions.toml``."""
+def slice_part(program: str, part: PrintedPart, *, supports: bool = True) -> tuple[float, str]:
+    """Return a slicer's estimate for a part: grams of filament, and the time, such as ``2h 3m``.
+
+    The settings are those of ``dimensions.toml``.
+
+    Raises
+    ------
+    MiburiError
+        The slicer cannot slice it.
+    """
     settings = dimensions().printing
     with tempfile.TemporaryDirectory() as folder:
         model, code = Path(folder) / f"{part.name}.stl", Path(folder) / "part.gcode"
@@ -120,7 +91,7 @@ def slice_part(program: str, part: PrintedPart, *, supports: bool = True) -> Sli
         said = code.read_text(encoding="utf-8", errors="replace")
     grams = re.search(r"filament used \[g\] = ([\d.]+)", said)
     time = re.search(r"estimated printing time \(normal mode\) = (.+)", said)
-    return Sliced(float(grams[1]) if grams else 0.0, time[1] if time else "")
+    return float(grams[1]) if grams else 0.0, time[1] if time else ""
 
 
 def bill(
@@ -131,22 +102,23 @@ def bill(
     ``program`` is the slicer's path; it takes a few seconds per part.
     """
     counts = screw_counts(robot)
-    for item in _items():
-        row = item.model_dump(exclude={"screw"})
-        yield BillRow(**(row | {"count": counts[item.screw] if item.screw else item.count}))
+    text = (resources.files(__package__) / "bill.toml").read_text(encoding="utf-8")
+    for item in tomllib.loads(text)["item"]:
+        if screw := item.pop("screw", ""):
+            item["count"] = counts[screw]
+        yield BillRow(**item)
     yield BillRow(
         "ballast: loose steel, such as nuts", 1, grams=f"{1000 * ballast(robot):.0f}",
         remark="in the foot's two chambers, in bags",
     )  # fmt: skip
     for part in parts:
         if program is None:
-            yield BillRow(f"printed: {part.name}", 1, grams=f"{1000 * printed_mass(part):.0f}")
+            grams, time, remark = 1000 * printed_mass(part), "", ""
         else:
-            sliced = slice_part(program, part)
-            yield BillRow(
-                f"printed: {part.name}", 1, grams=f"{sliced.grams:.0f}", time=sliced.time,
-                remark="with supports",
-            )  # fmt: skip
+            grams, time = slice_part(program, part)
+            remark = "with supports"
+        name = f"printed: {part.name}"
+        yield BillRow(name, 1, grams=f"{grams:.0f}", time=time, remark=remark)
 
 
 def to_csv(rows: Sequence[BillRow]) -> str:

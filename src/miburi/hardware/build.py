@@ -34,8 +34,6 @@ __all__ = [
 
 #: The gap on each side of a pocket, mm, for a sliding fit; the number is from printing guides.
 FIT = 0.25
-#: How deep text is cut in, mm.
-_ENGRAVED = 0.6
 #: Edges shorter than this are dropped, mm: slicers store corners in single precision.
 _SMALLEST = 0.005
 #: Thickness of a part's solid skin, mm, on level and on upright faces, and the share of its inside
@@ -59,24 +57,32 @@ _LENGTH = {
 
 
 @dataclass(frozen=True)
-class PrintedPart:
-    """A part to print.
+class Solid:
+    """One rigid component of the body: a printed part, a servo or the phone.
 
     Attributes
     ----------
-    name
-        The part's name, which is also its file's.
-    link
-        The robot's link that it belongs to.
+    name, link
+        Its name, and the link that carries it.
     solid
-        The part in that link's frame, mm.
-    lying
-        (3, 3): the rotation that lays it on the printer's bed.
+        In the frame of its link, mm.
     """
 
     name: str
     link: str
     solid: Manifold
+
+
+@dataclass(frozen=True)
+class PrintedPart(Solid):
+    """A part to print; its name is also its file's.
+
+    Attributes
+    ----------
+    lying
+        (3, 3): the rotation that lays it on the printer's bed.
+    """
+
     lying: Array
 
     @property
@@ -85,26 +91,6 @@ class PrintedPart:
         turned = moved(self.solid, np.hstack([self.lying, np.zeros((3, 1))]))
         x, y, z, right, back, _ = turned.bounding_box()
         return turned.translate((-(x + right) / 2, -(y + back) / 2, -z))
-
-
-@dataclass(frozen=True)
-class Solid:
-    """One rigid component of the body.
-
-    Attributes
-    ----------
-    name, link
-        Its name, and the link that carries it.
-    solid
-        In the frame of its link, mm.
-    printed
-        Whether it is printed; the others are servos and the phone.
-    """
-
-    name: str
-    link: str
-    solid: Manifold
-    printed: bool
 
 
 def _turn(axis: str, degrees: float) -> Array:
@@ -147,21 +133,19 @@ def printed_parts(robot: Robot, fit: float = FIT, *, engraved: bool = True) -> l
         raise InputError("this robot cannot be built:\n  " + "\n  ".join(lines))
     # Of the poses tried, these need the least support, and the layers run along the forks.
     flat, upside_down, on_its_back = np.eye(3), _turn("x", 180.0), _turn("y", -90.0)
+    on_its_side = _turn("x", 90.0)
+    on_the_plate = _turn("y", 90.0 - float(np.degrees(robot.shape.phone_level)))
+    idler = moved(servo.idler(fit), mount_of(robot, "head").frame)
     table = [
         PrintedPart("foot", BASE, trunk.foot(robot), flat),
         PrintedPart("lid", BASE, trunk.lid(robot), upside_down),
         PrintedPart("column", BASE, trunk.column(robot, fit), upside_down),
         PrintedPart("torso", "torso", trunk.torso(robot, fit), on_its_back),
         PrintedPart("chest", "torso", trunk.chest(robot, fit), flat),
-        PrintedPart("neck", "torso", head.neck(robot, fit), _turn("x", 90.0)),
-        PrintedPart("cradle", "head", head.cradle(robot), _turn("y", 90.0 - _level(robot))),
-        PrintedPart("jaw", "head", head.jaw(robot), _turn("y", 90.0 - _level(robot))),
-        PrintedPart(
-            "idler",
-            "torso",
-            moved(servo.idler(fit), mount_of(robot, "head").frame),
-            _turn("x", 90.0),
-        ),
+        PrintedPart("neck", "torso", head.neck(robot, fit), on_its_side),
+        PrintedPart("cradle", "head", head.cradle(robot), on_the_plate),
+        PrintedPart("jaw", "head", head.jaw(robot), on_the_plate),
+        PrintedPart("idler", "torso", idler, on_its_side),
     ]
     for side in ("left", "right"):
         for name, link, made, lying in (
@@ -172,33 +156,27 @@ def printed_parts(robot: Robot, fit: float = FIT, *, engraved: bool = True) -> l
             solid = made if side == "left" else mirror_y(made)
             table.append(PrintedPart(f"{side}_{name}", f"{side}_{link}", solid, lying))
     slots = engraving.notch_slots(robot)
-    letters = engraving.texts(robot, _ENGRAVED, fit) if engraved else {}
-    finished = []
-    for part in table:
-        tools = [*letters.get(part.name, []), *([slots[part.name]] if part.name in slots else [])]
-        solid = cut(part.solid, tools).as_original().simplify(_SMALLEST)
-        if len(solid.decompose()) != 1:
+    letters = engraving.texts(robot, fit) if engraved else {}
+    finished, bed = [], dimensions().wall.bed
+    for bare in table:
+        tools = [*letters.get(bare.name, []), *([slots[bare.name]] if bare.name in slots else [])]
+        part = replace(bare, solid=cut(bare.solid, tools).as_original().simplify(_SMALLEST))
+        if len(part.solid.decompose()) != 1:
             raise InputError(
                 f"this robot cannot be built: its {part.name} would be in several pieces. Look at "
                 f"{_LENGTH.get(part.name, 'its lengths')}, the phone's size, phone_below and "
                 "phone_level."
             )
-        finished.append(replace(part, solid=solid))
+        finished.append(part)
     for part in finished:
-        box = np.reshape(part.on_the_bed.bounding_box(), (2, 3))
-        largest = float(np.max(box[1] - box[0]))
-        if largest > dimensions().wall.bed:
-            bed = dimensions().wall.bed
+        low, high = np.reshape(part.on_the_bed.bounding_box(), (2, 3))
+        if (largest := float(np.max(high - low))) > bed:
             raise InputError(
                 f"this robot cannot be built: {part.name} is {largest:.1f} mm long, and common "
                 f"printers have a bed of {bed:.0f} mm: take "
                 f"{largest - bed:.1f} mm off {_LENGTH[part.name]}."
             )
     return finished
-
-
-def _level(robot: Robot) -> float:
-    return float(np.degrees(robot.shape.phone_level))
 
 
 def printed_mass(part: PrintedPart) -> float:
@@ -228,8 +206,8 @@ def link_frames(robot: Robot, angles: Array) -> dict[str, Array]:
 
 def bodies(robot: Robot, parts: Iterable[PrintedPart]) -> list[Solid]:
     """Return every rigid thing of the robot in its own link's frame: parts, servos, the phone."""
-    things = [Solid(part.name, part.link, part.solid, True) for part in parts]
+    things: list[Solid] = list(parts)
     for mount in mounts(robot):
         solid = moved(servo.outline(idler_too=mount.joint != "head" and mount.idler), mount.frame)
-        things.append(Solid(f"{mount.joint} servo", mount.link, solid, False))
-    return [*things, Solid("phone", "head", head.phone(robot), False)]
+        things.append(Solid(f"{mount.joint} servo", mount.link, solid))
+    return [*things, Solid("phone", "head", head.phone(robot))]

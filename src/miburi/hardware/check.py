@@ -15,7 +15,6 @@ from miburi.hardware import balance, meetings, servo
 from miburi.hardware.build import (
     FIT,
     PrintedPart,
-    Solid,
     bodies,
     check_fit,
     link_frames,
@@ -30,6 +29,7 @@ from miburi.hardware.wiring import cables
 from miburi.robot import Robot
 from miburi.robot.description import JOINTS, Array
 from miburi.robot.geometry import arm_reach
+from miburi.robot.loads import GRAVITY
 from miburi.robot.shape import links
 
 __all__ = ["Finding", "check"]
@@ -102,27 +102,47 @@ def check(
     except InputError as error:
         yield Finding("parts", False, str(error).rstrip("."))
         return
-    things = bodies(robot, parts)
-    table = meetings.by_link(things)
+    table = meetings.by_link(bodies(robot, parts))
+    poses = sum(map(len, motions.values()))
     # The quick ones first.
     yield Finding("parts", True, f"{len(parts)} parts, each one closed solid")
-    yield _shared(table)
+    pairs = [f"{one} and {other}" for one, other in meetings.in_one_link(table)]
+    yield _no("fit", pairs, "no two parts on a link overlap")
     yield _fingers(robot)
     yield _screws()
     yield from _loads(robot, parts, motions, period)
     yield _cables(robot, motions)
-    yield _drivers(robot, things)
-    yield _gestures(robot, table, motions)
-    yield _stops(robot, table)
+    yield _drivers(robot, parts)
+    met = [
+        f"{name}: {one} and {other}"
+        for name, motion in motions.items()
+        for one, other in meetings.in_poses(robot, table, motion)
+    ]
+    yield _no("gestures", met, f"no two parts collide in {poses} poses of {len(motions)} gestures")
+    loose = _angles(meetings.stops_hold(robot, table))
+    yield _no("stops", loose, "each joint is stopped within 9° beyond its range", "no stop: ")
     yield _walls(printed_parts(robot, fit, engraved=False))
-    yield _joints(robot, table)
+    met = _angles(meetings.over_the_range(robot, table, float(np.radians(5.0))))
+    yield _no(
+        "joints", met,
+        "each link is clear of the one that carries it, over its joint's range and 5° beyond",
+    )  # fmt: skip
+
+
+def _no(check: str, faults: Sequence[str], otherwise: str, prefix: str = "") -> Finding:
+    """Return the finding of a check that lists faults; ``otherwise`` is said if there are none."""
+    return Finding(check, not faults, prefix + "; ".join(faults) if faults else otherwise)
+
+
+def _angles(found: Iterable[tuple[str, float]]) -> list[str]:
+    return [f"{joint} at {np.degrees(angle):.0f}°" for joint, angle in found]
 
 
 def _walls(parts: Sequence[PrintedPart]) -> Finding:
     least = dimensions().wall.least
-    thinnest = min((_thinnest(part.solid), part.name) for part in parts)
-    words = f"thinnest {thinnest[0]:.2f} mm ({thinnest[1]}), at least {least:.1f} mm are needed"
-    return Finding("walls", thinnest[0] >= least - 0.01, words)
+    thinnest, name = min((_thinnest(part.solid), part.name) for part in parts)
+    words = f"thinnest {thinnest:.2f} mm ({name}), at least {least:.1f} mm are needed"
+    return Finding("walls", thinnest >= least - 0.01, words)
 
 
 def _thinnest(solid: Manifold) -> float:
@@ -147,66 +167,18 @@ def _thinnest(solid: Manifold) -> float:
     return min(found)
 
 
-def _shared(table: dict[str, list[Solid]]) -> Finding:
-    pairs = [f"{one} and {other}" for one, other, _ in meetings.in_one_link(table)]
-    words = "; ".join(pairs) if pairs else "no two parts on a link overlap"
-    return Finding("fit", not pairs, words)
-
-
-def _joints(robot: Robot, table: dict[str, list[Solid]]) -> Finding:
-    met = [
-        f"{joint} at {np.degrees(angle):.0f}°"
-        for joint, angle in meetings.over_the_range(robot, table, float(np.radians(5.0)))
-    ]
-    words = (
-        "; ".join(met)
-        if met
-        else "each link is clear of the one that carries it, over its joint's range and 5° beyond"
-    )
-    return Finding("joints", not met, words)
-
-
-def _stops(robot: Robot, table: dict[str, list[Solid]]) -> Finding:
-    loose = [
-        f"{joint} at {np.degrees(angle):.0f}°" for joint, angle in meetings.stops_hold(robot, table)
-    ]
-    words = (
-        f"no stop: {'; '.join(loose)}"
-        if loose
-        else "each joint is stopped within 9° beyond its range"
-    )
-    return Finding("stops", not loose, words)
-
-
 def _fingers(robot: Robot) -> Finding:
     w, low, high = dimensions().wall, *dimensions().wall.joint_gap
     gaps = {
         "elbows and fingertips": w.web - w.knuckle,
         "head": min(w.web, clamp(robot).plate) - w.knuckle,
     }
-    bad = [f"{name} {gap:.1f} mm" for name, gap in gaps.items() if low <= gap <= high]
     words = ", ".join(f"{name} {gap:.1f} mm" for name, gap in gaps.items())
     return Finding(
-        "finger gaps",
-        not bad,
+        "finger gaps", not any(low <= gap <= high for gap in gaps.values()),
         f"{words}; a joint's gap must be under {low:g} mm, too small "
         f"for a finger, or over {high:g} mm",
-    )
-
-
-def _gestures(robot: Robot, table: dict[str, list[Solid]], motions: Mapping[str, Array]) -> Finding:
-    bad, poses = [], 0
-    for name, motion in motions.items():
-        poses += len(motion)
-        bad += [
-            f"{name}: {one} and {other}" for one, other in meetings.in_poses(robot, table, motion)
-        ]
-    words = (
-        "; ".join(bad)
-        if bad
-        else f"no two parts collide in {poses} poses of {len(motions)} gestures"
-    )
-    return Finding("gestures", not bad, words)
+    )  # fmt: skip
 
 
 def _loads(
@@ -244,7 +216,7 @@ def _loads(
         f"the foot's middle by {far:.0f} mm at most",
     )  # fmt: skip
     high = 1000 * (robot.shape.pedestal_height + robot.lengths.L01 + arm_reach(robot))
-    push = balance.push_that_tips(robot, table, high)
+    push = mass * GRAVITY * (foot - 1.5) / high  # the foot's edge is cut off
     words = (
         f"a horizontal push of {push:.1f} N on a raised hand tips the robot; 95 % of contacts "
         f"push with at most {_PUSH} N"
@@ -268,29 +240,32 @@ def _screws() -> Finding:
     )
 
 
-def _drivers(robot: Robot, things: Iterable[Solid]) -> Finding:
+def _drivers(robot: Robot, parts: Sequence[PrintedPart]) -> Finding:
     """Check that a screwdriver reaches the screws of each horn before the next servo is put in."""
     s, w = dimensions().servo, dimensions().wall
     neutral = link_frames(robot, np.zeros(len(JOINTS)))
     carried = {link.joint: link.name for link in links(robot)}
-    printed: dict[str, list[Solid]] = {}
-    for thing in things:
-        if thing.printed:
-            printed.setdefault(thing.link, []).append(thing)
-    blocked = []
+    blocked = set()
     for mount in mounts(robot):
         near = s.horn_face + w.plate + 0.2
+        # The chest is fitted last.
+        around = {
+            thing.name: moved(thing.solid, neutral[thing.link])
+            for thing in parts
+            if thing.link == carried[mount.joint] and thing.name not in {"chest", "neck"}
+        }
         for x, z in servo.circle():
             way = rod((x, near, z), (x, near + 50.0, z), 1.9)
             way = moved(moved(way, mount.frame), neutral[mount.link])
-            for thing in printed[carried[mount.joint]]:
-                # The chest is fitted last.
-                here = moved(thing.solid, neutral[thing.link])
-                if thing.name not in {"chest", "neck"} and (way ^ here).volume() > 1.0:
-                    blocked.append(f"{mount.joint} ({thing.name})")
-    words = f"no screwdriver reaches: {', '.join(sorted(set(blocked)))}" if blocked else (
-        "a screwdriver of 3.8 mm reaches the screws of all horns"
-    )  # fmt: skip
+            blocked |= {
+                f"{mount.joint} ({name})"
+                for name, solid in around.items()
+                if (way ^ solid).volume() > 1.0
+            }
+    if blocked:
+        words = f"no screwdriver reaches: {', '.join(sorted(blocked))}"
+    else:
+        words = "a screwdriver of 3.8 mm reaches the screws of all horns"
     return Finding("drivers", not blocked, words)
 
 
@@ -305,10 +280,9 @@ def _cables(robot: Robot, motions: Mapping[str, Array]) -> Finding:
             points = [frames[link][:, :3] @ place + frames[link][:, 3] for _, link, place in way]
             legs = np.linalg.norm(np.diff(points, axis=0), axis=1)
             longest[joint] = max(longest.get(joint, 0.0), _WAY * float(legs.sum()) + _BENDS)
-    worst = max(longest, key=lambda joint: longest[joint])
+    needs, worst = max((length, joint.replace("_", " ")) for joint, length in longest.items())
     return Finding(
-        "cables", longest[worst] <= _CABLE,
-        f"the longest route, to the {worst.replace('_', ' ')}, needs {longest[worst]:.0f} mm; "
-        f"the servo's cable has {_CABLE:.0f} mm"
-        + ("" if longest[worst] <= _CABLE else "; make a longer one"),
+        "cables", needs <= _CABLE,
+        f"the longest route, to the {worst}, needs {needs:.0f} mm; the servo's cable has "
+        f"{_CABLE:.0f} mm" + ("" if needs <= _CABLE else "; make a longer one"),
     )  # fmt: skip

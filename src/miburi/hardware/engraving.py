@@ -10,14 +10,16 @@ import numpy as np
 from miburi.hardware import head
 from miburi.hardware.dimensions import dimensions
 from miburi.hardware.places import SIDE_GAP, mount_of, neck_floor, shoulder_face
-from miburi.hardware.solids import Manifold, hull, letters, moved, rod
-from miburi.hardware.trunk import lid_height
+from miburi.hardware.solids import Manifold, Numbers, hull, letters, moved, rod
+from miburi.hardware.trunk import foot_floor, lid_height
 from miburi.robot import Robot
-from miburi.robot.description import JOINTS, Array
+from miburi.robot.description import JOINTS
 from miburi.robot.shape import links
 
 __all__ = ["notch_slots", "texts"]
 
+#: How deep letters are cut in, mm.
+_DEPTH = 0.6
 #: Height of the letters, and the radius at which the slot over a horn's notch begins, mm.
 _HIGH, _NOTCH = 3.6, 7.6
 
@@ -26,42 +28,41 @@ def _name(robot: Robot, joint: str) -> str:
     return f"{getattr(robot.joints, joint).symbol} {JOINTS.index(joint) + 1}"
 
 
-def _on(
-    text: str, place: tuple[float, float, float], out: tuple[float, float, float],
-    along: tuple[float, float, float], depth: float, high: float = _HIGH,
-) -> Manifold:  # fmt: skip
+def _on(text: str, place: Numbers, out: Numbers, along: Numbers, high: float = _HIGH) -> Manifold:
     """Return letters sunk into a face; ``out`` is its normal, ``along`` the text's direction."""
     z, x = np.array(out, dtype=float), np.array(along, dtype=float)
-    frame = np.column_stack([x, np.cross(z, x), z, np.array(place) - depth * z])
-    return moved(letters(text, high, depth + 2.0), frame)
+    frame = np.column_stack([x, np.cross(z, x), z, np.array(place) - _DEPTH * z])
+    return moved(letters(text, high, _DEPTH + 2.0), frame)
 
 
-def texts(robot: Robot, depth: float, fit: float) -> dict[str, list[Manifold]]:
-    """Return the letters that are cut out of each part, ``depth`` deep, in its link's frame, mm."""
+def texts(robot: Robot, fit: float) -> dict[str, list[Manifold]]:
+    """Return the letters that are cut out of each part, in its link's frame, mm."""
     s, w = dimensions().servo, dimensions().wall
-    size = robot.lengths
+    size, c = robot.lengths, head.clamp(robot)
     up, left, ahead = (0, 0, 1), (0, 1, 0), (1, 0, 0)
     side = shoulder_face() - SIDE_GAP
     high = 1000 * size.L01
     table: dict[str, list[Manifold]] = {
-        "foot": [_on("5 V ONLY", (-20.0, 0.0, _floor(robot)), up, left, depth, 5.0)],
-        "lid": [_on("FRONT", (53.0, 0.0, lid_height(robot)), up, left, depth, 5.0)],
+        "foot": [_on("5 V ONLY", (-20.0, 0.0, foot_floor(robot)), up, left, 5.0)],
+        "lid": [_on("FRONT", (53.0, 0.0, lid_height(robot)), up, left, 5.0)],
         "column": [
-            _on(_name(robot, "waist"), (0.0, -21.0, 0.0), up, ahead, depth, 5.0),
-            _on("FRONT", (28.2, 0.0, 0.0), up, left, depth, 3.2),
+            _on(_name(robot, "waist"), (0.0, -21.0, 0.0), up, ahead, 5.0),
+            _on("FRONT", (28.2, 0.0, 0.0), up, left, 3.2),
         ],
         "torso": [
-            _on("FRONT", (21.0, 0.0, neck_floor(robot)), up, left, depth, 4.5),
-            _on(_name(robot, "left_shoulder"), (0, side, high - 27.5), left, (-1, 0, 0), depth),
-            _on(_name(robot, "right_shoulder"), (0, -side, high - 27.5), (0, -1, 0), ahead, depth),
+            _on("FRONT", (21.0, 0.0, neck_floor(robot)), up, left, 4.5),
+            _on(_name(robot, "left_shoulder"), (0, side, high - 27.5), left, (-1, 0, 0)),
+            _on(_name(robot, "right_shoulder"), (0, -side, high - 27.5), (0, -1, 0), ahead),
         ],
         "neck": [
             _on(
-                _name(robot, "head"), (-24.0, 0.0, neck_floor(robot) + 6.0),
-                (-1, 0, 0), (0, -1, 0), depth,
+                _name(robot, "head"), (-24.0, 0.0, neck_floor(robot) + 6.0), (-1, 0, 0), (0, -1, 0)
             )
         ],
-        "cradle": [_on("HEAD", *_cradle_back(robot), depth)],
+        # On the back of its plate, between and above the fork's cheeks.
+        "cradle": [
+            _on("HEAD", c.frame[:, :3] @ [c.plate, 18.0, 20.0], -c.frame[:, 0], (0, -1, 0))
+        ],
     }  # fmt: skip
     wide = s.half_width + fit + w.shell
     top = s.long_end + fit + w.shell
@@ -70,13 +71,13 @@ def texts(robot: Robot, depth: float, fit: float) -> dict[str, list[Manifold]]:
         reading = (-sign, 0.0, 0.0)
         table |= {
             f"{name}_yoke": [
-                _on(_name(robot, f"{name}_elbow"), (0, 0, top), up, (0, -1, 0), depth, 4.5),
+                _on(_name(robot, f"{name}_elbow"), (0, 0, top), up, (0, -1, 0), 4.5),
             ],
             f"{name}_upper_arm": [
-                _on(_name(robot, f"{name}_fingertip"), (-5.0, mid, wide), up, reading, depth),
+                _on(_name(robot, f"{name}_fingertip"), (-5.0, mid, wide), up, reading),
             ],
             f"{name}_forearm": [
-                _on(name[0].upper(), (0, sign * 30.0, 8.75), up, reading, depth, 6.0),
+                _on(name[0].upper(), (0, sign * 30.0, 8.75), up, reading, 6.0),
             ],
         }
     return table
@@ -99,28 +100,7 @@ def notch_slots(robot: Robot) -> dict[str, Manifold]:
     return table
 
 
-def _floor(robot: Robot) -> float:
-    return -1000 * robot.shape.pedestal_height + dimensions().wall.shell
-
-
-def _cradle_back(
-    robot: Robot,
-) -> tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]:
-    """Return a place on the back of the cradle's plate, between and above the fork's cheeks."""
-    c = head.clamp(robot)
-    place = c.frame[:, :3] @ np.array([c.plate, 18.0, 20.0])
-    out, along = c.frame[:, :3] @ np.array([-1.0, 0, 0]), np.array([0.0, -1.0, 0.0])
-    return _triple(place), _triple(out), _triple(along)
-
-
-def _triple(values: Array) -> tuple[float, float, float]:
-    x, y, z = values.tolist()
-    return x, y, z
-
-
-def _notch_slot(
-    robot: Robot, joint: str, origin: tuple[float, float, float], outside: float
-) -> Manifold:
+def _notch_slot(robot: Robot, joint: str, origin: Numbers, outside: float) -> Manifold:
     """Return the slot through which the horn's notch is seen when the servo reports 2048.
 
     The notch then points to the servo's short end. At joint angle 0, links have their parents'
@@ -137,5 +117,5 @@ def _notch_slot(
     for radius in (_NOTCH, outside):
         begin = np.array(origin, dtype=float) + radius * way
         near = begin if not mount.idler else begin + 10.0 * axle
-        ends.append(rod((near - axle).tolist(), (near + 12.0 * axle).tolist(), 0.8))
+        ends.append(rod(near - axle, near + 12.0 * axle, 0.8))
     return hull(*ends)

@@ -73,15 +73,13 @@ def three_mf(solid: Manifold, name: str) -> bytes:
     )
     held = io.BytesIO()
     with zipfile.ZipFile(held, "w", zipfile.ZIP_DEFLATED) as archive:
-        for path, text in (
-            ("[Content_Types].xml", _TYPES),
-            ("_rels/.rels", _RELATIONS),
-            ("3D/3dmodel.model", model),
-        ):
+        files = {
+            "[Content_Types].xml": _TYPES, "_rels/.rels": _RELATIONS, "3D/3dmodel.model": model,
+        }  # fmt: skip
+        for path, text in files.items():
             # A fixed date: the same part gives the same bytes.
-            archive.writestr(
-                zipfile.ZipInfo(path, (2026, 1, 1, 0, 0, 0)), text, zipfile.ZIP_DEFLATED
-            )
+            entry = zipfile.ZipInfo(path, (2026, 1, 1, 0, 0, 0))
+            archive.writestr(entry, text, zipfile.ZIP_DEFLATED)
     return held.getvalue()
 
 
@@ -124,7 +122,8 @@ def step(solid: Manifold, name: str) -> bytes:
     points = [add(f"CARTESIAN_POINT('',({_numbers(corner)}))") for corner in corners]
     vertices = [add(f"VERTEX_POINT('',{point})") for point in points]
     edges: dict[tuple[int, int], str] = {}
-    for a, b in _edges(faces):
+    pairs = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    for a, b in np.unique(np.sort(pairs, axis=1), axis=0).tolist():  # each edge once
         way = corners[b] - corners[a]
         along = float(np.linalg.norm(way))
         line = add(f"LINE('',{points[a]},{add(f'VECTOR({_EMPTY},{direction(way / along)},1.)')})")
@@ -157,13 +156,6 @@ def step(solid: Manifold, name: str) -> bytes:
         "FILE_SCHEMA(('AUTOMOTIVE_DESIGN { 1 0 10303 214 1 1 1 1 }'));\nENDSEC;\nDATA;\n"
     )
     return (header + "\n".join(lines) + "\nENDSEC;\nEND-ISO-10303-21;\n").encode("ascii")
-
-
-def _edges(faces: NDArray[np.int64]) -> list[tuple[int, int]]:
-    """Return each edge once, the corner of the lower index first."""
-    pairs = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    unique = np.unique(np.sort(pairs, axis=1), axis=0)
-    return [(int(a), int(b)) for a, b in unique]
 
 
 def _numbers(values: Array) -> str:

@@ -27,11 +27,8 @@ TURNED = np.array([[1.0, 0, 0, 0], [0, 0, -1.0, 0], [0, 1.0, 0, 0]])
 
 def gauge() -> list[PrintedPart]:
     """Return the gauge's two parts, as they are printed."""
-    flat = np.eye(3)
-    return [
-        PrintedPart("gauge_pockets", BASE, _pockets(), flat),
-        PrintedPart("gauge_holes", BASE, _holes(), flat),
-    ]
+    solids = {"gauge_pockets": _pockets(), "gauge_holes": _holes()}
+    return [PrintedPart(name, BASE, solid, np.eye(3)) for name, solid in solids.items()]
 
 
 def _pockets() -> Manifold:

@@ -5,6 +5,7 @@ head's centre, y to the robot's left, in mm. ``fit`` is the gap on each side of 
 """
 
 from dataclasses import dataclass
+from itertools import product
 from math import cos, sin
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy as np
 from miburi.hardware import servo
 from miburi.hardware.dimensions import dimensions
 from miburi.hardware.places import mount_of, neck_floor, range_of
-from miburi.hardware.solids import Manifold, ball, box, cut, disc, hull, join, moved, rod
+from miburi.hardware.solids import Manifold, ball, box, cut, discs, hull, join, moved, rod
 from miburi.hardware.trunk import NECK_SCREWS
 from miburi.robot import Robot
 from miburi.robot.description import Array
@@ -87,13 +88,8 @@ def neck(robot: Robot, fit: float) -> Manifold:
     grip = moved(join([servo.holder(fit), servo.stops(*span, fit)]), frame)
     floor = neck_floor(robot)
     wide = s.half_width + fit + w.shell
-    base = hull(
-        *(
-            disc("z", (x, y), (floor, floor + NECK_FLANGE), 4.0)
-            for x in (-20.5, -1.0)
-            for y in (-20.0, 20.0)
-        )
-    )
+    corners = list(product((-20.5, -1.0), (-20.0, 20.0)))
+    base = hull(*discs("z", corners, (floor, floor + NECK_FLANGE), 4.0))
     end = s.long_end + fit
     # The neck's column begins where the sleeve of the servo ends, and leans with it.
     foot_of_sleeve = moved(box((-wide, wide), (s.back, s.front), (end, end + w.shell)), frame)
@@ -104,12 +100,9 @@ def neck(robot: Robot, fit: float) -> Manifold:
     channel = [
         rod((-8.0, 0.0, floor - 6.0), bend, 5.0),
         rod(bend, (-10.5, -30.0, floor + 7.0), 5.0),
+        ball(bend, 5.0),
     ]
-    channel.append(ball(bend, 5.0))
-    flange = [
-        disc("z", place, (floor - 1.0, floor + 9.0), holes.m25_clearance / 2)
-        for place in NECK_SCREWS
-    ]
+    flange = discs("z", NECK_SCREWS, (floor - 1.0, floor + 9.0), holes.m25_clearance / 2)
     return cut(join([grip, base, column]), [moved(servo.pocket(fit), frame), *channel, *flange])
 
 
@@ -130,17 +123,14 @@ def cradle(robot: Robot) -> Manifold:
     ]
     fixed = box((c.plate, lip + 2.5), (c.half, c.half + 3.0), (c.low - 3.0, grip))
     fixed_lip = box((lip, lip + 2.5), (c.half - 4.0, c.half + 3.0), (c.low - 3.0, grip))
-    fork = moved(servo.cheeks(face), _fork_frame())
+    middle = (dimensions().servo.horn_face + dimensions().servo.idler_face) / 2
+    fork = servo.cheeks(face).translate((0.0, -middle, 0.0))
     # The bridge sits as near the axle as on every other fork: with a longer link LH2, the gap could
     # otherwise pinch fingers.
-    half = (
-        dimensions().servo.horn_face - dimensions().servo.idler_face
-    ) / 2 + dimensions().wall.plate
-    bridge = box((min(dimensions().wall.web, c.plate), face), (-half, half), (-10.0, 10.0))
+    half, web = servo.fork_half_width(), dimensions().wall.web
+    bridge = box((min(web, c.plate), face), (-half, half), (-10.0, 10.0))
     port = box((face, lip + 4.0), (-12.5, 12.5), (c.low - 4.0, c.low + 1.0))
-    screws = [
-        disc("x", place, (c.plate - 1, face + 1), holes.m3_pilot / 2) for place in jaw_rows(robot)
-    ]
+    screws = discs("x", jaw_rows(robot), (c.plate - 1, face + 1), holes.m3_pilot / 2)
     whole = cut(join([fork, bridge, plate, shelf, *hooks, fixed, fixed_lip]), [port, *screws])
     return moved(whole, c.frame)
 
@@ -150,22 +140,17 @@ def jaw(robot: Robot) -> Manifold:
     c, holes = clamp(robot), dimensions().screws
     narrow = c.half - _TRAVEL
     lip = c.front + _FOAM
-    (middle, low), (_, high) = jaw_rows(robot)
+    (_, low), (_, high) = jaw_rows(robot)
     low, high = low - 6.0, high + 6.0
     back = c.plate - 3.2
     tongue = _rounded((back, c.plate - 0.2), (-c.half - 3.0, -narrow + 20.0), (low, high), 3.0)
     cheek = box((back, lip + 2.5), (-c.half - 3.0, -c.half), (low, high))
     hook = box((lip, lip + 2.5), (-c.half - 3.0, -c.half + 4.0), (low, high))
     wide = holes.m3_clearance / 2
+    # The screws stay in the cradle; for a narrower phone the jaw slides inwards.
     slots = [
-        hull(
-            *(
-                disc("x", (middle + way, z), (back - 1, c.plate + 1), wide)
-                # The screws stay in the cradle; for a narrower phone the jaw slides inwards.
-                for way in (-_TRAVEL, 0.0)
-            )
-        )
-        for _, z in jaw_rows(robot)
+        hull(*discs("x", [(y - _TRAVEL, z), (y, z)], (back - 1, c.plate + 1), wide))
+        for y, z in jaw_rows(robot)
     ]
     return moved(cut(join([tongue, cheek, hook]), slots), c.frame)
 
@@ -180,17 +165,5 @@ def _rounded(
     x: tuple[float, float], y: tuple[float, float], z: tuple[float, float], radius: float
 ) -> Manifold:
     """Return a plate perpendicular to x, with rounded corners."""
-    return hull(
-        *(
-            disc("x", (side, height), x, radius)
-            for side in (y[0] + radius, y[1] - radius)
-            for height in (z[0] + radius, z[1] - radius)
-        )
-    )
-
-
-def _fork_frame() -> Array:
-    """Return the frame of a fork that turns about y and whose cheeks point along x."""
-    s = dimensions().servo
-    middle = (s.horn_face + s.idler_face) / 2
-    return np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, -middle], [0.0, 0.0, 1.0, 0.0]])
+    sides, heights = ((low + radius, high - radius) for low, high in (y, z))
+    return hull(*discs("x", list(product(sides, heights)), x, radius))

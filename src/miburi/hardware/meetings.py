@@ -15,7 +15,7 @@ from miburi.hardware.dimensions import dimensions
 from miburi.hardware.solids import Manifold, join, moved
 from miburi.robot import Robot
 from miburi.robot.description import JOINTS, Array
-from miburi.robot.shape import links
+from miburi.robot.shape import Link, links
 
 __all__ = ["by_link", "in_one_link", "in_poses", "over_the_range", "stops_hold"]
 
@@ -33,12 +33,12 @@ def by_link(things: Iterable[Solid]) -> dict[str, list[Solid]]:
     return table
 
 
-def in_one_link(table: dict[str, list[Solid]]) -> Iterator[tuple[str, str, float]]:
-    """Yield the pairs in one link that overlap, and how much, mm³."""
+def in_one_link(table: dict[str, list[Solid]]) -> Iterator[tuple[str, str]]:
+    """Yield the pairs in one link that overlap."""
     for things in table.values():
         for one, other in combinations(things, 2):
-            if (shared := (one.solid ^ other.solid).volume()) > _TOUCH:
-                yield one.name, other.name, shared
+            if (one.solid ^ other.solid).volume() > _TOUCH:
+                yield one.name, other.name
 
 
 def _whole(table: dict[str, list[Solid]]) -> dict[str, Manifold]:
@@ -64,18 +64,16 @@ def over_the_range(
         number = JOINTS.index(link.joint)
         low, high = robot.lower[number] - beyond, robot.upper[number] + beyond
         count = int(np.ceil((high - low) / _STEP)) + 1
-        for angle in np.linspace(low, high, count):
-            if _at(robot, whole, link.name, link.parent, number, float(angle)):
-                yield link.joint, float(angle)
+        for angle in np.linspace(low, high, count).tolist():
+            if _meets_parent(robot, whole, link, angle):
+                yield link.joint, angle
 
 
-def _at(
-    robot: Robot, whole: dict[str, Manifold], link: str, parent: str, number: int, angle: float
-) -> bool:
+def _meets_parent(robot: Robot, whole: dict[str, Manifold], link: Link, angle: float) -> bool:
     pose = np.array(robot.neutral)
-    pose[number] = angle
+    pose[JOINTS.index(link.joint)] = angle
     frames = link_frames(robot, pose)
-    return _meet(moved(whole[link], frames[link]), moved(whole[parent], frames[parent]))
+    return _meet(*(moved(whole[name], frames[name]) for name in (link.name, link.parent)))
 
 
 def stops_hold(robot: Robot, table: dict[str, list[Solid]]) -> Iterator[tuple[str, float]]:
@@ -85,7 +83,7 @@ def stops_hold(robot: Robot, table: dict[str, list[Solid]]) -> Iterator[tuple[st
     for link in links(robot):
         number = JOINTS.index(link.joint)
         for angle in (robot.lower[number] - far, robot.upper[number] + far):
-            if not _at(robot, whole, link.name, link.parent, number, float(angle)):
+            if not _meets_parent(robot, whole, link, float(angle)):
                 yield link.joint, float(angle)
 
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from miburi.hardware import servo
-from miburi.hardware.build import Solid, bodies, link_frames, printed_parts
+from miburi.hardware.build import PrintedPart, Solid, bodies, link_frames, printed_parts
 from miburi.hardware.exports import stl
 from miburi.hardware.places import mounts
 from miburi.hardware.screws import drawn_screw, screws
@@ -223,12 +223,12 @@ def _things(robot: Robot, fit: float) -> tuple[Solid, ...]:
     things = [one for one in bodies(robot, printed_parts(robot, fit)) if "servo" not in one.name]
     for mount in mounts(robot):
         solid = moved(servo.portrait(), mount.frame)
-        things.append(Solid(f"{mount.joint} servo", mount.link, solid, False))
+        things.append(Solid(f"{mount.joint} servo", mount.link, solid))
         if mount.idler and mount.joint != "head":
             idler = moved(servo.idler(0.0), mount.frame)
-            things.append(Solid(f"{mount.joint} idler", mount.link, idler, False))
+            things.append(Solid(f"{mount.joint} idler", mount.link, idler))
     boards = ((card, BASE), (ballast, BASE), (buffer_board, BASE), (hub_board, "torso"))
-    things += [Solid(made.__name__, link, made(robot), False) for made, link in boards]
+    things += [Solid(made.__name__, link, made(robot)) for made, link in boards]
     return tuple(things)
 
 
@@ -242,7 +242,9 @@ def draw_step(robot: Robot, fit: float, number: int) -> Picture:
     """
     step = STEPS[number]
     # The assembly is shown with straight arms; the whole robot at neutral.
-    pose = np.array(robot.neutral) if step.shows == ("*",) else _straight(robot)
+    pose = np.array(robot.neutral)
+    if step.shows != ("*",):
+        pose[:-1] = 0.0
     for joint, angle in step.pose.items():
         pose[JOINTS.index(joint)] = angle
     frames = link_frames(robot, pose)
@@ -253,13 +255,21 @@ def draw_step(robot: Robot, fit: float, number: int) -> Picture:
             away = thing.solid.translate(adds[thing.name])
             shown.append((moved(away, frames[thing.link]), "new"))
         elif thing.name in step.shows or step.shows == ("*",):
-            kind = "phone" if thing.name == "phone" else "printed" if thing.printed else "servo"
+            kind = (
+                "phone"
+                if thing.name == "phone"
+                else "printed"
+                if isinstance(thing, PrintedPart)
+                else "servo"
+            )
             shown.append((moved(thing.solid, frames[thing.link]), kind))
     ways = cables(robot)
     for name, first, last in step.cables:
-        shown.append(
-            (wire([_place(*point, adds, frames) for point in ways[name][first:last]]), "wire")
-        )
+        points = [
+            frames[link] @ [*np.add(place, adds.get(thing, (0.0, 0.0, 0.0))), 1.0]
+            for thing, link, place in ways[name][first:last]
+        ]
+        shown.append((wire(points), "wire"))
     groups, kinds = screws(robot), Counter[str]()
     for name, carrier in step.groups:
         for screw in groups[name]:
@@ -270,26 +280,6 @@ def draw_step(robot: Robot, fit: float, number: int) -> Picture:
     words = " ".join(part for part in (counted and f"{counted}.", step.words) if part)
     title = f"{number}. {step.title}" if number else step.title
     return _captioned(_draw(shown, step.view), [title, words])
-
-
-def _place(
-    thing: str,
-    link: str,
-    place: tuple[float, ...],
-    adds: Mapping[str, tuple[float, ...]],
-    frames: Mapping[str, Array],
-) -> tuple[float, float, float]:
-    """Return where a point on a cable's route is drawn, in the base frame."""
-    frame = frames[link]
-    x, y, z = frame[:, :3] @ (np.array(place) + adds.get(thing, (0.0, 0.0, 0.0))) + frame[:, 3]
-    return float(x), float(y), float(z)
-
-
-def _straight(robot: Robot) -> Array:
-    """Return the pose with straight arms and the head at neutral, (8,) rad."""
-    pose = np.zeros(len(robot.neutral))
-    pose[7] = robot.neutral[7]
-    return pose
 
 
 def write_png(path: Path, picture: Picture) -> None:
@@ -335,17 +325,14 @@ def _draw(shown: Sequence[tuple[Manifold, str]], view: tuple[float, float]) -> P
         renderer.update_scene(data, camera)
         tones = renderer.render().astype(np.float64)
         renderer.enable_depth_rendering()
-        renderer.update_scene(data, camera)
         depth = renderer.render().astype(np.float64)
         renderer.disable_depth_rendering()
         renderer.enable_segmentation_rendering()
-        renderer.update_scene(data, camera)
         which = renderer.render()[..., 0]
     finally:
         renderer.close()
     tones[which < 0] = 255.0
-    lines = _lines(depth, which)
-    tones[lines] = 40.0
+    tones[_lines(depth, which)] = 40.0
     smooth = tones.reshape(_HEIGHT, _FINE, _WIDTH, _FINE, 3).mean(axis=(1, 3))
     picture: Picture = smooth.astype(np.uint8)
     return picture

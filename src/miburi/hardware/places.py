@@ -7,6 +7,7 @@ own frame to the frame of the link that holds the servo's case. Links are those 
 
 from dataclasses import dataclass
 from math import cos, pi, sin
+from operator import attrgetter
 
 import numpy as np
 
@@ -20,14 +21,12 @@ __all__ = [
     "HEAD_LEAN",
     "SIDE_GAP",
     "Mount",
-    "Room",
     "misfits",
     "mount_of",
     "mounting",
     "mounts",
     "neck_floor",
     "range_of",
-    "room",
     "shoulder_face",
 ]
 
@@ -144,88 +143,59 @@ def range_of(robot: Robot, joint: str) -> tuple[float, float]:
     return float(robot.lower[index]), float(robot.upper[index])
 
 
-@dataclass(frozen=True)
-class Room:
-    """A length that the parts need, in mm.
-
-    Attributes
-    ----------
-    key
-        The length's name in the robot's file.
-    has
-        The length that the robot has.
-    least
-        The shortest length with which the parts can be made.
-    why
-        Why it must be that long.
-    """
-
-    key: str
-    has: float
-    least: float
-    why: str
+def misfits(robot: Robot) -> list[str]:
+    """Return one line for each length that is too short for the parts."""
+    return [
+        f"{key} is {has:.1f} mm and must be {least:.1f} mm or more "
+        f"(short by {least - has:.1f} mm): {why}."
+        for key, (least, why) in _least_lengths(robot).items()
+        if (has := 1000 * attrgetter(key)(robot)) < least - 1e-9
+    ]
 
 
-def room(robot: Robot) -> list[Room]:
-    """Return every length that the parts depend on, each with the least value that they need."""
+def _least_lengths(robot: Robot) -> dict[str, tuple[float, str]]:
+    """Return the least value of each length that the parts depend on, mm, and why."""
     s, w = dimensions().servo, dimensions().wall
     size, shape = robot.lengths, robot.shape
     mm = 1000
     board = np.hypot(dimensions().mega.length, dimensions().mega.width) / 2
     stack = w.shell + dimensions().mega.post + 1.6 + dimensions().mega.height
     cradle = 3.0 + 1.0 + mm * shape.phone_thickness / 2
-    return [
-        Room(
-            "lengths.L12", mm * size.L12,
+    return {
+        "lengths.L12": (
             shoulder_face() + w.plate + 8.5 + w.shell + s.half_width,
             "the shoulder's horn, a plate with its screws, and the elbow's servo lie side by side",
         ),
-        Room(
-            "lengths.L23", mm * size.L23, w.web + 4.0 + w.shell + s.long_end,
+        "lengths.L23": (
+            w.web + 4.0 + w.shell + s.long_end,
             "the fingertip's servo reaches back to the bridge of the upper arm",
         ),
-        Room(
-            "lengths.L34", mm * size.L34, w.web + 8.0 + mm * shape.hand_radius,
+        "lengths.L34": (
+            w.web + 8.0 + mm * shape.hand_radius,
             "the hand begins behind the bridge of the forearm",
         ),
-        Room(
-            "lengths.L01", mm * size.L01, 16.0 + s.long_end + 40.0,
+        "lengths.L01": (
+            16.0 + s.long_end + 40.0,
             "the cables' hub stands between the waist and the shoulders' servos",
         ),
-        Room(
-            "lengths.LH1", mm * size.LH1,
+        "lengths.LH1": (
             neck_floor(robot) - mm * size.L01 + 14.0 + s.long_end * cos(HEAD_LEAN) + w.shell + 3.0,
             "the head's servo stands above those of the shoulders",
         ),
-        Room(
-            "lengths.LH2", mm * size.LH2, (w.knuckle + 1.0 + cradle) / cos(shape.phone_level),
+        "lengths.LH2": (
+            (w.knuckle + 1.0 + cradle) / cos(shape.phone_level),
             "the phone's cradle passes in front of the head's servo",
         ),
-        Room(
-            "shape.pedestal_radius", mm * shape.pedestal_radius, board + 2.0 + w.shell,
-            "the Arduino Mega lies in the foot",
-        ),
-        Room(
-            "shape.pedestal_height", mm * shape.pedestal_height,
+        "shape.pedestal_radius": (board + 2.0 + w.shell, "the Arduino Mega lies in the foot"),
+        "shape.pedestal_height": (
             stack + 3.0 + max(
                 s.horn_face - s.back + s.plug_room,
                 mm * (size.L23 + size.L34 + shape.hand_radius - size.L01) + 4.0,
             ),
             "the Arduino Mega lies in the foot; the waist's servo and the hands must clear it",
         ),
-        Room(
-            "shape.torso_radius", mm * shape.torso_radius,
+        "shape.torso_radius": (
             float(np.hypot(s.half_width + 4.0, shoulder_face() - SIDE_GAP)),
             "the shoulders' servos lie in the torso",
         ),
-    ]  # fmt: skip
-
-
-def misfits(robot: Robot) -> list[str]:
-    """Return one line for each length that is too short for the parts."""
-    return [
-        f"{need.key} is {need.has:.1f} mm and must be {need.least:.1f} mm or more "
-        f"(short by {need.least - need.has:.1f} mm): {need.why}."
-        for need in room(robot)
-        if need.has < need.least - 1e-9
-    ]
+    }  # fmt: skip

@@ -20,6 +20,7 @@ from miburi.hardware.trunk import (
     chest_face,
     chest_screws,
     column_screws,
+    foot_floor,
     lid_height,
     lid_screws,
 )
@@ -68,55 +69,45 @@ def screws(robot: Robot) -> dict[str, list[Screw]]:
     """Return the screws by group: ``left_elbow horn``, ``chest``, and so on."""
     s, w = dimensions().servo, dimensions().wall
     table: dict[str, list[Screw]] = {}
+    sides = (-s.case_holes_x, s.case_holes_x)
     for mount in mounts(robot):
-
-        def group(
-            name: str, kind: str, points: list[tuple[float, float, float]], sign: int,
-            link: str = mount.link, frame: Array = mount.frame, joint: str = mount.joint,
-        ) -> None:  # fmt: skip
-            table[f"{joint} {name}"] = [
-                Screw(kind, link, frame @ np.array([*point, 1.0]), sign * frame[:, 1])
-                for point in points
-            ]
-
-        sides = (-s.case_holes_x, s.case_holes_x)
-        horn = s.horn_face + w.plate
-        group("horn", "M2x6", [(x, horn, z) for x, z in servo.circle()], 1)
+        # Each group's kind, places in the servo's frame, and whether heads face along its axle.
+        groups = {"horn": ("M2x6", [(x, s.horn_face + w.plate, z) for x, z in servo.circle()], 1)}
         if mount.idler:
-            cheek = s.idler_face - w.plate
-            far = s.case_holes_z[1]
-            group("idler", "M2x6", [(x, cheek, z) for x, z in servo.circle()], -1)
             # The idlers in ROBOTIS's set come with their own screws; the printed idler is used in
             # the head.
             axle = "M2.6x6" if mount.joint == "head" else "M2.6x8"
-            group("axle", axle, [(0.0, s.idler_face, 0.0)], -1)
-            group("case", "M2x8", [(x, s.back - _UNDER, far) for x in sides], -1)
+            rear, far = s.idler_face - w.plate, s.case_holes_z[1]
+            groups |= {
+                "idler": ("M2x6", [(x, rear, z) for x, z in servo.circle()], -1),
+                "axle": (axle, [(0.0, s.idler_face, 0.0)], -1),
+                "case": ("M2x8", [(x, s.back - _UNDER, far) for x in sides], -1),
+            }
         else:
-            front = s.front + _UNDER
-            group("case", "M2x8", [(x, front, z) for z in s.case_holes_z for x in sides], 1)
+            front = [(x, s.front + _UNDER, z) for z in s.case_holes_z for x in sides]
+            groups["case"] = ("M2x8", front, 1)
+        for name, (kind, points, sign) in groups.items():
+            table[f"{mount.joint} {name}"] = [
+                Screw(kind, mount.link, mount.frame @ [*point, 1.0], sign * mount.frame[:, 1])
+                for point in points
+            ]
     high = lid_height(robot)
-    floor = -1000 * robot.shape.pedestal_height + w.shell
-    board = floor + dimensions().mega.post + 1.6
+    board = foot_floor(robot) + dimensions().mega.post + 1.6
     flange = neck_floor(robot) + NECK_FLANGE
+    front_of_chest = chest_face() + CHEST_SEAT
+    up, ahead = np.eye(3)[2], np.eye(3)[0]
     flat = {
-        "card": ("M3x6", BASE, [(*place, board) for place in card_screws()], 2, 1),
-        "column": ("M2.5x8", BASE, [(*place, high - 3.0) for place in column_screws(robot)], 2, -1),
-        "lid": ("M2.5x8", BASE, [(*place, high) for place in lid_screws(robot)], 2, 1),
-        "neck": ("M2.5x8", "torso", [(*place, flange) for place in NECK_SCREWS], 2, 1),
-        "chest": (
-            "M2x8",
-            "torso",
-            [(chest_face() + CHEST_SEAT, *p) for p in chest_screws(robot)],
-            0,
-            1,
-        ),
+        "card": ("M3x6", BASE, [(*place, board) for place in card_screws()], up),
+        "column": ("M2.5x8", BASE, [(*place, high - 3.0) for place in column_screws(robot)], -up),
+        "lid": ("M2.5x8", BASE, [(*place, high) for place in lid_screws(robot)], up),
+        "neck": ("M2.5x8", "torso", [(*place, flange) for place in NECK_SCREWS], up),
+        "chest": ("M2x8", "torso", [(front_of_chest, *p) for p in chest_screws(robot)], ahead),
     }
-    for name, (kind, link, places, axis, sign) in flat.items():
-        way = sign * np.eye(3)[axis]
+    for name, (kind, link, places, way) in flat.items():
         table[name] = [Screw(kind, link, np.array(place), way) for place in places]
     c = clamp(robot)
     table["jaw"] = [
-        Screw("M3x6", "head", c.frame[:, :3] @ np.array([c.plate - 3.4, y, z]), -c.frame[:, 0])
+        Screw("M3x6", "head", c.frame[:, :3] @ [c.plate - 3.4, y, z], -c.frame[:, 0])
         for y, z in jaw_rows(robot)
     ]
     return table
@@ -132,6 +123,4 @@ def drawn_screw(screw: Screw, away: float) -> Manifold:
     radius, length, head, high = _KINDS[screw.kind]
     under = screw.place + away * screw.way
     top, tip = under + high * screw.way, under - length * screw.way
-    return join(
-        [rod(under.tolist(), top.tolist(), head), rod(tip.tolist(), under.tolist(), radius)]
-    )
+    return join([rod(under, top, head), rod(tip, under, radius)])

@@ -32,6 +32,7 @@ __all__ = [
     "cheeks",
     "circle",
     "driver_room",
+    "fork_half_width",
     "holder",
     "horn_screws",
     "idler",
@@ -64,8 +65,9 @@ def case(fit: float = 0.0) -> Manifold:
 def outline(*, idler_too: bool) -> Manifold:
     """Return the servo's true shape: case, horn and, with ``idler_too``, the idler behind."""
     s = dimensions().servo
-    horn = disc("y", (0, 0), (s.front, s.horn_face), s.horn_diameter / 2)
-    behind = [_idler_outline()] if idler_too else []
+    radius = s.horn_diameter / 2
+    horn = disc("y", (0, 0), (s.front, s.horn_face), radius)
+    behind = [disc("y", (0, 0), (s.idler_face, s.back), radius)] if idler_too else []
     return join([case(), horn, *behind])
 
 
@@ -85,16 +87,9 @@ def portrait() -> Manifold:
     return join([cut(case(), sockets), cut(horn, [*holes, notch])])
 
 
-def _idler_outline() -> Manifold:
-    """Return the ring on the servo's back that a fork's second cheek is screwed to."""
-    s = dimensions().servo
-    return disc("y", (0, 0), (s.idler_face, s.back), s.horn_diameter / 2)
-
-
 def idler(fit: float) -> Manifold:
     """Return the idler as a part to print; ``fit`` widens the hole that it turns on."""
-    holes = dimensions().screws
-    s = dimensions().servo
+    s, holes = dimensions().servo, dimensions().screws
     return cut(
         disc("y", (0, 0), (s.idler_face, s.back), s.horn_diameter / 2 + 0.3),
         [
@@ -179,16 +174,16 @@ def pocket(fit: float) -> Manifold:
     return join([case(fit), open_end, plugs(20.0)])
 
 
-def holder(fit: float, end: float | None = None) -> Manifold:
+def holder(fit: float) -> Manifold:
     """Return a sleeve for a case that is pushed in from its horn's side.
 
     It has a round end about the axle, so that the gap to a fork's bridge stays the same in all
-    poses, and a back plate with two screws at the case's long end. ``end`` is the z at which the
-    sleeve ends; by default one wall's thickness past the case.
+    poses, and a back plate with two screws at the case's long end. The sleeve ends one wall's
+    thickness past the case.
     """
     s, w = dimensions().servo, dimensions().wall
     wide = s.half_width + fit + w.shell
-    end = s.long_end + fit + w.shell if end is None else end
+    end = s.long_end + fit + w.shell
     knuckle = disc("y", (0, 0), (s.back, s.front), w.knuckle)
     sleeve = box((-wide, wide), (s.back, s.front), (0, end))
     plate = box((-wide, wide), (s.back - 2.8, s.back), (_BACK_PLATE, end))
@@ -221,6 +216,12 @@ def cheeks(reach: float) -> Manifold:
     axle = disc("y", (0, 0), (s.idler_face - 20.0, s.idler_face), 3.1)
     horn, idler_too = horn_screws(s.horn_face, 1), horn_screws(s.idler_face - _PLAY, -1)
     return cut(join(sides), [*horn, *idler_too, axle])
+
+
+def fork_half_width() -> float:
+    """Return half the width of a fork over both cheeks, mm."""
+    s, w = dimensions().servo, dimensions().wall
+    return (s.horn_face - s.idler_face) / 2 + w.plate
 
 
 def cheek_span(

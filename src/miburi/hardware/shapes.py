@@ -33,13 +33,15 @@ def shapes(robot: Robot) -> dict[tuple[str, str], "Manifold"]:
         This robot cannot be built; the message says which length is too short, and by how much.
     """
     # The geometry kernel is an optional extra, so it is imported here.
-    from miburi.hardware.build import bodies, printed_parts
+    from miburi.hardware.build import PrintedPart, bodies, printed_parts
     from miburi.hardware.solids import join
 
     table: dict[tuple[str, str], list[Manifold]] = {}
     for thing in bodies(robot, printed_parts(robot, engraved=False)):
         if thing.name != "phone":
-            colour = _COLOURED.get(thing.name, "cream" if thing.printed else "graphite")
+            colour = _COLOURED.get(
+                thing.name, "cream" if isinstance(thing, PrintedPart) else "graphite"
+            )
             table.setdefault((thing.link, colour), []).append(thing.solid)
     return {key: join(solids).simplify(_FINE) for key, solids in table.items()}
 

@@ -19,12 +19,13 @@ __all__ = [
     "CrossSection",
     "JoinType",
     "Manifold",
-    "OpType",
+    "Numbers",
     "around",
     "ball",
     "box",
     "cut",
     "disc",
+    "discs",
     "hull",
     "join",
     "letters",
@@ -32,6 +33,9 @@ __all__ = [
     "moved",
     "rod",
 ]
+
+#: A point, a direction or the ends of a span.
+Numbers = Sequence[float] | Array
 
 #: Straight edges that make up a large circle: they keep a 16 mm hole round within 0.02 mm.
 _ROUND = 64
@@ -41,13 +45,13 @@ def _edges(radius: float) -> int:
     return _ROUND if radius > 4 else 24
 
 
-def box(x: Sequence[float], y: Sequence[float], z: Sequence[float]) -> Manifold:
+def box(x: Numbers, y: Numbers, z: Numbers) -> Manifold:
     """Return a box between two values on each axis."""
     low, high = np.sort(np.array([x, y, z], dtype=float), axis=1).T
     return Manifold.cube((high - low).tolist()).translate(low.tolist())
 
 
-def rod(start: Sequence[float], end: Sequence[float], radius: float) -> Manifold:
+def rod(start: Numbers, end: Numbers, radius: float) -> Manifold:
     """Return a cylinder from one point to another."""
     a, b = np.array(start, dtype=float), np.array(end, dtype=float)
     way = b - a
@@ -56,14 +60,19 @@ def rod(start: Sequence[float], end: Sequence[float], radius: float) -> Manifold
     return solid.transform(_frame(way / length, a))
 
 
-def disc(axis: str, middle: Sequence[float], span: Sequence[float], radius: float) -> Manifold:
+def disc(axis: str, middle: Numbers, span: Numbers, radius: float) -> Manifold:
     """Return a cylinder along an axis: ``span`` has its ends, ``middle`` the other coordinates."""
     index = "xyz".index(axis)
-    ends = [np.insert(np.array(middle, dtype=float), index, place) for place in span]
-    return rod(ends[0].tolist(), ends[1].tolist(), radius)
+    start, end = (np.insert(np.array(middle, dtype=float), index, place) for place in span)
+    return rod(start, end, radius)
 
 
-def ball(middle: Sequence[float], radius: float) -> Manifold:
+def discs(axis: str, middles: Iterable[Numbers], span: Numbers, radius: float) -> list[Manifold]:
+    """Return equal cylinders at several places; see :func:`disc`."""
+    return [disc(axis, middle, span, radius) for middle in middles]
+
+
+def ball(middle: Numbers, radius: float) -> Manifold:
     """Return a sphere."""
     return Manifold.sphere(radius, _edges(radius)).translate(list(middle))
 

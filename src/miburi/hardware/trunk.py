@@ -8,7 +8,6 @@ from math import cos, pi, sin
 
 from miburi.hardware import servo
 from miburi.hardware.dimensions import dimensions
-from miburi.hardware.grooves import grooves
 from miburi.hardware.places import SIDE_GAP, mount_of, neck_floor, range_of, shoulder_face
 from miburi.hardware.solids import (
     CrossSection,
@@ -17,6 +16,7 @@ from miburi.hardware.solids import (
     box,
     cut,
     disc,
+    discs,
     hull,
     join,
     moved,
@@ -70,9 +70,8 @@ def hub_floor(robot: Robot) -> float:
 
 def lid_height(robot: Robot) -> float:
     """Return the height of the lid's top, mm: the Mega lies below."""
-    m, w = dimensions().mega, dimensions().wall
-    table = -1000 * robot.shape.pedestal_height
-    return table + w.shell + m.post + 1.6 + m.height + _LID
+    m = dimensions().mega
+    return foot_floor(robot) + m.post + 1.6 + m.height + _LID
 
 
 def lid_screws(robot: Robot) -> list[tuple[float, float]]:
@@ -84,9 +83,7 @@ def lid_screws(robot: Robot) -> list[tuple[float, float]]:
 def column_screws(robot: Robot) -> list[tuple[float, float]]:
     """Return the places of the screws between column and lid: on the diagonals."""
     far = 1000 * robot.shape.torso_radius + 6.5
-    return [
-        (far * cos(turn), far * sin(turn)) for turn in (pi / 4, 3 * pi / 4, -pi / 4, -3 * pi / 4)
-    ]
+    return [(far * cos(n * pi / 4), far * sin(n * pi / 4)) for n in (1, 3, -1, -3)]
 
 
 def card_screws() -> list[tuple[float, float]]:
@@ -119,16 +116,16 @@ def foot(robot: Robot) -> Manifold:
         ]
     ) ^ disc("z", (0, 0), (floor - 0.1, top), inner + 0.5)
     places = card_screws()
-    posts = [disc("z", place, (floor - 0.1, floor + m.post), 3.2) for place in places]
-    pilots = [disc("z", place, (floor - 1.0, floor + 20), holes.m3_pilot / 2) for place in places]
+    posts = discs("z", places, (floor - 0.1, floor + m.post), 3.2)
+    pilots = discs("z", places, (floor - 1.0, floor + 20), holes.m3_pilot / 2)
     screws = lid_screws(robot)
     # The buffer's board stands between the Mega and the front of the foot.
     seat = [
         groove ^ disc("z", (0, 0), (table, top), inner + 0.5)
-        for groove in grooves(m.length / 2 + 3.0, 18.9, floor, floor + 12.0)
+        for groove in _grooves(m.length / 2 + 3.0, 18.9, floor, floor + 12.0)
     ]
-    lid_posts = [disc("z", place, (floor - 0.1, top), 3.6) for place in screws]
-    lid_pilots = [disc("z", place, (top - 12, top + 1), holes.m25_pilot / 2) for place in screws]
+    lid_posts = discs("z", screws, (floor - 0.1, top), 3.6)
+    lid_pilots = discs("z", screws, (top - 12, top + 1), holes.m25_pilot / 2)
     y, wide, high = m.usb
     above = floor + m.post + 1.6
     y = m.width / 2 - y
@@ -143,6 +140,25 @@ def foot(robot: Robot) -> Manifold:
         join([cut(outside, [inside]), ribs, *posts, *lid_posts, *seat]),
         [*pilots, *lid_pilots, *openings],
     )
+
+
+def _grooves(
+    x: float, half: float, floor: float, high: float, behind: float = 0.0
+) -> list[Manifold]:
+    """Return two posts; a 1.6 mm board slides down between them, from y = -half to half.
+
+    They reach ``behind`` mm further back, to a wall that carries them.
+    """
+    return [
+        box(
+            (x - 2.3 - behind, x + 2.3), (side * (half - 1.5), side * (half + 2.0)),
+            (floor - 2.0, high),
+        )
+        - box(
+            (x - 0.95, x + 0.95), (side * (half - 2.0), side * (half + 0.3)), (floor, high + 1)
+        )
+        for side in (-1, 1)
+    ]  # fmt: skip
 
 
 def lid(robot: Robot) -> Manifold:
@@ -160,17 +176,14 @@ def lid(robot: Robot) -> Manifold:
         [
             disc("z", (0, 0), (low - 4.0, low), radius - 2 * w.shell - 0.4),
             box((-radius, radius), (-rib, rib), (low - 4.0, low)),
-            *(disc("z", place, (low - 4.0, low), 4.5) for place in screws),
+            *discs("z", screws, (low - 4.0, low), 4.5),
         ],
-    )  # fmt: skip
+    )
     tools = [
         disc("z", (0, 0), (low - 1, top + 1), 20.0),  # the cables from the waist
-        *(disc("z", place, (low - 1, top + 1), holes.m25_clearance / 2) for place in screws),
-        *(disc("z", place, (top - 1.6, top + 1), holes.m25_head / 2) for place in screws),
-        *(
-            disc("z", place, (low - 1, top + 1), holes.m25_clearance / 2)
-            for place in column_screws(robot)
-        ),
+        *discs("z", screws, (low - 1, top + 1), holes.m25_clearance / 2),
+        *discs("z", screws, (top - 1.6, top + 1), holes.m25_head / 2),
+        *discs("z", column_screws(robot), (low - 1, top + 1), holes.m25_clearance / 2),
     ]
     return cut(join([plate, rim]), tools)
 
@@ -194,17 +207,12 @@ def column(robot: Robot, fit: float) -> Manifold:
             ]
         )
 
-    outside = grown(0.0, -1.0)
-    outside = join(
-        [
-            outside,
-            hull(
-                disc("z", (0, 0), (-2.0, -1.0), radius),
-                disc("z", (0, 0), (-1.0, 0.0), radius - 1.0),
-            ),
-        ]
+    rim = hull(
+        disc("z", (0, 0), (-2.0, -1.0), radius), disc("z", (0, 0), (-1.0, 0.0), radius - 1.0)
     )
-    bosses = [disc("z", place, (low, low + 14.0), 4.6) ^ outside for place in column_screws(robot)]
+    outside = join([grown(0.0, -1.0), rim])
+    screws = column_screws(robot)
+    bosses = [boss ^ outside for boss in discs("z", screws, (low, low + 14.0), 4.6)]
     inside = grown(w.shell, -_LID) ^ box((-99, 99), (-99, 99), (low - 1, -_LID))
     hollow = join([cut(outside, [inside.translate((0, 0, -0.01))]), *bosses])
     # Walls around the case, down to its sockets.
@@ -218,11 +226,9 @@ def column(robot: Robot, fit: float) -> Manifold:
         disc("z", (0, 0), (-_LID - 1, 1), s.horn_diameter / 2 + 0.5),
         *(moved(hole, frame) for hole in servo.case_screws(s.case_holes_z, s.front, 1)),
         # The column's screws come from below, through the lid.
-        *(
-            disc("z", place, (low - 1, low + 12), holes.m25_pilot / 2)
-            for place in column_screws(robot)
-        ),
-        hull(*(disc("z", (_CABLE_CIRCLE, y), (-10, 1), _CABLE) for y in (-3.0, 3.0))),  # the feed
+        *discs("z", screws, (low - 1, low + 12), holes.m25_pilot / 2),
+        # The feed.
+        hull(*discs("z", [(_CABLE_CIRCLE, y) for y in (-3.0, 3.0)], (-10, 1), _CABLE)),
     ]
     pin = disc("z", (_STOP_CIRCLE, 0), (-0.1, _GAP + 2.0), _STOP_RADIUS)
     return join([cut(join([hollow, sleeve]), tools), pin])
@@ -270,47 +276,33 @@ def torso(robot: Robot, fit: float) -> Manifold:
     waist = mount_of(robot, "waist").frame
     radius, stands = 1000 * robot.shape.torso_radius, hub_floor(robot)
     within = disc("z", (0, 0), (_GAP + _FLOOR, high), radius - dimensions().wall.shell + 0.5)
-    seat = [groove ^ within for groove in grooves(-24.0, 17.4, stands, stands + 20.0, radius)]
+    seat = [groove ^ within for groove in _grooves(-24.0, 17.4, stands, stands + 20.0, radius)]
     body = join([cut(_shell(robot), [front]), boss, *_ears(robot), *seat])
     tools = [moved(hole, waist) for hole in servo.horn_screws(s.horn_face, 1)]
-    for side in ("right", "left"):
+    for side, sign in (("right", -1), ("left", 1)):
         frame = mount_of(robot, f"{side}_shoulder").frame
         tools += [moved(hole, frame) for hole in servo.case_screws(s.case_holes_z, s.front, 1)]
         tools.append(moved(servo.case(fit), frame))
-        sign = 1 if side == "left" else -1
-        tools.append(
-            disc("y", (0, high), sorted((sign * 20.0, sign * 40.0)), s.horn_diameter / 2 + 0.5)
-        )
+        ends = sorted((sign * 20.0, sign * 40.0))
+        tools.append(disc("y", (0, high), ends, s.horn_diameter / 2 + 0.5))
     tools += [
-        disc("z", place, (roof - 10, roof + 10), holes.m25_pilot / 2) for place in NECK_SCREWS
+        *discs("z", NECK_SCREWS, (roof - 10, roof + 10), holes.m25_pilot / 2),
+        # For a screwdriver, and later for the head's cable.
+        disc("z", (0.0, 0.0), (roof - 10, roof + 10), _DRIVER),
+        *discs("x", chest_screws(robot), (-40, 40), holes.m2_pilot / 2),
+        # The shoulders' cables leave at the back of each shoulder.
+        disc("y", (-22.0, high - 8.0), (-40.0, -15.0), 4.5),
+        disc("y", (-22.0, high - 8.0), (15.0, 40.0), 4.5),
     ]
-    tools += [
-        disc(
-            "z", (0.0, 0.0), (roof - 10, roof + 10), _DRIVER
-        ),  # for a screwdriver, and later for the head's cable
-        *(disc("x", place, (-40, 40), holes.m2_pilot / 2) for place in chest_screws(robot)),
-    ]
-    # The shoulders' cables leave at the back of each shoulder.
-    tools += [
-        disc("y", (-22.0, high - 8.0), sorted((sign * 15.0, sign * 40.0)), 4.5) for sign in (-1, 1)
-    ]
-    pins = [
-        servo.shoulder_pin(sign * 3.4).translate(
-            (0, sign * (shoulder_face() - SIDE_GAP - 0.1), high)
-        )
-        for sign in (-1, 1)
-    ]
+    out = shoulder_face() - SIDE_GAP - 0.1
+    pins = [servo.shoulder_pin(sign * 3.4).translate((0, sign * out, high)) for sign in (-1, 1)]
     return join([cut(body, [*tools, _stop_track(robot), _cable_arc(robot)]), *pins])
 
 
 def _split(robot: Robot) -> Manifold:
     """Return the volume of the chest's part: what lies in front of the servos."""
     radius, roof = 1000 * robot.shape.torso_radius, neck_floor(robot)
-    return box(
-        (dimensions().servo.half_width + 3.0, 60),
-        (-radius - 1, radius + 1),
-        (_GAP + _FLOOR + 3.0, roof - _ROOF),
-    )
+    return box((chest_face(), 60), (-radius - 1, radius + 1), (_GAP + _FLOOR + 3.0, roof - _ROOF))
 
 
 def chest_face() -> float:
@@ -338,44 +330,39 @@ def _ears(robot: Robot) -> list[Manifold]:
 
 def chest(robot: Robot, fit: float) -> Manifold:
     """Return the torso's front, which covers the cables' hub; four screws hold it."""
-    holes = dimensions().screws
-    gap = fit
-    room = _split(robot)
+    holes, screws, x = dimensions().screws, chest_screws(robot), chest_face()
     radius = 1000 * robot.shape.torso_radius
-    front = _shell(robot) ^ room
     low, high = _GAP + _FLOOR + 3.0, neck_floor(robot) - _ROOF
-    x = dimensions().servo.half_width + 3.0
     # Lugs for the screws, and the gap all round.
-    lugs = [
-        box((x, radius), (y - 4.0, y + 4.0), (z - 4.0, z + 4.0))
-        ^ disc("z", (0, 0), (low, high), radius)
-        for y, z in chest_screws(robot)
-    ]
-    inside = box((x + gap, 60), (-60, 60), (low + gap, high - gap))
+    whole = disc("z", (0, 0), (low, high), radius)
+    lugs = [box((x, radius), (y - 4.0, y + 4.0), (z - 4.0, z + 4.0)) ^ whole for y, z in screws]
+    inside = box((x + fit, 60), (-60, 60), (low + fit, high - fit))
     tools = [
-        *(disc("x", place, (0, 60), holes.m2_clearance / 2) for place in chest_screws(robot)),
-        *(
-            disc("x", place, (x + CHEST_SEAT, 60), holes.m2_head / 2)
-            for place in chest_screws(robot)
-        ),
+        *discs("x", screws, (0, 60), holes.m2_clearance / 2),
+        *discs("x", screws, (x + CHEST_SEAT, 60), holes.m2_head / 2),
     ]
-    return cut(join([front, *lugs]) ^ inside, tools)
+    return cut(join([_shell(robot) ^ _split(robot), *lugs]) ^ inside, tools)
 
 
 def _cable_arc(robot: Robot) -> Manifold:
     """Return the opening in the torso's floor in which the hub's wires move as the waist turns."""
-    low, high = range_of(robot, "waist")
-    beyond = (dimensions().wall.stop + 12.0) * pi / 180
     hole = CrossSection.circle(_CABLE + 0.3, 32).translate((_CABLE_CIRCLE, 0))
-    swept = around(-high - beyond, -low + beyond, lambda turn: hole.rotate(turn * 180 / pi))
-    return swept.extrude(_GAP + _FLOOR + 1.5).translate((0, 0, -1.0))
+    beyond = dimensions().wall.stop + 12.0
+    return _past_the_waist(robot, hole, beyond).extrude(_GAP + _FLOOR + 1.5).translate((0, 0, -1.0))
 
 
 def _stop_track(robot: Robot) -> Manifold:
     """Return the groove under the torso where the column's pin runs, as far as the waist turns."""
-    low, high = range_of(robot, "waist")
-    beyond = dimensions().wall.stop * pi / 180
-    # The pin stands still; in the torso's frame it goes the other way.
     pin = CrossSection.circle(_STOP_RADIUS + 0.4, 24).translate((_STOP_CIRCLE, 0))
-    swept = around(-high - beyond, -low + beyond, lambda turn: pin.rotate(turn * 180 / pi))
+    swept = _past_the_waist(robot, pin, dimensions().wall.stop)
     return swept.extrude(2.6 + 1.0).translate((0, 0, _GAP - 1.0))
+
+
+def _past_the_waist(robot: Robot, flat: CrossSection, beyond: float) -> CrossSection:
+    """Return where the torso passes a thing of the column, up to ``beyond`` degrees too far.
+
+    In the torso's frame it is the thing that turns, and the other way.
+    """
+    low, high = range_of(robot, "waist")
+    more = beyond * pi / 180
+    return around(-high - more, -low + more, lambda turn: flat.rotate(turn * 180 / pi))

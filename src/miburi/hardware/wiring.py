@@ -4,8 +4,8 @@ The Mega, the buffer's board in the foot and the hub's in the torso are simple b
 the frame of the link that carries them, in mm.
 """
 
+from collections.abc import Sequence
 from itertools import pairwise
-from math import hypot
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from miburi.hardware.dimensions import dimensions
 from miburi.hardware.places import mount_of, neck_floor
 from miburi.hardware.solids import Manifold, ball, box, cut, disc, join, rod
 from miburi.hardware.trunk import card_screws, foot_floor, hub_floor, lid_screws
-from miburi.robot import Robot
+from miburi.robot import Array, Robot
 from miburi.robot.shape import BASE
 
 __all__ = ["Point", "ballast", "buffer_board", "cables", "card", "hub_board", "wire"]
@@ -149,7 +149,7 @@ def _arm_cables(robot: Robot, side: str, sign: float, hub: Point) -> dict[str, l
     }  # fmt: skip
 
 
-def wire(points: list[tuple[float, float, float]]) -> Manifold:
+def wire(points: Sequence[Array]) -> Manifold:
     """Return a cable through points of one frame."""
-    legs = [rod(a, b, _RADIUS) for a, b in pairwise(points) if hypot(*np.subtract(a, b)) > 1e-6]
+    legs = [rod(a, b, _RADIUS) for a, b in pairwise(points) if np.linalg.norm(a - b) > 1e-6]
     return join([*legs, *(ball(point, _RADIUS) for point in points)])

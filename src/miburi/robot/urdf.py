@@ -3,6 +3,7 @@
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -117,7 +118,7 @@ def _shape(link: ET.Element, use: str, piece: Part) -> None:
         _add(element, "material", name=piece.colour)
 
 
-def _add(parent: ET.Element, tag: str, /, **attributes: object) -> ET.Element:
+def _add(parent: ET.Element, tag: str, /, **attributes: Any) -> ET.Element:
     """Add an element; one number or several become text of nine digits."""
     texts = {
         name: value
