@@ -18,7 +18,7 @@ def test_a_hold_is_held(robot):
 
 
 def test_the_same_performance_twice_is_the_same_motion(robot):
-    one, two = (rehearse(robot, key_poses(robot, load("fear"), 0.7)) for _ in range(2))
+    one, two = (rehearse(robot, key_poses(robot, load("anger"), 0.9)) for _ in range(2))
     assert np.array_equal(one.angles, two.angles)
 
 
@@ -29,7 +29,7 @@ def test_arms_that_cross_are_noticed(robot):
     assert rehearsal.self_collisions > 0
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_blends_run_freely(robot, seed):
     mixed = blend(robot, [(load("happiness"), 0.7), (load("surprise"), 0.5)], variation=seed)
     rehearsal = rehearse(robot, mixed)

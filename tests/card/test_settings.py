@@ -12,7 +12,9 @@ from miburi.robot import Robot
 @pytest.fixture
 def coarse(robot: Robot) -> Robot:
     """Return the robot with the encoders of another servo."""
-    return robot.with_servo(robot.servo.model.varied(steps_per_turn=1024))
+    servo = robot.servo.model
+    encoder = servo.encoder.model_copy(update={"steps_per_turn": 1024})
+    return robot.with_servo(servo.model_copy(update={"encoder": encoder}))
 
 
 def test_the_error_for_other_encoders_says_what_to_do(coarse: Robot) -> None:

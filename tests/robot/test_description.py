@@ -8,7 +8,6 @@ import pytest
 from miburi.errors import DescriptionError
 from miburi.robot import JOINTS, Robot, load_robot
 from miburi.safety.free import FreeRule
-from miburi.servos import load_servo
 
 TEXT = (resources.files("miburi.robot") / "iphonoid.toml").read_text()
 
@@ -18,18 +17,8 @@ def test_table_1(robot: Robot) -> None:
     high = [1.744, 3.1415, 1.744, 1.744, 3.1415, 0.174, 0.174, 1.22]
     np.testing.assert_array_equal(robot.lower, low)
     np.testing.assert_array_equal(robot.upper, high)
-    assert tuple(getattr(robot.joints, name).symbol for name in JOINTS) == (
-        "W",
-        "RS",
-        "RE",
-        "RF",
-        "LS",
-        "LE",
-        "LF",
-        "H",
-    )
-    assert JOINTS[0] == "waist"
-    assert JOINTS[-1] == "head"
+    symbols = [getattr(robot.joints, name).symbol for name in JOINTS]
+    assert symbols == ["W", "RS", "RE", "RF", "LS", "LE", "LF", "H"]
 
 
 def test_limits_cannot_be_changed(robot: Robot) -> None:
@@ -45,35 +34,19 @@ def test_limits_cannot_be_changed(robot: Robot) -> None:
         ("L34 = 0.08", "L34 = inf", ["lengths.L34", "finite"]),
         ("L34 = 0.08", "L34 = true", ["lengths.L34", "True"]),
         ("L34 = 0.08", "", ["lengths.L34", "missing"]),
-        (
-            "L34 = 0.08",
-            "L34 = 0.08\nL45 = 1.0",
-            ["lengths.L45", "1.0", "the known ones are L01, L12, L23"],
-        ),
+        ("[lengths]", "[lengths]\nL45 = 1.0", ["L45", "1.0", "the known ones are L01, L12, L23"]),
         ("[joints.head]", "[joints.neck]", ["joints.head", "missing", "joints.neck"]),
         ("min = -1.744", "min = 1.744", ["joints.waist", "min must be less than max"]),
         ("neutral = 0.8", "neutral = 3.0", ["joints.head", "neutral must lie"]),
         ("max_speed = 6.0", 'max_speed = "fast"', ["servo.max_speed", "fast"]),
-        (
-            'model = "xl330-m288-t"',
-            'model = "xl331"',
-            ["servo.model", "no servo 'xl331'", "imagined"],
-        ),
-        (
-            "lag = [0.0055",
-            "late = [0.0055",
-            ["guards.lag is missing", "the known ones are lag, slack, least"],
-        ),
+        ('"xl330-m288-t"', '"xl331"', ["servo.model", "no servo 'xl331'", "imagined"]),
+        ("lag = [", "late = [", ["guards.lag is missing", "known ones are lag, slack, least"]),
         ("lag = [0.0055", "lag = [1.5", ["guards.lag.0", "1.5", "less than or equal to 1"]),
         ("lag = [0.0055", 'lag = ["0.0055"', ["guards.lag.0", "'0.0055'", "valid number"]),
         ("lag = [0.0055", "lag = [nan", ["guards.lag.0", "finite"]),
         ("lag = [0.0055,", "lag = [", ["guards.lag", "8 items"]),
         # A guard so wide is none: no contact would stop the simulated body.
-        (
-            "arrival = [0.0138",
-            "arrival = [0.9",
-            ["guards.arrival is 0.9 rad", "0.001534 to 0.2301 rad are allowed (1 to 150 steps)"],
-        ),
+        ("arrival = [0.0138", "arrival = [0.9", ["guards.arrival is 0.9", "allowed (1 to 150 ste"]),
         ("behind = [0.0230", "behind = [0.0", ["guards.behind is 0 rad", "1 to 300 steps"]),
         ('name = "iphonoid"', 'name = "i phone"', ["name", "i phone"]),
         ("[lengths]", "[lengths", ["not TOML"]),
@@ -83,12 +56,11 @@ def test_the_error_for_a_wrong_file_names_key_and_range(
     tmp_path, old: str, new: str, parts: list[str]
 ) -> None:
     path = tmp_path / "wrong.toml"
-    assert TEXT.count(old) >= 1
+    assert old in TEXT
     path.write_text(TEXT.replace(old, new, 1))
     with pytest.raises(DescriptionError) as error:
         load_robot(path)
-    for words in [str(path), *parts]:
-        assert words in str(error.value)
+    assert [words for words in [str(path), *parts] if words not in str(error.value)] == []
 
 
 def test_a_missing_file_and_a_binary_file_are_refused(tmp_path) -> None:
@@ -107,19 +79,6 @@ def test_a_servo_of_your_own_lies_beside_the_robot(tmp_path) -> None:
     servo = (resources.files("miburi.servos") / "xl330-m288-t.toml").read_text()
     (tmp_path / "strong.toml").write_text(servo.replace("XL330-M288-T", "strong"))
     assert load_robot(path).servo.model.name == "strong"
-
-
-def test_the_same_robot_with_another_servo(robot: Robot) -> None:
-    other = robot.with_servo(load_servo("imagined"))
-    assert other.servo.model.name == "imagined"
-    assert other.servo.max_speed == robot.servo.max_speed
-    assert robot.servo.model.name == "XL330-M288-T"  # what builders can buy is the default
-
-
-def test_another_robot_of_the_same_kind(tmp_path) -> None:
-    path = tmp_path / "tall.toml"
-    path.write_text(TEXT.replace("L01 = 0.12", "L01 = 0.2"))
-    assert load_robot(path).lengths.L01 == 0.2
 
 
 @pytest.mark.parametrize("steps", [1024, 16_384])

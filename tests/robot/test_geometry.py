@@ -11,18 +11,11 @@ from miburi.robot.shape import extremities, links
 
 def with_fingertips(right: tuple[float, float], left: tuple[float, float]) -> Robot:
     """Return a robot with other arm lengths and with these limits of the fingertip joints."""
-    robot = iphonoid()
-    limits = {"right_fingertip": right, "left_fingertip": left}
-    joints = {
-        name: getattr(robot.joints, name).model_copy(
-            update={"min": low, "max": high, "neutral": (low + high) / 2}
-        )
-        for name, (low, high) in limits.items()
-    }
-    lengths = robot.lengths.model_copy(update={"L12": 0.07, "L23": 0.05})
-    return robot.model_copy(
-        update={"lengths": lengths, "joints": robot.joints.model_copy(update=joints)}
-    )
+    data = iphonoid().model_dump()
+    data["lengths"] |= {"L12": 0.07, "L23": 0.05}
+    for name, (low, high) in {"right_fingertip": right, "left_fingertip": left}.items():
+        data["joints"][name] |= {"min": low, "max": high, "neutral": (low + high) / 2}
+    return Robot.model_validate(data)
 
 
 ROBOTS = [
@@ -42,14 +35,14 @@ def test_a_straight_arm_ends_at_its_reach_from_the_shoulder(robot: Robot) -> Non
 
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_hands_reach_their_least_and_greatest_distance_from_the_shoulders(robot: Robot) -> None:
-    angles = np.tile(robot.neutral, (20_001, 1))
+    angles = np.tile(robot.neutral, (2001, 1))
     angles[:, 0] = 0.0
     for name in ("right_fingertip", "left_fingertip"):
         joint = JOINTS.index(name)
         angles[:, joint] = np.linspace(robot.lower[joint], robot.upper[joint], len(angles))
     hands = forward(robot, angles)[:, :6].reshape(-1, 2, 3)
     away = np.linalg.norm(hands - shoulders(robot), axis=2)
-    assert_allclose(hand_distances(robot), np.column_stack([away.min(0), away.max(0)]), atol=1e-9)
+    assert_allclose(hand_distances(robot), np.column_stack([away.min(0), away.max(0)]), atol=1e-7)
 
 
 @pytest.mark.parametrize("robot", ROBOTS)

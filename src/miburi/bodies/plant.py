@@ -72,17 +72,17 @@ class Plant:
         trunk = [] if sprung_hand else [self.model.body(name).id for name in (BASE, "torso")]
         self._trunk = np.flatnonzero(np.isin(self.model.geom_bodyid, trunk))
         self._start = 0.0
-        self._servo = robot.servo.model
+        self._servo = servo = robot.servo.model
         #: The supply's voltage when nothing draws current, V.
-        self.voltage = self._servo.supply.voltage
+        self.voltage = servo.supply.voltage
         #: Constants of the dry friction of each servo and its horn, (8, 6).
-        self.friction = np.array([self._servo.friction.row] * len(JOINTS))
-        motor = self._servo.motor
-        self._braking = np.full(len(JOINTS), self._servo.damping - self._servo.friction.viscous)
-        self._stiffness, self._damping = self._servo.stiffness, self._servo.control_damping
+        self.friction = np.array([servo.friction.row] * len(JOINTS))
+        self._braking = np.full(len(JOINTS), servo.damping - servo.friction.viscous)
+        self._stiffness, self._damping = servo.stiffness, servo.control_damping
         #: The constant k, V²/(N·m)², of the supply's drop under load, k T² / U, with torque T and
         #: voltage U.
-        self._drop = self._servo.supply.resistance * motor.resistance / motor.torque_constant**2
+        motor = servo.motor
+        self._drop = servo.supply.resistance * motor.resistance / motor.torque_constant**2
         from miburi.servos.friction import set_friction  # it loads Numba
 
         self._set_friction = set_friction
@@ -260,11 +260,7 @@ class Plant:
         return setpoint - self._positions.take(self._plays) if self._plays.size else setpoint
 
     def _touch(self) -> Touch:
-        force, part, itself = self._touched()
-        return Touch(force, None if part is None else self.time, part, itself)
-
-    def _touched(self) -> tuple[float, str | None, tuple[str, str] | None]:
-        """Return force on the hand (N), the part it met, and two of the robot's parts that met."""
+        """Return the force on the hand, N, the part it met, and two of the robot's that met."""
         total, part, itself = np.zeros(3), None, None
         wrench = np.zeros(6)
         for index, contact in enumerate(self.data.contact):
@@ -276,4 +272,5 @@ class Plant:
                 part = self.model.geom(pair[0] if pair[1] == self._hand else pair[1]).name
             else:
                 itself = (self.model.geom(pair[0]).name, self.model.geom(pair[1]).name)
-        return float(np.linalg.norm(total)), part, itself
+        force = float(np.linalg.norm(total))
+        return Touch(force, None if part is None else self.time, part, itself)

@@ -91,12 +91,11 @@ def rehearse(
         passes = flows and pose.passes
         least = move.slows_at if passes else pose.duration
         # Even a move of no distance takes its full duration.
-        while (len(poses) - began) * PERIOD < least or (
-            not passes and body.state.phase is Phase.MOVING
+        while body.state.phase is not Phase.STOPPED and (
+            (len(poses) - began) * PERIOD < least
+            or (not passes and body.state.phase is Phase.MOVING)
         ):
             pass_time()
-            if body.state.phase is Phase.STOPPED:
-                break
         for _ in range(0 if passes else round(pose.hold / PERIOD)):
             if body.state.phase is not Phase.STOPPED:
                 pass_time()

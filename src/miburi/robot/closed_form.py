@@ -17,9 +17,8 @@ from miburi.robot.kinematics import finite_array, forward
 
 __all__ = ["inverse"]
 
-_ANGLE_TOLERANCE = (
-    1e-7  # tolerance, rad: a solution outside a limit by no more than this is moved onto the limit
-)
+#: A solution outside a limit by no more than this, rad, is moved onto the limit.
+_ANGLE_TOLERANCE = 1e-7
 
 
 def inverse(robot: Robot, target: ArrayLike, tolerance: float = 1e-6) -> Array:
@@ -46,30 +45,18 @@ def inverse(robot: Robot, target: ArrayLike, tolerance: float = 1e-6) -> Array:
     InputError
         The shape is not (9,), or a value is not finite.
     """
-    goal = _checked(target)
-    if np.abs(goal).max() > sum(vars(robot.lengths).values()):
-        return np.empty((0, 8))
-    poses = _solutions(robot, goal)
-    within = np.all(
-        (poses >= robot.lower - _ANGLE_TOLERANCE) & (poses <= robot.upper + _ANGLE_TOLERANCE),
-        axis=1,
-    )
-    poses = np.unique(np.clip(poses[within], robot.lower, robot.upper), axis=0)
-    exact: Array = poses[np.all(_misses(robot, poses, goal) <= tolerance, axis=1)]
-    return exact
-
-
-def _misses(robot: Robot, poses: Array, goal: Array) -> Array:
-    """Return how far the extremities are from their targets, (k, 3) m."""
-    misses: Array = np.linalg.norm((forward(robot, poses) - goal).reshape(-1, 3, 3), axis=2)
-    return misses
-
-
-def _checked(target: ArrayLike) -> Array:
     goal = finite_array(target, 9, "target")
     if goal.ndim != 1:
         raise InputError(f"target must have the shape (9,), got {goal.shape}.")
-    return goal
+    if np.abs(goal).max() > sum(vars(robot.lengths).values()):
+        return np.empty((0, 8))
+    poses = _solutions(robot, goal)
+    low, high = robot.lower - _ANGLE_TOLERANCE, robot.upper + _ANGLE_TOLERANCE
+    within = np.all((poses >= low) & (poses <= high), axis=1)
+    poses = np.unique(np.clip(poses[within], robot.lower, robot.upper), axis=0)
+    misses = np.linalg.norm((forward(robot, poses) - goal).reshape(-1, 3, 3), axis=2)
+    exact: Array = poses[np.all(misses <= tolerance, axis=1)]
+    return exact
 
 
 def _solutions(robot: Robot, goal: Array) -> Array:

@@ -52,7 +52,7 @@ def specimens(
     stiffness: for the XL330, 256 was identified, and the e-manual says 128. ``play`` is the play of
     the gears of all robots, rad; by default each robot has its own, up to half a degree.
     """
-    rng = np.random.default_rng([seed, _STREAM])
+    rng = np.random.default_rng([seed, 11])  # a stream of its own
     return tuple(_specimen(robot, rng, 2.0 if number % 2 else 1.0, play) for number in range(count))
 
 
@@ -81,6 +81,3 @@ def _changed(servo: Servo, table: str, **factors: float) -> Servo:
     old = getattr(servo, table)
     new = {name: getattr(old, name) * factor for name, factor in factors.items()}
     return servo.model_copy(update={table: old.model_copy(update=new)})
-
-
-_STREAM = 11  # its own stream of random numbers

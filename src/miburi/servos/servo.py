@@ -200,34 +200,11 @@ class Servo(Table):
         motor = self.motor
         return motor.torque_constant * motor.back_emf / motor.resistance + self.friction.viscous
 
-    def varied(
-        self,
-        *,
-        steps_per_turn: int | None = None,
-        stiffness: float = 1.0,
-        damping: float = 1.0,
-        friction: float = 1.0,
-    ) -> "Servo":
-        """Return a servo with this one's stiffness, damping and dry friction times these factors.
-
-        Stiffness comes from the P gain, damping from the D gain and the motor's back EMF.
-        """
-        steps = steps_per_turn or self.encoder.steps_per_turn
-        coarser = self.encoder.steps_per_turn / steps
-        gains, drive, motor, rubbing = self.gains, self.drive, self.motor, self.friction
-        dry = {name: getattr(rubbing, name) * friction for name in _DRY}
-        return self.model_copy(
-            update={
-                "encoder": self.encoder.model_copy(update={"steps_per_turn": steps}),
-                "gains": gains.model_copy(update={"d": gains.d * coarser * damping}),
-                "drive": drive.model_copy(update={"gain": drive.gain * coarser * stiffness}),
-                "motor": motor.model_copy(update={"back_emf": motor.back_emf * damping}),
-                "friction": rubbing.model_copy(update=dry),
-            }
-        )
-
-
-_DRY = ("dry", "stiction", "motor_load", "load_stiction")
+    def varied(self, *, friction: float) -> "Servo":
+        """Return a servo with this one's dry friction times a factor."""
+        names = ("dry", "stiction", "motor_load", "load_stiction")
+        dry = {name: getattr(self.friction, name) * friction for name in names}
+        return self.model_copy(update={"friction": self.friction.model_copy(update=dry)})
 
 
 def load_servo(name: str | Path) -> Servo:
