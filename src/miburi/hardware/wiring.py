@@ -11,7 +11,7 @@ import numpy as np
 
 from miburi.hardware.dimensions import dimensions
 from miburi.hardware.places import mount_of, neck_floor
-from miburi.hardware.solids import Manifold, ball, box, cut, disc, join, rod
+from miburi.hardware.solids import Manifold, Numbers, ball, box, cut, disc, join, rod
 from miburi.hardware.trunk import card_screws, foot_floor, hub_floor, lid_screws
 from miburi.robot import Array, Robot
 from miburi.robot.shape import BASE
@@ -19,7 +19,7 @@ from miburi.robot.shape import BASE
 __all__ = ["Point", "ballast", "buffer_board", "cables", "card", "hub_board", "wire"]
 
 #: A point on a cable's route: the thing that it moves with, that thing's link, and x, y, z in mm.
-Point = tuple[str, str, tuple[float, float, float]]
+Point = tuple[str, str, Numbers]
 
 #: Radius of a cable of three wires, mm.
 _RADIUS = 1.5
@@ -75,12 +75,11 @@ def hub_board(robot: Robot) -> Manifold:
 def _socket(robot: Robot, joint: str, side: float) -> tuple[Point, Point]:
     """Return where a servo's socket is, and the wires behind it; ``side`` is the sign of x."""
     s, mount = dimensions().servo, mount_of(robot, joint)
-    found = []
-    for y in ((s.socket_y[0] + s.socket_y[1]) / 2, s.back - s.plug_room):
-        x, up, z = mount.frame @ np.array([side * 8.0, y, 9.2, 1.0])
-        place = (float(x), float(up), float(z))
-        found.append((f"{joint} servo", mount.link, place))
-    return found[0], found[1]
+    plug, free = (
+        (f"{joint} servo", mount.link, mount.frame @ [side * 8.0, y, 9.2, 1.0])
+        for y in ((s.socket_y[0] + s.socket_y[1]) / 2, s.back - s.plug_room)
+    )
+    return plug, free
 
 
 def cables(robot: Robot) -> dict[str, list[Point]]:
