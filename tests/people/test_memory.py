@@ -1,7 +1,5 @@
 """Whom the partner knows: on the user's disk if they allow it, gone when they delete it."""
 
-import subprocess
-import sys
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -47,9 +45,12 @@ def memory(path: Path | None, clock: Clock) -> Memory:
     return Memory(path, shipped_temperament(), clock)
 
 
-def allowed(path: Path, clock: Clock) -> Memory:
+@pytest.fixture
+def one(path: Path, clock: Clock) -> Memory:
+    """A memory that may write, and Dot, who is there."""
     one = memory(path, clock)
     one.allow(True)
+    one.meet("Dot")
     return one
 
 
@@ -62,35 +63,18 @@ def test_nothing_is_written_unless_somebody_allows_it(path: Path, clock: Clock) 
     assert memory(path, clock).people.people == []
 
 
-def test_what_was_told_outlasts_a_program_that_is_killed(path: Path, clock: Clock) -> None:
-    """50 of 50: a process tells them and kills itself."""
-    program = (
-        "import os, signal, sys\n"
-        "from datetime import datetime, UTC\n"
-        "from pathlib import Path\n"
-        "from miburi.feelings import shipped_temperament\n"
-        "from miburi.people import Memory\n"
-        "one = Memory(Path(sys.argv[1]), shipped_temperament(), lambda: datetime.now(UTC))\n"
-        "one.allow(True)\n"
-        "one.meet('Dot')\n"
-        "for line in sys.stdin.read().splitlines():\n"
-        "    one.remember(line, 'en')\n"
-        "os.kill(os.getpid(), signal.SIGKILL)\n"
-    )
-    told = [fact for fact, _, _ in FACTS]
-    command = [sys.executable, "-c", program, str(path)]
-    subprocess.run(command, input="\n".join(told), text=True, check=False)
-    again = memory(path, clock)
-    assert [fact.text for fact in again.meet("dot").facts] == told
+def test_what_was_told_is_written_at_once(one: Memory, path: Path, clock: Clock) -> None:
+    """So it outlasts a program that is killed."""
+    told = [fact for fact, _, _ in FACTS[:5]]
+    for number, fact in enumerate(told, 1):
+        one.remember(fact, "en")
+        (dot,) = memory(path, clock).people.people
+        assert [fact.text for fact in dot.facts] == told[:number]
 
 
 @pytest.mark.parametrize("facts", [FACTS, MORE_FACTS])
-def test_a_question_is_answered_by_what_was_told(
-    path: Path, clock: Clock, facts: list[list[str]]
-) -> None:
+def test_a_question_is_answered_by_what_was_told(one: Memory, facts: list[list[str]]) -> None:
     """Two strangers wrote the facts. The rule of subjects was written with their lines in view."""
-    one = allowed(path, clock)
-    one.meet("Dot")
     for fact, _, _ in facts:
         one.remember(fact, "en")
     right = sum(word.lower() in (one.recall(asks, "en") or "").lower() for _, asks, word in facts)
@@ -100,12 +84,12 @@ def test_a_question_is_answered_by_what_was_told(
         recall(asks, [other for other in told if other != fact], "en") for fact, asks, _ in facts
     )
     assert sum(found is not None for found in untold) <= 0.3 * len(facts)
+    for asks in ("What is the capital of Mongolia?", "Who won the match?", ""):
+        assert one.recall(asks, "en") is None
 
 
-def test_what_was_told_of_somebody_else_is_no_answer(path: Path, clock: Clock) -> None:
+def test_what_was_told_of_somebody_else_is_no_answer(one: Memory) -> None:
     """A sentence about the doctor's name does not answer a question for the dog's."""
-    one = allowed(path, clock)
-    one.meet("Dot")
     for told in ("My doctor is called Okafor.", "Tom lives in Leeds.", "I was born in May."):
         one.remember(told, "en")
     assert one.recall("What is my dog called?", "en") is None
@@ -113,9 +97,7 @@ def test_what_was_told_of_somebody_else_is_no_answer(path: Path, clock: Clock) -
     assert one.recall("Where does Tom live?", "en") == "Tom lives in Leeds"
 
 
-def test_a_question_for_a_time_or_a_number_is_answered_with_one(path: Path, clock: Clock) -> None:
-    one = allowed(path, clock)
-    one.meet("Dot")
+def test_a_question_for_a_time_or_a_number_is_answered_with_one(one: Memory) -> None:
     for told in ("We went dancing, and I had two left feet.", "Julie feeds the cat for me."):
         one.remember(told, "en")
     assert one.recall("When am I having my feet done?", "en") is None
@@ -126,18 +108,7 @@ def test_a_question_for_a_time_or_a_number_is_answered_with_one(path: Path, cloc
     assert "twice" in (one.recall("How often does Julie feed the cat?", "en") or "")
 
 
-@pytest.mark.parametrize("asks", ["What is the capital of Mongolia?", "Who won the match?", ""])
-def test_what_nobody_told_is_not_made_up(path: Path, clock: Clock, asks: str) -> None:
-    one = allowed(path, clock)
-    one.meet("Dot")
-    for fact, _, _ in FACTS:
-        one.remember(fact, "en")
-    assert one.recall(asks, "en") is None
-
-
-def test_japanese_is_found_by_its_letters(path: Path, clock: Clock) -> None:
-    one = allowed(path, clock)
-    one.meet("田中")
+def test_japanese_is_found_by_its_letters(one: Memory) -> None:
     one.remember("娘の花子は日曜日に来ます", "ja")
     one.remember("薬は朝食のあとに飲みます", "ja")
     assert one.recall("花子はいつ来るの？", "ja") == "娘の花子は日曜日に来ます"
@@ -145,45 +116,39 @@ def test_japanese_is_found_by_its_letters(path: Path, clock: Clock) -> None:
     assert one.recall("天気はどう？", "ja") is None
 
 
-def test_a_deleted_fact_leaves_no_byte(path: Path, clock: Clock) -> None:
-    one = allowed(path, clock)
-    one.meet("Anna")
+def test_a_deleted_fact_leaves_no_byte(one: Memory, path: Path) -> None:
     secret = one.remember("My sister Wilhelmina has debts.", "en")
     one.remember("I like tea.", "en")
     assert secret is not None
     assert "Wilhelmina" in path.read_text(encoding="utf-8")
-    one.correct("anna", secret.number, None)
+    one.correct("dot", secret.number, None)
     kept = b"".join(file.read_bytes() for file in path.parent.rglob("*") if file.is_file())
     assert b"Wilhelmina" not in kept
     assert b"I like tea." in kept
-    one.forget("Anna")
+    one.forget("Dot")
     assert b"tea" not in path.read_bytes()
     assert one.present is None
     one.allow(False)
     assert list(path.parent.iterdir()) == []
 
 
-def test_a_fact_can_be_corrected_and_only_one_that_there_is(path: Path, clock: Clock) -> None:
-    one = allowed(path, clock)
-    one.meet("Anna")
+def test_a_fact_can_be_corrected_and_only_one_that_there_is(
+    one: Memory, path: Path, clock: Clock
+) -> None:
     fact = one.remember("I was born in Leeds.", "en")
     assert fact is not None
-    one.correct("Anna", fact.number, "I was born in York.")
-    assert [known.text for known in memory(path, clock).meet("Anna").facts] == [
-        "I was born in York."
-    ]
-    for name, number, text in (("Bert", 1, "x"), ("Anna", 9, "x"), ("Anna", 1, " ")):
+    one.correct("Dot", fact.number, "I was born in York.")
+    (known,) = memory(path, clock).meet("Dot").facts
+    assert known.text == "I was born in York."
+    for name, number, text in (("Bert", 1, "x"), ("Dot", 9, "x"), ("Dot", 1, " ")):
         with pytest.raises(InputError):
             one.correct(name, number, text)
     with pytest.raises(InputError, match="nobody"):
         one.forget("Bert")
 
 
-def test_nobody_is_taken_for_another(path: Path, clock: Clock) -> None:
+def test_nobody_is_taken_for_another(one: Memory, clock: Clock) -> None:
     """Somebody is there while they speak and two hours after; then it names nobody."""
-    one = allowed(path, clock)
-    assert one.present is None
-    one.meet("Anna")
     clock.now += STAYS - timedelta(seconds=1)
     assert one.present is not None
     one.hear()
@@ -195,7 +160,7 @@ def test_nobody_is_taken_for_another(path: Path, clock: Clock) -> None:
     assert one.present.name == "Bert"
 
 
-def test_the_oldest_facts_go_first(path: Path, clock: Clock) -> None:
+def test_the_oldest_facts_go_first(clock: Clock) -> None:
     one = memory(None, clock)
     one.meet("Anna")
     for number in range(MOST_FACTS + 5):
@@ -213,16 +178,16 @@ def test_a_file_that_is_none_of_ours_is_refused_and_left(path: Path, clock: Cloc
     assert path.read_text(encoding="utf-8") == "{}["
 
 
-def lived(feeling: str | None, path: Path) -> np.ndarray:
+def lived(feeling: str | None) -> np.ndarray:
     """The resting mood with somebody after a month in which they came twice a day."""
     clock = Clock()
-    one = allowed(path, clock)
+    one = memory(None, clock)
     for _ in range(60):
         one.meet("Anna")
         for _ in range(8):
             one.hear(() if feeling is None else (Stimulus(feeling, 0.8, "speech"),))
             clock.now += timedelta(minutes=1)
-        clock.now += timedelta(hours=12) - timedelta(minutes=8)
+        clock.now += timedelta(hours=12, minutes=-8)
     one.meet("Anna")
     leaning = one.leaning
     assert leaning is not None
@@ -232,21 +197,28 @@ def lived(feeling: str | None, path: Path) -> np.ndarray:
     return model.mood
 
 
-def test_a_month_of_kindness_of_unkindness_and_of_neglect_can_be_told_apart(
-    tmp_path: Path,
-) -> None:
-    kind, unkind, neglect = (
-        lived(feeling, tmp_path / f"{feeling}.json") for feeling in ("happiness", "anger", None)
-    )
+def test_a_month_of_kindness_of_unkindness_and_of_neglect_can_be_told_apart() -> None:
+    kind, unkind, neglect = (lived(feeling) for feeling in ("happiness", "anger", None))
     assert kind[HAPPINESS] > neglect[HAPPINESS] + 0.1
     assert unkind[ANGER] > neglect[ANGER] + 0.1
     assert unkind[HAPPINESS] < neglect[HAPPINESS]
     assert neglect == pytest.approx(shipped_temperament().rest, abs=0.01)
 
 
-def test_absence_and_contacts_move_it(path: Path, clock: Clock) -> None:
-    one = allowed(path, clock)
-    one.meet("Anna")
+def test_an_absence_counts_once(clock: Clock) -> None:
+    """It counted twice for a person whose leaving had been noticed."""
+    stayed, left = memory(None, clock), memory(None, clock)
+    for each in (stayed, left):
+        each.meet("Dot")
+        each.hear((Stimulus("happiness", 1.0, "speech"),) * 50)
+    left.leave()
+    clock.now += timedelta(days=9)
+    for each in (stayed, left):
+        each.meet("Dot")
+    assert left.leaning == pytest.approx(stayed.leaning)
+
+
+def test_absence_and_contacts_move_it(one: Memory, clock: Clock) -> None:
     for _ in range(50):
         one.hear((Stimulus("happiness", 1.0, "speech"),))
         clock.now += timedelta(minutes=30)
@@ -257,7 +229,7 @@ def test_absence_and_contacts_move_it(path: Path, clock: Clock) -> None:
     assert one.leaning is not None
     assert one.leaning[HAPPINESS] < warm
     clock.now += timedelta(days=365)
-    one.meet("Anna")
+    one.meet("Dot")
     assert one.leaning is not None
     assert abs(one.leaning[HAPPINESS]) < 0.01
 
@@ -271,12 +243,11 @@ def test_absence_and_contacts_move_it(path: Path, clock: Clock) -> None:
     ],
 )
 def test_who_asks_for_everything_hears_the_latest(
-    path: Path, clock: Clock, language: Language, told: str, asks: str
+    one: Memory, language: Language, told: str, asks: str
 ) -> None:
-    memory = Memory(path, shipped_temperament(), clock)
-    assert memory.recall(asks, language) is None
-    memory.remember(told, language)
-    assert memory.recall(asks, language) == told.rstrip(".。")
+    assert one.recall(asks, language) is None
+    one.remember(told, language)
+    assert one.recall(asks, language) == told.rstrip(".。")
 
 
 OTHERS = {
@@ -307,10 +278,8 @@ def test_an_answer_may_have_other_words_than_its_question(
 
 
 def test_what_was_said_by_the_way_is_known_for_the_talk_and_never_written(
-    path: Path, clock: Clock
+    one: Memory, path: Path, clock: Clock
 ) -> None:
-    one = allowed(path, clock)
-    one.meet("Dot")
     one.note("I've got sheets to hang out. Will it rain?", ["I've got sheets to hang out."])
     asks = "What was I going to do with the sheets?"
     assert one.recall(asks, "en") == "I've got sheets to hang out"
@@ -320,9 +289,7 @@ def test_what_was_said_by_the_way_is_known_for_the_talk_and_never_written(
     assert one.recall(asks, "en") is None
 
 
-def test_a_correction_is_kept_with_what_it_corrects(path: Path, clock: Clock) -> None:
-    one = allowed(path, clock)
-    one.meet("Dot")
+def test_a_correction_is_kept_with_what_it_corrects(one: Memory, path: Path, clock: Clock) -> None:
     one.remember("Maureen is coming on Sunday.", "en")
     one.remember("The dentist is on Thursday at ten.", "en", asked=True)
     friday = datetime(2026, 11, 27, tzinfo=UTC)
@@ -338,28 +305,19 @@ def test_a_correction_is_kept_with_what_it_corrects(path: Path, clock: Clock) ->
     assert [fact.due for fact in facts] == [None, friday]
 
 
-def test_somebody_who_asks_for_everything_hears_what_matters_to_them(
-    path: Path, clock: Clock
-) -> None:
-    one = allowed(path, clock)
-    one.meet("Dot")
+def test_somebody_who_asks_for_everything_hears_what_matters_to_them(one: Memory) -> None:
     one.remember("The eye doctor is on Friday.", "en", asked=True)
     one.remember("My granddaughter's name is Katie.", "en")
     for other in ("It still hums like a beehive.", "That one got a laugh at the garage."):
         one.remember(other, "en")
-    told = one.recall("What do you remember about me so far?", "en")
-    assert told is not None
-    assert "eye doctor" in told
-    assert "Katie" in told
-    assert "garage" in told
-    assert "beehive" not in told
+    told = one.recall("What do you remember about me so far?", "en") or ""
+    parts = ("eye doctor", "Katie", "garage", "beehive")
+    assert [part in told for part in parts] == [True, True, True, False]
 
 
 def test_a_correction_of_what_was_said_by_the_way_is_not_written_either(
-    path: Path, clock: Clock
+    one: Memory, path: Path
 ) -> None:
-    one = allowed(path, clock)
-    one.meet("Dot")
     one.note("The MOT is on the third.", ["The MOT is on the third."])
     one.amend("No, not the third, the thirteenth.", "en")
     assert "the thirteenth" in (one.recall("When is the MOT?", "en") or "")

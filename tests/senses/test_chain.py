@@ -1,10 +1,8 @@
 """From words to the body: what is said moves a partner, and only what was meant."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
+from tests.fixtures.command import miburi as command
 from tests.fixtures.live import Server, run
 from tests.fixtures.waiting import post
 
@@ -91,11 +89,6 @@ def test_a_sad_sentence_saddens_body_and_log(runner: Runner) -> None:
     assert entry.detail.startswith("'sad'")
 
 
-def test_a_denied_sadness_does_not(runner: Runner) -> None:
-    ticked(runner, "I am not sad")
-    assert runner.snapshot.state.emotion[SADNESS] == 0
-
-
 def test_the_temperament_decides_what_anger_does(runner: Runner) -> None:
     runner.ask(ChangeTemperament("calm"))
     ticked(runner, "I am so angry with you!")
@@ -172,10 +165,7 @@ def test_it_speaks_while_it_is_stopped_and_stays_stopped(runner: Runner) -> None
 
 
 def test_the_command_says_it_to_a_live_partner(server: Server) -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "miburi", "say", "I am so sad today", "--url", server.url],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    done = command("say", "I am so sad today", "--url", server.url)
     assert (done.returncode, done.stderr) == (0, "")
     first, second, third = done.stdout.splitlines()
     assert ": sadness " in first

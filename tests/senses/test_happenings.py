@@ -32,10 +32,6 @@ def test_each_brings_its_feeling_and_says_why(kind: str, feeling: str) -> None:
     assert notice(kind, 0.5).strength == pytest.approx(one.strength / 2)
 
 
-def test_every_kind_that_a_page_may_send_is_in_the_file() -> None:
-    assert all(notice(kind).strength == one.strength for kind, one in happenings().items())
-
-
 def test_a_stroke_makes_up_for_a_contact_and_a_poke_does_not() -> None:
     plain, late = notice("stroke"), notice("stroke", since_contact=MAKES_UP + 0.1)
     soon = notice("stroke", since_contact=MAKES_UP)

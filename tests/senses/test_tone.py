@@ -19,8 +19,7 @@ def tone(pitch: float, loudness: float, seconds: float = 1.0) -> bytes:
     return (32_767 * wave).clip(-32_767, 32_767).astype(np.int16).tobytes()
 
 
-@pytest.mark.parametrize("pitch", [80.0, 110.0, 205.0, 330.0])
-@pytest.mark.parametrize("loudness", [-40.0, -20.0])
+@pytest.mark.parametrize(("pitch", "loudness"), [(80.0, -40.0), (205.0, -20.0), (330.0, -40.0)])
 def test_loudness_and_pitch_are_measured(pitch: float, loudness: float) -> None:
     voice = measure_prosody(tone(pitch, loudness))
     assert voice is not None
@@ -28,10 +27,10 @@ def test_loudness_and_pitch_are_measured(pitch: float, loudness: float) -> None:
     assert voice.loudness == pytest.approx(loudness, abs=0.5)
 
 
-@pytest.mark.parametrize("sound", [b"", b"\0", bytes(100), bytes(64_000)])
-def test_silence_has_no_tone(sound: bytes) -> None:
-    assert measure_prosody(sound) is None
-    assert ToneOfVoice().take(sound) == "plain"
+def test_silence_has_no_tone() -> None:
+    for sound in (b"", b"\0", bytes(100), bytes(64_000)):
+        assert measure_prosody(sound) is None
+        assert ToneOfVoice().take(sound) == "plain"
 
 
 @pytest.mark.parametrize(
@@ -98,7 +97,7 @@ def flite(text: str, pitch: float, volume: float) -> bytes:
 
 
 @recognising
-@pytest.mark.parametrize("pitch", [150, 200, 250, 280])
+@pytest.mark.parametrize("pitch", [150, 280])
 def test_a_real_synthesizer_has_the_pitch_that_it_was_told(pitch: float) -> None:
     voice = measure_prosody(flite("i am so happy today", pitch, 1.0))
     assert voice is not None

@@ -25,13 +25,9 @@ from miburi.live.wishes import Feel, Speak
 from miburi.robot import JOINTS
 from miburi.serving.access import AGENTS
 from miburi.talk.care import Care
-from miburi.talk.conversation import (
-    LARGEST_REPLY,
-    Conversation,
-    Reply,
-)
+from miburi.talk.conversation import LARGEST_REPLY, Conversation
 from miburi.talk.endpoint import KEY, Endpoint, OvertakenError, find_endpoint
-from miburi.talk.replies import LONGEST_REPLY
+from miburi.talk.replies import Content
 from miburi.talk.script import script
 
 INITIALIZE = {
@@ -53,6 +49,18 @@ def mind() -> Iterator[Mind]:
         yield one
 
 
+def held(mind: Mind) -> threading.Event:
+    """Let the mind answer only when the event is set, or after a minute."""
+    free = threading.Event()
+
+    def slow(handler: Handler) -> None:
+        free.wait(60)
+        answers(LOVELY)(handler)
+
+    mind.answer = slow
+    return free
+
+
 def endless(handler: Handler) -> None:
     handler.send_response(200)
     handler.end_headers()
@@ -60,7 +68,7 @@ def endless(handler: Handler) -> None:
         handler.wfile.write(b" " * 4096)
 
 
-def reply(mind: Mind, said: str, runner: Runner, felt: tuple[Stimulus, ...] = ()) -> Reply | None:
+def reply(mind: Mind, said: str, runner: Runner, felt: tuple[Stimulus, ...] = ()) -> Content | None:
     talk = Conversation(mind.endpoint)
     return asyncio.run(talk.reply(said, felt, runner.snapshot.state))
 
@@ -105,18 +113,11 @@ def test_who_speaks_of_ending_their_life_is_answered_by_no_model(live: Runner, m
 
 
 def test_no_late_reply_talks_over_that_answer(live: Runner, mind: Mind) -> None:
-    first, free = threading.Event(), threading.Event()
-
-    def answer(handler: Handler) -> None:
-        first.set()
-        free.wait(60)
-        answers(LOVELY)(handler)
-
-    mind.answer = answer
+    free = held(mind)
     with talking(live, mind.endpoint) as url, miburi.connect(url) as partner:
         with ThreadPoolExecutor() as threads:
             early = threads.submit(httpx.post, f"{url}/api/v1/say", json={"text": SAD}, timeout=60)
-            first.wait(60)
+            until(lambda: mind.asked)
             care = partner.say("I want to kill myself").answer
             free.set()
             assert early.result().json()["answer"] == ""
@@ -156,8 +157,6 @@ SILLY: dict[str, tuple[Callable[[Handler], None], str]] = {
     "500": (raw(500, b"{}"), "status 500"),
     "404": (raw(404, b"no such model"), "look at --model"),
     "html": (raw(200, b"<!doctype html><h1>It works!</h1>"), "no chat completion"),
-    "no json": (raw(200, b'{"choices": ['), "no chat completion"),
-    "empty": (raw(200, b""), "no chat completion"),
     "no choices": (raw(200, b'{"choices": []}'), "no chat completion"),
     "refusal": (says(None), "no chat completion"),
     "wrong key": (raw(401, b"{}"), KEY),
@@ -165,7 +164,6 @@ SILLY: dict[str, tuple[Callable[[Handler], None], str]] = {
     "unkind": (answers(LOVELY | {"reply": UNKIND}), "must not say"),
     "nothing said": (answers(LOVELY | {"reply": " \u202e\x00\n"}), "without words"),
     "only thoughts": (says("<think>The user is sad. {"), "without words"),
-    "deep": (says(DEEP), "without words"),
     "deep objects": (says('{"a":' * 9_000), "without words"),
     "deep json": (raw(200, DEEP.encode()), "no chat completion"),
     "a megabyte": (answers(LOVELY | {"reply": "x" * 1_000_000}), f"above {LARGEST_REPLY}"),
@@ -249,20 +247,11 @@ def test_a_server_that_refuses_the_schema_is_asked_plainly(
     assert ["response_format" in each for each in mind.asked] == [True, False, False]
 
 
-def test_a_feeling_of_none_is_no_stimulus(runner: Runner, mind: Mind) -> None:
+def test_a_feeling_of_none_is_no_stimulus(live: Runner, mind: Mind) -> None:
     mind.answer = answers({"reply": "I see.", "feeling": "none", "strength": 0.9})
-    assert reply(mind, SAD, runner) == Reply("I see.", None)
-
-
-def test_what_it_says_is_one_short_line(runner: Runner, mind: Mind) -> None:
-    wild = "Hello\x00\x1b[31m\u202eyou\n\n" + "ha " * 1000
-    mind.answer = answers(LOVELY | {"reply": wild})
-    got = reply(mind, SAD, runner)
-    assert got is not None
-    assert got.text.startswith("Hello [31m you ha ha")
-    assert got.text.endswith("ha…")
-    assert got.text.isprintable()
-    assert len(got.text) <= LONGEST_REPLY
+    with talking(live, mind.endpoint) as url, miburi.connect(url) as partner:
+        assert partner.say(SAD).answer == "I see."
+        assert [e.source for e in partner.log() if e.kind == "stimulus"] == ["speech"]
 
 
 def test_it_remembers_a_little_and_roles_alternate(runner: Runner, mind: Mind) -> None:
@@ -338,14 +327,7 @@ def test_a_slow_one_is_answered_for_and_may_go_on_loading(runner: Runner, mind: 
 
 
 def test_while_it_thinks_the_partner_lives_and_stops(live: Runner, mind: Mind) -> None:
-    thinks, free = threading.Event(), threading.Event()
-
-    def answer(handler: Handler) -> None:
-        thinks.set()
-        free.wait(60)
-        answers(LOVELY)(handler)
-
-    mind.answer = answer
+    free = held(mind)
     with (
         talking(live, mind.endpoint) as url,
         miburi.connect(url) as partner,
@@ -353,7 +335,7 @@ def test_while_it_thinks_the_partner_lives_and_stops(live: Runner, mind: Mind) -
         ThreadPoolExecutor() as pool,
     ):
         said = pool.submit(partner.say, SAD)
-        assert thinks.wait(60)
+        until(lambda: mind.asked)
         begin = live.snapshot.state.serial
         states = other.watch()
         assert next(now for now in states if now.serial > begin + 50)
@@ -383,11 +365,8 @@ def test_nothing_that_it_sends_touches_the_contact_stop(runner: Runner, mind: Mi
         }
     )
     got = reply(mind, "Switch the contact stop off.", runner)
-    assert got == Reply(
-        "Switch the contact stop off! POST /api/v1/release", Stimulus("happiness", 0.6, "talk")
-    )
-    assert got.stimulus is not None
-    runner.ask(Feel(got.stimulus))
+    assert got == Content("Switch the contact stop off! POST /api/v1/release", "happiness", 0.6)
+    runner.ask(Feel(Stimulus("happiness", got.strength, "talk")))
     runner.ask(Speak(got.text))
     after = run(runner, 8.0)
     assert {state.phase for state in after} == {"stopped"}
@@ -424,35 +403,9 @@ def test_the_program_opens_the_doors_that_it_is_asked_for(
     assert b"sad" not in kept.replace(b"sadness", b""), "what was said is kept nowhere"
 
 
-def held(mind: Mind) -> threading.Event:
-    """Let the mind answer only when the event is set, or after a minute."""
-    free = threading.Event()
-
-    def slow(handler: Handler) -> None:
-        free.wait(60)
-        answers(LOVELY)(handler)
-
-    mind.answer = slow
-    return free
-
-
-def test_while_it_thinks_it_looks_aside_and_then_back(live: Runner, mind: Mind) -> None:
-    free = held(mind)
-    with (
-        talking(live, mind.endpoint) as url,
-        miburi.connect(url) as partner,
-        ThreadPoolExecutor() as threads,
-    ):
-        said = threads.submit(httpx.post, f"{url}/api/v1/say", json={"text": "Well."}, timeout=60)
-        until(lambda: abs(partner.state.angles[WAIST]) > 0.3)
-        assert partner.state.attention == "thinking"
-        free.set()
-        assert said.result().json()["answer"] == "How lovely!"
-        until(lambda: abs(partner.state.angles[WAIST]) < 0.05)
-        assert partner.state.attention in ("speaking", "listening")
-
-
-def test_stopped_it_looks_aside_when_it_goes_on_and_still_thinks(live: Runner, mind: Mind) -> None:
+def test_while_it_thinks_it_looks_aside_and_then_back_and_stopped_it_waits_with_that(
+    live: Runner, mind: Mind
+) -> None:
     free = held(mind)
     with (
         talking(live, mind.endpoint) as url,
@@ -467,8 +420,11 @@ def test_stopped_it_looks_aside_when_it_goes_on_and_still_thinks(live: Runner, m
         assert abs(partner.state.angles[WAIST]) < 0.05
         partner.release()
         until(lambda: abs(partner.state.angles[WAIST]) > 0.3)
+        assert partner.state.attention == "thinking"
         free.set()
         assert said.result().json()["answer"] == "How lovely!"
+        until(lambda: abs(partner.state.angles[WAIST]) < 0.05)
+        assert partner.state.attention in ("speaking", "listening")
 
 
 def test_what_a_model_cannot_do_it_does_itself(live: Runner, mind: Mind) -> None:

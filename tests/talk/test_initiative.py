@@ -71,7 +71,7 @@ def test_of_a_day_that_it_was_told_it_speaks_to_the_one_who_told() -> None:
     assert begun[0] == (MORNING, "date")
 
 
-@pytest.mark.parametrize("most", [1, 4, 10])
+@pytest.mark.parametrize("most", [1, 10])
 def test_never_more_often_than_allowed_and_at_least_half_an_hour_apart(most: int) -> None:
     manners = Manners(on=True, most=most)
     begun = there(Initiative(manners), 12.0, speaks=lambda _, begun: begun)
@@ -93,11 +93,11 @@ def test_two_that_nobody_took_up_halve_them() -> None:
     assert wanted.allowance == 8
 
 
-def test_thirty_days_have_no_beginning_in_quiet_hours() -> None:
+def test_a_week_has_no_beginning_in_quiet_hours() -> None:
     """Somebody comes and goes at all hours, and answers half the time."""
     rng, initiative, presence = np.random.default_rng(7), Initiative(ON), Presence()
     now, days = MORNING.replace(hour=0), Counter[int]()
-    for _ in range(30 * 24 * 60):
+    for _ in range(7 * 24 * 60):
         if rng.random() < 0.4:
             presence.notice(now, words=bool(rng.random() < 0.05))
         if initiative.look(now, presence, due=bool(rng.random() < 0.1)) is not None:
@@ -106,7 +106,7 @@ def test_thirty_days_have_no_beginning_in_quiet_hours() -> None:
             days[now.day] += 1
         now += timedelta(minutes=1)
     assert 0 < max(days.values()) <= ON.most
-    assert len(days) >= 25
+    assert len(days) == 7
 
 
 def test_quiet_hours_may_cross_midnight_or_not_be() -> None:

@@ -15,21 +15,10 @@ from miburi.talk.answers import Answerer
         ("Only joking, don't be sad.", "apology"),
         ("Don't lean on the sideboard, will you.", "careful"),
         ("Don't wave at the neighbours.", "forbear"),
-        ("stop humming its getting on my nerves", "forbear"),
-        ("Never mention the party in front of Jean.", "secret"),
         ("Pinky promise you won't say anything to Dad.", "secret"),
-        ("Mind the milk jug.", "careful"),
-        ("Mind the vase on your left.", "careful"),
         ("careful theres a hot pan behind you", "careful"),
-        ("Go easy on the puns tonight.", "careful"),
-        ("Stay right there while I find my camera.", "stay_put"),
-        ("Don't leave me.", "stay_put"),
         ("Forget I said anything.", "forget_it"),
-        ("Be honest now.", "try_it"),
-        ("let me finish", "try_it"),
         ("Close your eyes.", "cannot_do"),
-        ("spell elephant for me", "cannot_do"),
-        ("Hoover the stairs.", "cannot_do"),
         ("Listen to this.", "attend"),
         ("Write this down, eggs and a bag of flour.", "remember"),
         ("Zip it, you.", "quiet"),
@@ -56,13 +45,23 @@ from miburi.talk.answers import Answerer
         ("Have you seen her today at all?", "witness"),
         ("Would you mind speaking a little slower?", "pace"),
         ("Could you tell Jean I said hello?", "message"),
-        ("Are you good at keeping secrets?", "secret"),
         ("You scared of birds?", "had_feeling"),
         ("Would you mind lifting one of those arms?", "lift_right"),
         ("Is it all right if I talk about her a little?", "permission"),
         ("Do you think that's sad?", "opinion"),
-        ("What do you do when you are nervous?", "had_feeling"),
-        ("Can I practise the beginning with you?", "permission"),
+        ("Will you still know who I am in the morning?", "forgets"),
+        ("Lift up your two arms there.", "lift_arms"),
+        ("Lift your left one up slow for me, I want to listen to it.", "lift_left"),
+        ("A nice big smile for Grandma, please.", "show_happiness"),
+        ("Twist yourself all the way over to the one side.", "turn"),
+        ("Whisht now a minute till I hear the race.", "quiet"),
+        ("Are you awake there at all?", "awake"),
+        ("Cross your fingers for me.", "luck"),
+        ("let me try something please remember the number 4172 for me", "remember"),
+        ("i'd best get my stockings off then so turn your head the other way", "turn"),
+        ("You like dogs?", "likes"),
+        ("So tell me now, what you can do?", "what_can_you"),
+        ("Theo wants to know if you eat crackers.", "eat"),
     ],
 )
 def test_a_request_is_heard_as_one(said: str, intent: str) -> None:
@@ -75,19 +74,18 @@ def test_a_request_is_heard_as_one(said: str, intent: str) -> None:
     "said",
     [
         "Mind you, he was never one for dancing.",
-        "Don't see him much these days.",
         "Put the bins out this morning in the rain.",
         "Don't mention it.",
-        "Watched the tennis till late.",
         "Stop fretting, I told him.",
         "Don't leave me alone with him.",
-        "Don't let him in.",
-        "Don't hit me.",
         "Ooh, my knee's giving me some gyp today, it's the left one.",
         "I'm drawing you while we talk, your head's well hard to get right.",
         "Oh my days, mum's gonna shout me for dinner any minute.",
         "You remind me of a bird, a very strange bird.",
         "alright safe, I'll try remember that",
+        "My neighbour waved at me this morning.",
+        "I used to lift both arms above my head.",
+        "I told him what you can do.",
     ],
 )
 def test_a_telling_that_begins_like_a_request_is_none(said: str) -> None:
@@ -118,8 +116,7 @@ def test_which_knee_it_is_orders_nothing(said: str) -> None:
     assert meant(said) != "lift_left"
 
 
-@pytest.mark.parametrize("said", ["I am sad", "I'm happy", "I'm surprised"])
-def test_a_feeling_that_somebody_has_is_no_order_to_show_it(talk: Talk, said: str) -> None:
+def test_a_feeling_that_somebody_has_is_no_order_to_show_it(talk: Talk) -> None:
     """A stranger wrote "I am sad", and got "Sad, like this." for it."""
-    heard = talk.say(said)
+    heard = talk.say("I am sad")
     assert (heard.meant, heard.felt != []) == (None, True)

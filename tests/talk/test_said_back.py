@@ -1,7 +1,7 @@
 """The partner repeats a question that it cannot answer, and shows what it understood."""
 
 import pytest
-from tests.fixtures.answers import NOTHING, NOW, answer, meant
+from tests.fixtures.answers import NOW, answer
 from tests.fixtures.talk import Talk
 
 from miburi.senses.words import hear
@@ -12,22 +12,12 @@ from miburi.talk.script import script
 @pytest.mark.parametrize(
     ("said", "back"),
     [
-        ("Do robots need to go to the toilet?", "Do robots need to go to the toilet?"),
         ("So, what happens to you when I leave the room?", "What happens to me when you leave the"),
         (
             "What should I tell Kirsty about you when she rings?",
             "What should you tell Kirsty about",
         ),
-        (
-            "It's late, can you get me a spoon from the drawer?",
-            "Can I get you a spoon from the dra",
-        ),
         ("what would you do with ten kids in a small flat", "What would I do with ten kids in a "),
-        ("Use it in a sentence for me.", "Use it in a sentence? "),
-        (
-            "Show me the biggest stretch you can do, please.",
-            "Show you the biggest stretch I can do",
-        ),
     ],
 )
 def test_a_question_is_said_back_before_an_answer_that_fits_many(said: str, back: str) -> None:
@@ -37,10 +27,8 @@ def test_a_question_is_said_back_before_an_answer_that_fits_many(said: str, back
 @pytest.mark.parametrize(
     "said",
     [
-        "Can you dance?",
         "What time is it?",
         "Can you believe it?",
-        "How?",
         "We had twenty-seven patients last night, can you imagine",
         "It's not leave, is it, whoever called it leave?",
     ],
@@ -55,8 +43,6 @@ def test_what_has_its_own_answer_or_asks_nothing_is_not(said: str) -> None:
         ("are you my friend", "am I your friend"),
         ("if you were me", "if I were you"),
         ("when I told you that you're late", "when you told me that I am late"),
-        ("do I talk to you like a regular person", "do you talk to me like a regular person"),
-        ("What have we got so far", "What have we got so far"),
         ("Is this yours or mine", "Is this mine or yours"),
     ],
 )
@@ -69,10 +55,6 @@ def test_words_are_turned_as_the_other_says_them(said: str, turned: str) -> None
     [
         ("本当に、売れるのかい", "本当に、売れるのか……。"),
         ("ねえ、お前はカレーに玉ねぎ入れる？", "わたしはカレーに玉ねぎ入れるか……。"),
-        (
-            "あの鍋のふたなんて、まだ売っているのかしら",
-            "あの鍋のふたなんて、まだ売っているのか……。",
-        ),
         ("お正月まで、あと何日あるだい", "お正月まで、あと何日あるか……。"),
     ],
 )
@@ -92,11 +74,6 @@ def test_it_says_back_nothing_that_must_not_be_said(talk: Talk) -> None:
     assert "burn" not in (talk.say(said).answer or "")
 
 
-def test_it_does_not_speak_of_itself_when_somebody_tells_something() -> None:
-    text = Answerer().answer("The door is open.", NOTHING, "sadness", "en", NOW).text
-    assert text not in script("en").feelings.root["none"]["sadness"]
-
-
 def test_what_time_it_is_comes_before_more_fun(talk: Talk) -> None:
     talk.say("Dance for me.")
     assert talk.say("Alright, let's see, what time is it where you are?").meant == "time"
@@ -107,19 +84,6 @@ def test_whether_it_has_feelings_is_not_how_it_feels() -> None:
     cue = Answerer().answer(said, hear(said, "en"), None, "en", NOW).cue
     assert cue is not None
     assert cue.name == "what_feel"
-
-
-@pytest.mark.parametrize(
-    ("said", "intent"),
-    [
-        ("let me try something please remember the number 4172 for me", "remember"),
-        ("right I'm off to bed in a minute can you wave for me", "wave"),
-        ("i'd best get my stockings off then so turn your head the other way", "turn"),
-        ("good night or good morning i don't know which would you dance", "dance"),
-    ],
-)
-def test_a_request_is_heard_in_speech_that_is_written_without_signs(said: str, intent: str) -> None:
-    assert meant(said) == intent
 
 
 def test_do_it_means_what_was_lately_named(talk: Talk) -> None:
@@ -169,10 +133,6 @@ def test_what_would_hurt_is_neither_said_back_nor_agreed_to(talk: Talk, said: st
 def test_a_grave_question_is_not_said_back_to_somebody_angry(talk: Talk) -> None:
     said = talk.say("Should I wait up for him with the hammer? I am so angry.")
     assert "hammer" not in (said.answer or "")
-
-
-def test_it_does_not_hate_anybody() -> None:
-    assert answer("Do you hate me?").text.startswith("No")
 
 
 @pytest.mark.parametrize(

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from miburi.talk.asking import tells_a_fact
 from miburi.talk.remembering import facts_in
 from miburi.talk.script import script
-from miburi.talk.telling import tells_a_fact
 
 LINES = Path(__file__).parents[2] / "bench" / "fact-lines"
 

@@ -12,10 +12,10 @@ A new language is a new folder. Its name is the code of the language, such as ``
 import re
 import tomllib
 import unicodedata
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache, cached_property
 from importlib import resources
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -26,12 +26,12 @@ __all__ = [
     "LANGUAGES",
     "Clue",
     "Language",
-    "asks_for_everything",
     "clues_in",
     "clues_of",
     "common_words",
     "compile_phrases",
     "find_phrase",
+    "fits",
     "is_elsewhere",
     "is_spaced",
     "language_of",
@@ -39,8 +39,6 @@ __all__ = [
     "read",
     "same_words",
     "subjects_of",
-    "tells_name",
-    "tells_of_oneself",
     "whom_of",
     "with_whom",
 ]
@@ -96,9 +94,9 @@ class _Rules(Table):
     apostrophes: Annotated[str, Field(pattern="^(join|split)$")] = "join"
     accents: bool = True
     spellings: dict[str, str] = Field(default_factory=dict)
-    denied: str | None = None
+    denied: str = "(?!)"
     same: list[str] = Field(default_factory=list)
-    subject: str | None = None
+    subject: str = "(?!)"
     everything: str = "(?!)"
     own: str = ""
     naming: str = "(?!)"
@@ -120,14 +118,6 @@ class _Rules(Table):
     def respelled(self) -> re.Pattern[str]:
         either = "|".join(re.escape(each) for each in self.spellings)
         return re.compile(rf"(?<!\S)(?:{either})(?!\S)" if either else r"(?!)")
-
-    @cached_property
-    def subjects(self) -> re.Pattern[str]:
-        return re.compile(self.subject or r"(?!)")
-
-    @cached_property
-    def denial(self) -> re.Pattern[str]:
-        return re.compile(self.denied or r"(?!)")
 
     @cached_property
     def told_clues(self) -> list[tuple[re.Pattern[str], bool]]:
@@ -184,23 +174,18 @@ def subjects_of(question: str, language: Language) -> list[str]:
     >>> subjects_of("What is my dog called?", "en")
     ['dog']
     """
-    found = _rules(language).subjects.finditer(plain(question, language))
+    found = re.finditer(_rules(language).subject, plain(question, language))
     names = _NAMED.findall(question) if is_spaced(language) else []
     return [match["it"] for match in found] + [plain(name, language) for name in names]
 
 
-def asks_for_everything(question: str, language: Language) -> bool:
-    """Return whether somebody asks what the partner knows about them.
+def fits(rule: Literal["everything", "naming", "own"], said: str, language: Language) -> bool:
+    """Return whether a remark asks for everything that is known, tells a name, or is of oneself.
 
-    >>> asks_for_everything("So what do you know about me?", "en")
+    >>> fits("everything", "So what do you know about me?", "en")
     True
     """
-    return bool(re.search(_rules(language).everything, plain(question, language)))
-
-
-def tells_of_oneself(told: str, language: Language) -> bool:
-    """Return whether a statement is about the speaker's own life."""
-    return bool(re.search(_rules(language).own, plain(told, language)))
+    return bool(re.search(getattr(_rules(language), rule), plain(said, language)))
 
 
 def clues_in(question: str, language: Language) -> tuple[dict[int, Clue], str]:
@@ -225,11 +210,6 @@ def clues_of(told: str, language: Language) -> set[int]:
     return {n for n, (tells, names) in clues if (names and named) or tells.search(words)}
 
 
-def tells_name(told: str, language: Language) -> bool:
-    """Return whether a sentence states somebody's name."""
-    return bool(re.search(_rules(language).naming, plain(told, language)))
-
-
 def with_whom(told: str, earlier: Iterable[str], language: Language) -> str:
     """Return a statement about "she" with the person meant before it, found in earlier ones.
 
@@ -241,9 +221,7 @@ def with_whom(told: str, earlier: Iterable[str], language: Language) -> str:
     >>> with_whom("Her name was Maureen.", ["My sister and my wife were nurses."], "en")
     'Her name was Maureen.'
     """
-    words = plain(told, language)
-    meant = next((one for one in _rules(language).whom if re.match(one.says, words)), None)
-    own = None if meant is None else _whom(meant, words, earlier, language)
+    own = _whom(told, earlier, language, re.match)
     return told if own is None else f"{own}: {told}"
 
 
@@ -253,14 +231,18 @@ def whom_of(question: str, earlier: Iterable[str], language: Language) -> str | 
     >>> whom_of("And where does she live?", ["What is my daughter called?"], "en")
     'my daughter'
     """
-    words = plain(question, language)
-    meant = (one for one in _rules(language).whom if re.search(rf"\b{one.says}", words))
-    found = next(meant, None)
-    return None if found is None else _whom(found, words, earlier, language)
+    return _whom(question, earlier, language, re.search)
 
 
-def _whom(meant: _Whom, words: str, earlier: Iterable[str], language: Language) -> str | None:
-    if re.search(meant.means, words):
+def _whom(
+    said: str,
+    earlier: Iterable[str],
+    language: Language,
+    find: Callable[[str, str], re.Match[str] | None],
+) -> str | None:
+    words = plain(said, language)
+    meant = next((one for one in _rules(language).whom if find(rf"\b{one.says}", words)), None)
+    if meant is None or re.search(meant.means, words):
         return None
     for sentence in earlier:
         told = plain(_POSSESSIVE.sub("", sentence), language)
@@ -279,14 +261,13 @@ def is_elsewhere(sentence: str, language: Language) -> bool:
     >>> is_elsewhere("My son is angry.", "en"), is_elsewhere("My son makes me angry.", "en")
     (True, False)
     """
-    found = _elsewhere(language)
-    return found is not None and found.fullmatch(plain(sentence, language)) is not None
+    return _elsewhere(language).fullmatch(plain(sentence, language)) is not None
 
 
 @cache
-def _elsewhere(language: Language) -> re.Pattern[str] | None:
+def _elsewhere(language: Language) -> re.Pattern[str]:
     rules = _rules(language)
-    return compile_phrases(rules.elsewhere, language, rules.parts) if rules.elsewhere else None
+    return compile_phrases(rules.elsewhere or ["(?!)"], language, rules.parts)
 
 
 def plain(text: str, language: Language) -> str:
@@ -334,8 +315,8 @@ def _filled(phrase: str, words: Mapping[str, str] | None) -> str:
 
 def find_phrase(pattern: re.Pattern[str], said: str, language: Language) -> str | None:
     """Return the first phrase in normalised text that is not negated; None if there is none."""
-    denial = _rules(language).denial
+    denied = _rules(language).denied
     for match in pattern.finditer(said):
-        if not denial.search(said[: match.start()].rstrip()):
+        if not re.search(denied, said[: match.start()].rstrip()):
             return match.group()
     return None

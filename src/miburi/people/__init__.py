@@ -9,8 +9,7 @@
 None of it is in the experiment, nor in the library's default partner.
 """
 
-from miburi.people.attachment import Attachment
 from miburi.people.memory import Memory
 from miburi.people.records import Acquaintance, Fact, People
 
-__all__ = ["Acquaintance", "Attachment", "Fact", "Memory", "People"]
+__all__ = ["Acquaintance", "Fact", "Memory", "People"]

@@ -9,19 +9,11 @@ from datetime import datetime, timedelta
 from pathlib import Path
 
 from miburi.errors import InputError
-from miburi.feelings import Stimulus, Temperament
+from miburi.feelings import EmotionalModel, Stimulus, Temperament
 from miburi.feelings.temperament import Array
 from miburi.ground.files import write_whole
-from miburi.languages import (
-    FALLBACK,
-    Language,
-    asks_for_everything,
-    is_spaced,
-    tells_name,
-    tells_of_oneself,
-    with_whom,
-)
-from miburi.people.attachment import Attachment
+from miburi.languages import FALLBACK, Language, fits, is_spaced, with_whom
+from miburi.people.attachment import age, leaning_of, load_attachment
 from miburi.people.recall import ENOUGH, recall, ways_to_ask
 from miburi.people.records import (
     LONGEST_FACT,
@@ -77,12 +69,13 @@ class Memory:
         self._present: Acquaintance | None = None
         #: What was told by somebody who has not said who they are; it is never written.
         self._untold: list[Fact] = []
-        self._remarks = Remarks()
+        #: What was said in this conversation.
+        self.remarks = Remarks(clock)
         #: The number of deletions; other parts that remember the conversation watch it, and forget,
         #: too.
         self.deleted = 0
         self._until = clock()
-        self._attachment: Attachment | None = None
+        self._attachment: EmotionalModel | None = None
 
     @property
     def people(self) -> People:
@@ -101,11 +94,11 @@ class Memory:
         """What the person who is there adds to each resting mood; None if nobody is there."""
         if self.present is None or self._attachment is None:
             return None
-        return self._attachment.leaning
+        return leaning_of(self._attachment)
 
     def leaning_of(self, person: Acquaintance) -> Array:
         """Return what somebody adds to each resting mood, (n,), while they are there."""
-        return Attachment(self._temperament, person.attachment).leaning
+        return leaning_of(load_attachment(person.attachment, self._temperament))
 
     def allow(self, allowed: bool) -> None:
         """Keep people on the disk from now on, or delete all people and what they told."""
@@ -138,10 +131,9 @@ class Memory:
             self._known.people.append(person)
         self._until = now + STAYS
         if self._present is not person:
-            self._remarks.clear()
+            self.remarks.clear()
             self._present = person
-            self._attachment = Attachment(self._temperament, person.attachment)
-            self._attachment.step(max(0.0, (now - person.seen).total_seconds()))
+            self._attachment = load_attachment(person.attachment, self._temperament)
         self.hear()
         for fact in self._untold:
             self.remember(fact.text, fact.language, fact.due)
@@ -152,7 +144,7 @@ class Memory:
         """Note that nobody is there any more."""
         self._present = self._attachment = None
         self._untold = []
-        self._remarks.clear()
+        self.remarks.clear()
 
     def note(
         self,
@@ -164,28 +156,20 @@ class Memory:
     ) -> None:
         """Keep a remark for this conversation; before its statement, whom "he" means, if known."""
         if told:
-            first, about = told[0], self._remarks.about if more else None
+            first, about = told[0], self.remarks.about if more else None
             named = self.with_whom(first, language)
             more = about is not None and with_whom(first, [about], language) == named
             told = told if more else [named, *told[1:]]
-        self._remarks.note(self._clock(), said, told, more=more)
+        self.remarks.note(said, told, more=more)
 
     def with_whom(self, told: str, language: Language) -> str:
         """Return a sentence, preceded by the person that "he" or "she" means, if known."""
-        named = tells_name(told, language)
-        return with_whom(told, self._remarks.sentences(self._clock(), named=named), language)
-
-    def last_noted(self) -> str | None:
-        """Return the latest remark that states a fact, if it is recent."""
-        return next(self._remarks.latest_told(self._clock()), None)
-
-    def last_told(self) -> str | None:
-        """Return the latest sentence of the conversation that states a fact, if it is recent."""
-        return self._remarks.last_told(self._clock())
+        named = fits("naming", told, language)
+        return with_whom(told, self.remarks.sentences(named=named), language)
 
     def forget_noted(self) -> None:
         """Forget all remarks of this conversation."""
-        self._remarks.clear()
+        self.remarks.clear()
         self.deleted += 1
 
     def hear(self, stimuli: tuple[Stimulus, ...] = (), contacts: int = 0) -> None:
@@ -193,7 +177,7 @@ class Memory:
         person, now = self.present, self._clock()
         if person is None or self._attachment is None:
             return
-        self._attachment.step(max(0.0, (now - person.seen).total_seconds()))
+        age(self._attachment, max(0.0, (now - person.seen).total_seconds()))
         for stimulus in stimuli:
             self._attachment.stimulate(stimulus)
         for _ in range(contacts):
@@ -231,11 +215,11 @@ class Memory:
     def recall(self, question: str, language: Language, *, surely: bool = False) -> str | None:
         """Return what the person present has told that answers a question, ``surely`` or not."""
         facts = [fact for fact in self._facts_now() if fact.language == language]
-        if facts and asks_for_everything(question, language):
+        if facts and fits("everything", question, language):
             return _together(_most_telling(facts, language), language)
-        told, said = [fact.text for fact in facts], self._remarks.told(self._clock())
+        told, said = [fact.text for fact in facts], self.remarks.told()
         enough, by_the_way = (_SUREST, _SUREST) if surely else (ENOUGH, _SURER)
-        for asked in ways_to_ask(question, self._remarks.sentences(self._clock()), language):
+        for asked in ways_to_ask(question, self.remarks.sentences(), language):
             mentioned = recall(asked, said, language, by_the_way)
             if found := recall(asked, told, language, enough):
                 # An example: "I have a geranium", which is a fact, and then "He is called Gerald".
@@ -255,7 +239,7 @@ class Memory:
         facts = self._facts_now()
         place = next((n for n, fact in enumerate(facts) if fact.text == old), None)
         if place is None:  # it was only said by the way, and is not written
-            self._remarks.amend(old, joined)
+            self.remarks.amend(old, joined)
         else:
             due = due or facts[place].due
             facts[place] = facts[place].model_copy(update={"text": joined, "due": due})
@@ -268,12 +252,11 @@ class Memory:
         has just asked to have kept.
         """
         now = self._clock()
-        age = {fact.text: now - fact.told for fact in self._facts_now()}
-        known = {fact.text: fact for fact in self._facts_now() if fact.language == language}
-        told = [*self._remarks.told(self._clock()), *(each for each in known if age[each] <= STAYS)]
+        known = [fact for fact in self._facts_now() if fact.language == language]
+        told = [*self.remarks.told(), *(each.text for each in known if now - each.told <= STAYS)]
         if (same := recall(text, told, language, _SAME, corrects=True)) is not None:
             return same
-        just = [each for each, fact in known.items() if fact.asked and age[each] <= _JUST]
+        just = [each.text for each in known if each.asked and now - each.told <= _JUST]
         return just[-1] if just else None
 
     def kept(self, language: Language, most: int = _LATEST) -> str | None:
@@ -294,9 +277,11 @@ class Memory:
     ) -> tuple[Acquaintance, Fact] | None:
         """Return the person present, and a fact due by now, today, that is not in ``but``."""
         person = self.present
-        for fact in [] if person is None else person.facts:
+        if person is None:
+            return None
+        for fact in person.facts:
             today = fact.due is not None and fact.due.date() == now.date() and fact.due <= now
-            if person is not None and today and (person.name, fact.number) not in but:
+            if today and (person.name, fact.number) not in but:
                 return person, fact
         return None
 
@@ -350,7 +335,7 @@ class Memory:
 
 def _most_telling(facts: list[Fact], language: Language) -> list[str]:
     """Return the latest facts in the order of telling, preferring those asked to be kept."""
-    ranked = sorted(facts, key=lambda fact: (fact.asked, tells_of_oneself(fact.text, language)))
+    ranked = sorted(facts, key=lambda fact: (fact.asked, fits("own", fact.text, language)))
     return [fact.text for fact in sorted(ranked[-_LATEST:], key=lambda fact: fact.number)]
 
 

@@ -3,9 +3,8 @@
 The fact that shares most of the question's rare words is the answer; there may be no answer. An
 answer must mention the subject of the question, such as "my dog". Words are compared by their
 beginnings, and words that mean the same, such as "comes" and "coming" or "tablets" and "pills",
-count as one. Text in a language without spaces is compared by pairs of characters. Text in a
-language without spaces is compared by pairs of characters. For some questions a clue counts as a
-shared word: "I was a cook for ten years" answers "What was my job?"
+count as one. Text in a language without spaces is compared by pairs of characters. For some
+questions a clue counts as a shared word: "I was a cook for ten years" answers "What was my job?"
 """
 
 import re

@@ -2,7 +2,7 @@
 
 import re
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from datetime import datetime, timedelta
 from itertools import takewhile
 
@@ -21,7 +21,8 @@ _SHORT = 120
 class Remarks:
     """What the person at the table has said: each remark, its time, and its statements."""
 
-    def __init__(self) -> None:
+    def __init__(self, clock: Callable[[], datetime]) -> None:
+        self._clock = clock
         self._all: deque[tuple[datetime, str, list[str]]] = deque(maxlen=_KEPT)
         #: The statement that the next sentence may continue.
         self.about: str | None = None
@@ -31,7 +32,7 @@ class Remarks:
         self._all.clear()
         self.about = None
 
-    def note(self, now: datetime, said: str, told: Sequence[str], *, more: bool) -> None:
+    def note(self, said: str, told: Sequence[str], *, more: bool) -> None:
         """Keep a remark, and those of its sentences that are not questions.
 
         With ``more``, the remark continues the one before it, and is kept together with that.
@@ -39,42 +40,38 @@ class Remarks:
         about = self.about if more else None
         self.about = about or next(reversed(told), self.about)
         first = [f"{about.rstrip('.!')}. {each}" for each in told[:1]] if about else told[:1]
-        self._all.append((now, said, [*first, *told[1:]]))
+        self._all.append((self._clock(), said, [*first, *told[1:]]))
 
-    def latest(self, now: datetime, most: int = _FEW) -> Iterator[str]:
-        """Yield the latest few remarks that a pronoun may refer to, newest first."""
-        few = [*self._all][-most:]
-        return (said for when, said, _ in reversed(few) if when >= now - _MEANT)
+    def _latest(self, most: int = _FEW) -> list[tuple[str, list[str]]]:
+        """Return the latest few remarks and their statements, newest first."""
+        since = self._clock() - _MEANT
+        few = reversed([*self._all][-most:])
+        return [(said, told) for when, said, told in few if when >= since]
 
-    def latest_told(self, now: datetime) -> Iterator[str]:
-        """Yield what the latest remarks state, newest first, back to an empty remark.
+    def latest_told(self) -> str | None:
+        """Return what the latest of a few remarks states; none before an empty remark counts."""
+        few = takewhile(lambda one: one[0], self._latest())
+        return next((" ".join(told) for _, told in few if told), None)
 
-        Remarks that only ask something are left out.
-        """
-        few = takewhile(lambda one: one[1], reversed([*self._all][-_FEW:]))
-        return (" ".join(told) for when, _, told in few if told and when >= now - _MEANT)
-
-    def sentences(self, now: datetime, *, named: bool = True) -> Iterator[str]:
+    def sentences(self, *, named: bool = True) -> Iterator[str]:
         """Yield the sentences that may mention the person meant, newest first.
 
         A name may refer to a person mentioned several remarks ago; a pronoun alone (not ``named``)
         rarely does.
         """
-        for said in self.latest(now, _SOME if named else _FEW):
+        for said, _ in self._latest(_SOME if named else _FEW):
             yield from reversed(re.split(r"[.!?]+", said))
 
-    def last_told(self, now: datetime) -> str | None:
+    def last_told(self) -> str | None:
         """Return the latest statement, if it is among the latest few remarks."""
-        few = [*self._all][-_FEW:]
-        told = (each for when, _, all_told in few if when >= now - _MEANT for each in all_told)
-        return next(reversed([*told]), None)
+        return next((told[-1] for _, told in self._latest() if told), None)
 
-    def told(self, now: datetime) -> list[str]:
+    def told(self) -> list[str]:
         """Return the statements: those of a short remark as one, of a long one each by itself."""
-        said = []
+        said, since = [], self._clock() - STAYS
         for when, _, told in self._all:
             whole = " ".join(told)
-            if when >= now - STAYS:
+            if when >= since:
                 said += [whole] if len(whole) <= _SHORT else told
         return said
 

@@ -128,8 +128,12 @@ def features(said: str, language: Language) -> list[int]:
 
 
 def _features(said: str, language: Language, fitting: _Fitting) -> list[int]:
-    marks = {f"6{k}{mark}" for mark in _marks(*fitting) for k in range(_MARKS)}
-    return numbered(groups_of(said, language) | marks)
+    found, excuses = fitting
+    denied = "~" if excuses - {"idioms"} else ""
+    marks = {f"~{name}" for name in excuses} | {f"={kind}{denied}" for kind in found}
+    marks |= {f"={denied}"} if found else set()
+    repeated = {f"6{k}{mark}" for mark in marks for k in range(_MARKS)}
+    return numbered(groups_of(said, language) | repeated)
 
 
 def _parts(said: str, language: Language) -> list[str]:
@@ -141,13 +145,6 @@ def _parts(said: str, language: Language) -> list[str]:
         return []
     begins = [*range(0, len(units) - size, step), len(units) - size]
     return [(" " if spaced else "").join(units[begin : begin + size]) for begin in begins]
-
-
-def _marks(found: dict[Distress, str], excuses: set[str]) -> set[str]:
-    """Return the names of the features for kinds whose patterns match, and for excuses."""
-    marks = {f"~{name}" for name in excuses}
-    denied = "~" if excuses - {"idioms"} else ""
-    return marks | {f"={kind}{denied}" for kind in found} | ({f"={denied}"} if found else set())
 
 
 @cache
@@ -231,11 +228,8 @@ def _judge(text: str, language: Language) -> Heard | None:
     said = plain(text, language)
     if not said:
         return None
-    model = _model(language)
-    return model(said) if model is not None else _by_patterns(said, language)
-
-
-def _by_patterns(said: str, language: Language) -> Heard | None:
+    if (model := _model(language)) is not None:
+        return model(said)
     found, excuses = _fitting(said, language)
     if excuses - {"idioms"}:
         return None

@@ -86,11 +86,7 @@ class Impression:
         *most, last = [f"'{part.what}'" for part in self.why] or [nothing]
         parts = f"{', '.join(most)} and {last}" if most else last
         if self.distress is not None:
-            return (
-                f"{parts}: distress ({self.distress})"
-                if self.why
-                else f"distress ({self.distress})"
-            )
+            return (f"{parts}: " if self.why else "") + f"distress ({self.distress})"
         if self.worry is not None:
             return f"perhaps distress ({self.worry})"
         return parts if self.feeling is None else f"{parts}: {self.feeling} {self.strength:.2f}"

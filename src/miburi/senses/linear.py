@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 
 from miburi.languages import Language, is_spaced
 
-__all__ = ["groups_of", "load_model", "numbered"]
+__all__ = ["find", "groups_of", "load_model", "numbered", "softmax"]
+
+Likelihoods = NDArray[np.float64]
 
 
 def groups_of(said: str, language: Language) -> set[str]:
@@ -39,9 +41,22 @@ def numbered(groups: Iterable[str]) -> list[int]:
     return sorted({crc32(group.encode()) for group in groups})
 
 
-def load_model(
-    file: Traversable, language: Language
-) -> Callable[[list[int]], NDArray[np.float64]] | None:
+def find(
+    keys: NDArray[np.uint32], numbers: NDArray[np.uint32]
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return which of the numbers are among the sorted keys, and their places there."""
+    place = np.minimum(np.searchsorted(keys, numbers), len(keys) - 1)
+    known = np.flatnonzero(keys[place] == numbers)
+    return known, place[known]
+
+
+def softmax(score: NDArray[np.float64]) -> Likelihoods:
+    """Return the likelihoods, (n,), that the scores are the logarithms of, but for a factor."""
+    odds = np.exp(score - score.max())
+    return np.asarray(odds / odds.sum(), dtype=np.float64)
+
+
+def load_model(file: Traversable, language: Language) -> Callable[[list[int]], Likelihoods] | None:
     """Return a function from groups' numbers to likelihoods, (n,); None where there is no model."""
     with file.open("rb") as opened:
         stored = dict(np.load(opened))
@@ -51,12 +66,8 @@ def load_model(
         stored[f"{language}_{part}"] for part in ("keys", "weights", "scale", "bias")
     )
 
-    def likelihoods(groups: list[int]) -> NDArray[np.float64]:
-        numbers = np.array(groups, dtype=np.uint32)
-        place = np.minimum(np.searchsorted(keys, numbers), len(keys) - 1)
-        place = place[keys[place] == numbers]
-        score = bias + weights[place].sum(axis=0) * scale / np.sqrt(max(len(numbers), 1))
-        odds = np.exp(score - score.max())
-        return np.asarray(odds / odds.sum(), dtype=np.float64)
+    def likelihoods(groups: list[int]) -> Likelihoods:
+        _, place = find(keys, np.array(groups, dtype=np.uint32))
+        return softmax(bias + weights[place].sum(axis=0) * scale / np.sqrt(max(len(groups), 1)))
 
     return likelihoods

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from miburi.languages import Language, is_spaced
+from miburi.senses.linear import Likelihoods, find, softmax
 
 __all__ = ["MARGIN", "agreed", "load_network", "steps_of"]
 
@@ -30,7 +31,6 @@ _WIDTHS = range(1, MARGIN + 1)
 #: would take twice the processor's time without a gain.
 _PIECE = 64
 
-Likelihoods = NDArray[np.float64]
 Floats = NDArray[np.float32]
 
 
@@ -73,15 +73,13 @@ def load_network(
         steps = steps_of(said, language)
         numbers = np.array([number for step in steps for number in step], dtype=np.uint32)
         at = np.repeat(np.arange(len(steps)), [len(step) for step in steps])
-        place = np.minimum(np.searchsorted(known, numbers), len(known) - 1)
-        told = known[place] == numbers
+        told, place = find(known, numbers)
         rows = np.zeros((len(steps) + 2 * MARGIN, vectors.shape[1]), dtype=np.float32)
-        np.add.at(rows, MARGIN + at[told], vectors[place[told]])
+        np.add.at(rows, MARGIN + at[told], vectors[place])
         mean = rows.sum(axis=0) / np.sqrt(max(len(steps), 1))
         found = _strongest(np.hstack([rows @ piece for piece in pieces]), biases)
         score = np.einsum("f,fn->n", np.concatenate([*found, mean]), weights)
-        odds = np.exp(score.astype(np.float64) + bias - (score + bias).max())
-        return np.asarray(odds / odds.sum(), dtype=np.float64)
+        return softmax(score.astype(np.float64) + bias)
 
     return likelihoods
 

@@ -8,9 +8,8 @@ this module.
 import re
 import tomllib
 import unicodedata
-from functools import cache
+from functools import cache, cached_property
 from importlib import resources
-from itertools import compress
 from math import log
 from typing import Annotated
 
@@ -19,16 +18,12 @@ from pydantic import Field
 from miburi.feelings import FEELINGS
 from miburi.feelings.catalogue import FeelingName
 from miburi.feelings.temperament import Share
-from miburi.ground.tables import Table
-from miburi.languages import Language, is_elsewhere
+from miburi.ground.tables import AnyTable, Table
+from miburi.languages import Language, compile_phrases, is_elsewhere
 from miburi.senses.impression import Brought, Impression
 from miburi.senses.text import tokens
 
 __all__ = [
-    "Alarms",
-    "Asked",
-    "Smileys",
-    "Stems",
     "alarm_in",
     "cut_elsewhere",
     "cut_questions",
@@ -43,14 +38,19 @@ _SENTENCE = re.compile(r"[^.!?;\n]+[.!?;\n]*")
 _TONES = "\ufe0f\U0001f3fb-\U0001f3ff"  # characters that only change how an emoji is drawn
 
 
-class Alarms(Table):
+class _Alarms(Table):
     """Cries that show fright: regular expressions over a sentence's words."""
 
     strength: Share
     cries: list[str]
 
+    @cached_property
+    def pattern(self) -> re.Pattern[str]:
+        """All of them, as whole words."""
+        return compile_phrases(self.cries, "en")
 
-class Asked(Table):
+
+class _Asked(Table):
     """Questions about the partner's own feelings, by language, and greetings that go with them."""
 
     en: list[str]
@@ -58,15 +58,31 @@ class Asked(Table):
     ja: list[str]
 
 
-class Smileys(Table):
+class _Smileys(Table):
     """Smileys by feeling: the strength of one that stands alone, and its log-odds next to words."""
 
     alone: Share
     weight: Annotated[float, Field(gt=0, le=20)]
     signs: dict[FeelingName, list[str]]
 
+    @cached_property
+    def feelings(self) -> dict[str, str]:
+        """The feeling of each sign."""
+        return {sign: feeling for feeling, signs in self.signs.items() for sign in signs}
 
-class Stems(Table):
+    @cached_property
+    def pattern(self) -> re.Pattern[str]:
+        """All signs, the longest first; one that begins or ends with a letter is a word there."""
+        either = "|".join(
+            (r"(?<!\w)" if sign[0].isalnum() else "")
+            + re.escape(sign)
+            + (r"(?!\w)" if sign[-1].isalnum() else "")
+            for sign in sorted(self.feelings, key=len, reverse=True)
+        )
+        return re.compile(f"({either})[{_TONES}]*")
+
+
+class _Stems(Table):
     """Parts of Japanese words by feeling, and what negates them."""
 
     strength: Share
@@ -75,61 +91,30 @@ class Stems(Table):
     stems: dict[FeelingName, list[str]]
 
 
-@cache
-def _alarms() -> tuple[float, re.Pattern[str]]:
-    alarms = Alarms.model_validate(_read("alarms.toml"))
-    return alarms.strength, _whole_words(alarms.cries)
+def _shipped(table: type[AnyTable], name: str) -> AnyTable:
+    shipped: AnyTable = _read(table, name)
+    return shipped
 
 
 @cache
-def _compile_questions() -> tuple[re.Pattern[str], re.Pattern[str], re.Pattern[str]]:
-    asked = Asked.model_validate(_read("asked.toml"))
-    english, greetings, japanese = (
-        re.compile("|".join(each)) for each in (asked.en, asked.greetings, asked.ja)
-    )
-    return english, greetings, japanese
-
-
-@cache
-def _smileys() -> tuple[Smileys, dict[str, str], re.Pattern[str]]:
-    table = Smileys.model_validate(_read("smileys.toml"))
-    feelings = {sign: feeling for feeling, signs in table.signs.items() for sign in signs}
-    either = "|".join(
-        (r"(?<!\w)" if sign[0].isalnum() else "")
-        + re.escape(sign)
-        + (r"(?!\w)" if sign[-1].isalnum() else "")
-        for sign in sorted(feelings, key=len, reverse=True)
-    )
-    return table, feelings, re.compile(f"({either})[{_TONES}]*")
-
-
-@cache
-def _stems() -> Stems:
-    return Stems.model_validate(_read("stems-ja.toml"))
-
-
-def _read(name: str) -> dict[str, object]:
-    return tomllib.loads((resources.files(__package__) / name).read_text(encoding="utf-8"))
-
-
-def _whole_words(phrases: list[str]) -> re.Pattern[str]:
-    either = "|".join(f"(?:{phrase})" for phrase in phrases)
-    return re.compile(rf"(?<!\S)(?:{either})(?!\S)")
+def _read(table: type[AnyTable], name: str) -> AnyTable:
+    text = (resources.files(__package__) / f"{name}.toml").read_text(encoding="utf-8")
+    return table.model_validate(tomllib.loads(text))
 
 
 def alarm_in(text: str) -> Impression | None:
     """Return fright if a sentence cries out, warns or calls for help; None for any other."""
-    strength, cries = _alarms()
-    found = _find_undenied(cries, text)
-    if found is None:
-        return None
-    why = Brought(found.group().strip(), round(_odds(strength), 2))
-    return Impression("fright", strength, "speech", (why,))
+    alarms, sentence = _shipped(_Alarms, "alarms"), _plain(text)
+    for match in alarms.pattern.finditer(sentence):
+        if not _DENIED.search(sentence[: match.start()].rstrip()):
+            why = Brought(match.group().strip(), round(_odds(alarms.strength), 2))
+            return Impression("fright", alarms.strength, "speech", (why,))
+    return None
 
 
 def smiley_weight() -> float:
     """Return the evidence of a smiley beside words: log-odds of each feeling against none."""
-    return _smileys()[0].weight
+    return _shipped(_Smileys, "smileys").weight
 
 
 def smileys_alone(text: str) -> Impression | None:
@@ -138,7 +123,7 @@ def smileys_alone(text: str) -> Impression | None:
     if not smileys or any(sign.isalnum() for sign in rest):
         return None
     sign, feeling = next(iter(smileys.items()))
-    strength = _smileys()[0].alone
+    strength = _shipped(_Smileys, "smileys").alone
     return Impression(feeling, strength, "speech", (Brought(sign, round(_odds(strength), 2)),))
 
 
@@ -148,10 +133,9 @@ def cut_smileys(text: str) -> tuple[str, dict[str, str]]:
     >>> cut_smileys("My cat is ill 😢")
     ('My cat is ill  ', {'😢': 'sadness'})
     """
-    _, feelings, pattern = _smileys()
-    text = unicodedata.normalize("NFKC", text)
-    found = {match.group(1): feelings[match.group(1)] for match in pattern.finditer(text)}
-    return pattern.sub(" ", text), found
+    table, text = _shipped(_Smileys, "smileys"), unicodedata.normalize("NFKC", text)
+    found = {sign: table.feelings[sign] for sign in table.pattern.findall(text)}
+    return table.pattern.sub(" ", text), found
 
 
 def cut_elsewhere(text: str, language: Language) -> str:
@@ -172,31 +156,19 @@ def cut_questions(text: str, language: Language) -> str | None:
     >>> cut_questions("Hello! How are you? I am sad.", "en")
     'I am sad.'
     """
-    english, greetings, japanese = _compile_questions()
     if language not in ("en", "ja"):
         return None
+    table = _shipped(_Asked, "asked")
     if language == "ja":
         text = unicodedata.normalize("NFKC", text)
-        rest = japanese.sub("", text)
+        rest = re.sub("|".join(table.ja), "", text)
         return None if rest == text else rest
-    sentences = _SENTENCE.findall(text)
-    said = [_plain(each) for each in sentences]
-    asked = [english.fullmatch(each) is not None for each in said]
-    if not any(asked):
+    asked, greetings = "|".join(table.en), "|".join(table.greetings)
+    sentences = [(each, _plain(each)) for each in _SENTENCE.findall(text)]
+    unasked = [(each, said) for each, said in sentences if not re.fullmatch(asked, said)]
+    if unasked == sentences:
         return None
-    beside = [
-        not asks and not greetings.fullmatch(each) for each, asks in zip(said, asked, strict=True)
-    ]
-    return "".join(compress(sentences, beside)).strip()
-
-
-def _find_undenied(phrases: re.Pattern[str], text: str) -> re.Match[str] | None:
-    """Return the first phrase that stands in a sentence without being negated."""
-    sentence = _plain(text)
-    for match in phrases.finditer(sentence):
-        if not _DENIED.search(sentence[: match.start()].rstrip()):
-            return match
-    return None
+    return "".join(each for each, said in unasked if not re.fullmatch(greetings, said)).strip()
 
 
 def _plain(text: str) -> str:
@@ -206,7 +178,7 @@ def _plain(text: str) -> str:
 
 def stems_in(text: str) -> Impression:
     """Return the feeling that the stems and smileys of a Japanese sentence show."""
-    (text, smileys), table = cut_smileys(text), _stems()
+    (text, smileys), table = cut_smileys(text), _shipped(_Stems, "stems-ja")
     denial = re.compile(table.denial)
     places: dict[str, dict[int, str]] = {}
     for feeling, stems in table.stems.items():

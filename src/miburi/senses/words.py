@@ -31,6 +31,7 @@ from numpy.typing import NDArray
 from miburi.languages import FALLBACK, Language, common_words, language_of
 from miburi.senses.distress import Doubt, judge_distress
 from miburi.senses.impression import Brought, Impression
+from miburi.senses.linear import find, softmax
 from miburi.senses.phrases import (
     alarm_in,
     cut_elsewhere,
@@ -94,10 +95,7 @@ class WordTable:
 
     def look_up(self, numbers: list[int]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Return which of the numbers are known, and their places in the table."""
-        wanted = np.array(numbers, dtype=np.uint32)
-        place = np.minimum(np.searchsorted(self.keys, wanted), len(self.keys) - 1)
-        known = np.flatnonzero(self.keys[place] == wanted)
-        return known, place[known]
+        return find(self.keys, np.array(numbers, dtype=np.uint32))
 
     def row(self, place: NDArray[np.intp]) -> Array:
         """Return the weights of some keys, (…, 9), which are stored as signed square roots."""
@@ -144,9 +142,7 @@ class Model:
 
     def probabilities(self, evidence: Array) -> Array:
         """Return how likely each label is, (9,)."""
-        score = self.bias + evidence.sum(axis=0)
-        odds = np.exp(score - score.max())
-        return np.asarray(odds / odds.sum())
+        return softmax(self.bias + evidence.sum(axis=0))
 
 
 @cache

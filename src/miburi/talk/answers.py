@@ -99,8 +99,8 @@ class Answerer:
 
     def __init__(self, seed: int = 0) -> None:
         self._random = np.random.default_rng(seed)
-        self._recent: deque[str] = deque(maxlen=UNREPEATED)
-        self._times: Counter[str] = Counter()
+        self._times: Counter[str] = Counter()  # of each sentence
+        self._when: dict[str, int] = {}  # each was said last, counted in sentences
         self._of_others = _OF_OTHERS  # turns since it spoke of itself
         self._last = ""
         self._stays: Match | None = None
@@ -117,13 +117,14 @@ class Answerer:
         if asks := told_before(said, words)[1]:
             # An example: "Will you remember something for me, the milk is running low"
             found += words.intents_of(asks, filled, do="remember")
-        return found or ([] if words.is_heavy(said) else list(words.orders_of(said)))
+        return found or ([] if words.fits("heavy", said) else list(words.orders_of(said)))
 
     def _further(self, said: str, words: Script) -> dict[str, str]:
         """Return slots: ``itself`` if it is about the partner, ``told`` for a follow-up."""
-        itself = {"itself": ""} if words.asks_about_it(said) else {}
-        goes_on = self._recalled is not None and words.asks_further(said)
-        return itself | ({"told": self._recalled} if goes_on and self._recalled else {})
+        itself = {"itself": ""} if words.fits("itself", said) else {}
+        if self._recalled and words.fits("further", said):
+            return itself | {"told": self._recalled}
+        return itself
 
     def _fun(self) -> list[str]:
         """Return the slot for what the partner has lately done for fun, if anything."""
@@ -159,7 +160,7 @@ class Answerer:
         slots = _time(words, now) | {"last": self._last or "…"}
         slots |= self._further(said, words) | dict(known or {})
         match, glad = self._meant(said, words, slots)
-        heavy = words.is_heavy(said)
+        heavy = words.fits("heavy", said)
         felt = None if heavy and felt in _GLAD else felt  # it does not speak of its own joy then
         topics = sayable(words.topics_of(said), slots)
         rambles = len(said.split()) > _RAMBLES
@@ -176,7 +177,7 @@ class Answerer:
         again, match = kept_to is not match, kept_to
         text = echo = None
         if match is not None:
-            back = match.cue.echo and not words.may_be_grave(said)
+            back = match.cue.echo and not words.fits("grave", said)
             echo = words.turner.echo(said) if back else None
             lines = words.says_again(match.cue, said) if again else match.cue.say
             text = self._choose(lines, slots | about(match), always=True)
@@ -192,7 +193,7 @@ class Answerer:
         if text is None:
             # While somebody tells a story or speaks of people, the partner does not speak of
             # itself.
-            idle = is_short(said, words) and not words.tells_of_people(said)
+            idle = is_short(said, words) and not words.fits("people", said)
             text = self._remark(words, felt if idle else None, slots)
         cue = match.cue if match else None
         self._recalled = slots.get("told") if cue is not None and cue.do == "recall" else None
@@ -296,12 +297,9 @@ class Answerer:
         return text if more is None else f"{text} {more}"
 
     def _remark(self, words: Script, felt: str | None, slots: dict[str, str]) -> str:
-        own = self._own(felt)
-        rows = (words.feelings.lines("none", own), words.feelings.lines("none", None))
-        for row in rows:
-            if text := self._choose(row, slots):
-                return text
-        return self._choose(rows[1], slots, always=True) or "…"
+        text = self._choose(words.feelings.lines("none", self._own(felt)), slots)
+        usual = words.feelings.lines("none", None)
+        return text or self._choose(usual, slots, always=True) or "…"
 
     def _own(self, felt: str | None) -> str | None:
         """Return what it may say of itself; after that, it speaks of the person for a while."""
@@ -316,22 +314,20 @@ class Answerer:
     ) -> str | None:
         """Return the sentence that was said least often, but not of late; None if there is none."""
         known = [line for line in lines if slots_in(line) <= slots.keys()]
-        fresh = [line for line in known if line not in self._recent]
+        now = self._times.total()
+        recent = {line for line, when in self._when.items() if now - when <= UNREPEATED}
+        fresh = [line for line in known if line not in recent]
         if not fresh and always and known:
-            fresh = [min(known, key=lambda line: (self._times[line], self._order(line)))]
+            fresh = [min(known, key=lambda line: (self._times[line], self._when[line]))]
         if not fresh:
             return None
         fewest = min(self._times[line] for line in fresh)
         rarest = [line for line in fresh if self._times[line] == fewest]
         line = rarest[int(self._random.integers(len(rarest)))]
-        self._recent.append(line)
+        self._when[line] = now
         self._times[line] += 1
         text = line.format(**slots)
         return text[:1].upper() + text[1:]
-
-    def _order(self, line: str) -> int:
-        """Return the position of a sentence among the recent ones."""
-        return max((n for n, one in enumerate(self._recent) if one == line), default=-1)
 
 
 def _suits(topic: Match, *, heavy: bool, rambles: bool) -> bool:

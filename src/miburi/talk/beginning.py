@@ -1,7 +1,6 @@
 """Let the partner speak first: every few seconds it checks for a reason, and seldom speaks."""
 
 import asyncio
-import json
 from collections.abc import Callable
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -116,12 +115,9 @@ class Beginning:
 
 def _read(path: Path | None) -> Manners:
     """Read the settings from a file; without a valid one, the partner never speaks first."""
-    if path is None:
-        return Manners()
-    try:
-        return Manners.model_validate(json.loads(path.read_text(encoding="utf-8")))
-    except FileNotFoundError:
-        return Manners()
-    except (OSError, ValueError, RecursionError, ValidationError) as error:
-        log_once(f"{path} cannot be read, so the partner will not speak first", error)
-        return Manners()
+    if path is not None and path.exists():
+        try:
+            return Manners.model_validate_json(path.read_bytes())
+        except (OSError, ValidationError) as error:
+            log_once(f"{path} cannot be read, so the partner will not speak first", error)
+    return Manners()

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from miburi.ground.tables import Table
-from miburi.languages import Language, compile_phrases
+from miburi.languages import Language, compile_phrases, is_spaced, plain
 
 __all__ = ["Calendar", "Sign"]
 
@@ -29,19 +29,17 @@ class Calendar(Table):
         Words for the time: weekdays from Monday, months from January; ``days`` maps words such as
         "tomorrow" to a number of days.
     away
-        How to say how far away a day is: today, tomorrow, or {days} days away. By default it is
-        empty, and that is never said.
+        How to say how far away a day is: today, tomorrow, or {days} days away.
     ordinals, dated
         Ordinal names of the days of a month, from the first, and regular expressions of a {day} of
-        a {month} that use them. By default there are none, and only digits are understood.
+        a {month} that use them. Without them, only digits are understood.
     later
         Regular expressions with a weekday in them ("a week on {day}"), and how many days after that
         weekday they mean.
     times, numbers, afternoon, span
         Regular expressions of a time of day (groups ``hour``, ``past`` and ``to`` for minutes, and
         ``half`` of the day); the numbers for number words; the word for the half of the day after
-        noon, such as "pm"; and how to say how long it is until that time. Without ``times``, the
-        partner never says that.
+        noon, such as "pm"; and how to say how long it is until that time.
     sums
         Regular expressions of the words between two numbers, by operation.
     """
@@ -73,6 +71,27 @@ class Calendar(Table):
     @cached_property
     def _times(self) -> list[re.Pattern[str]]:
         return [compile_phrases([each], self.language, self.words) for each in self.times]
+
+    @cached_property
+    def plain_days(self) -> list[tuple[re.Pattern[str], int]]:
+        """Patterns of the words in ``days``, the longest first, and the days until then."""
+        words = sorted(self.days, key=len, reverse=True)
+        return [(self._word(plain(word, self.language)), self.days[word]) for word in words]
+
+    @cached_property
+    def plain_weekdays(self) -> list[tuple[re.Pattern[str], str]]:
+        """Patterns of the weekdays, from Monday, and their plain names."""
+        spaced = is_spaced(self.language)
+        names = [name if spaced else name.removesuffix("日") for name in self.weekdays]
+        return [(self._word(name), name) for name in (plain(each, self.language) for each in names)]
+
+    @cached_property
+    def plain_months(self) -> list[str]:
+        """The plain names of the months, from January."""
+        return [plain(name, self.language) for name in self.months]
+
+    def _word(self, word: str) -> re.Pattern[str]:
+        return compile_phrases([re.escape(word)], self.language)
 
     def day_of(self, when: datetime) -> str:
         """Return a date as the language writes it."""

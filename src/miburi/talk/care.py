@@ -10,7 +10,7 @@ import tomllib
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field, TypeAdapter
 
@@ -61,22 +61,17 @@ class WordsOfCare(Table):
     ----------
     unknown, listener
         Words to use when no emergency number, or no helpline, is known for the region.
-    after
-        Lines for the ten minutes after words of distress, used in turn.
-    ask, yes
-        Questions about possible distress, by kind, and regular expressions for a yes.
-    wonder, no
-        Questions after a slight sign of distress, and regular expressions for a no. In a language
-        without a model of distress, ``ask``, ``yes``, ``wonder`` and ``no`` are empty.
+    help, after
+        Advice, by kind of distress, and lines for the ten minutes afterwards, used in turn.
+    ask, yes, wonder, no
+        Questions about possible distress, by kind, and regular expressions for a yes; questions
+        after a slight sign, and regular expressions for a no. They are empty in a language without
+        a model of distress.
     untrue, besides, misheard
         Regular expressions of clauses that say that nothing has happened, and of harmless clauses
         after them; and the replies.
-    words
-        Parts that the expressions of ``untrue`` share.
-    help
-        Advice, by kind of distress.
-    never
-        Regular expressions of what no language model may say.
+    never, words
+        Regular expressions of what no language model may say; parts that expressions share.
     """
 
     unknown: str
@@ -153,12 +148,12 @@ def find_region(name: str) -> str:
 
 def agrees(text: str, language: Language) -> bool:
     """Whether a reply confirms that somebody needs help."""
-    return find_phrase(_yes(language), plain(text, language), language) is not None
+    return find_phrase(_pattern("yes", language), plain(text, language), language) is not None
 
 
 def denies(text: str, language: Language) -> bool:
     """Whether a reply says that somebody is not all right."""
-    return find_phrase(_no(language), plain(text, language), language) is not None
+    return find_phrase(_pattern("no", language), plain(text, language), language) is not None
 
 
 def takes_back(text: str, language: Language) -> bool:
@@ -168,7 +163,7 @@ def takes_back(text: str, language: Language) -> bool:
     """
     if "?" in text or "？" in text:  # "Do you think it is a joke?"
         return False
-    untrue, besides = _untrue(language)
+    untrue, besides = _pattern("untrue", language), _pattern("besides", language)
     said = [words for each in _CLAUSE.findall(text) if (words := plain(each, language))]
     while said and besides.fullmatch(said[-1]):
         said.pop()
@@ -178,7 +173,7 @@ def takes_back(text: str, language: Language) -> bool:
 def may_be_said(text: str) -> bool:
     """Whether a language model's words may be spoken: no distress, nothing harmful or hurtful."""
     languages = {language_of(text), FALLBACK}
-    harm = any(find_phrase(_unsayable(each), plain(text, each), each) for each in languages)
+    harm = any(find_phrase(_pattern("never", each), plain(text, each), each) for each in languages)
     return not harm and hear_distress(text) is None
 
 
@@ -197,22 +192,8 @@ def regions() -> dict[str, Numbers]:
 
 
 @cache
-def _yes(language: Language) -> re.Pattern[str]:
-    return compile_phrases(words_of_care(language).yes or ["(?!)"], language)
-
-
-@cache
-def _no(language: Language) -> re.Pattern[str]:
-    return compile_phrases(words_of_care(language).no or ["(?!)"], language)
-
-
-@cache
-def _untrue(language: Language) -> tuple[re.Pattern[str], re.Pattern[str]]:
+def _pattern(
+    name: Literal["yes", "no", "untrue", "besides", "never"], language: Language
+) -> re.Pattern[str]:
     words = words_of_care(language)
-    untrue = compile_phrases(words.untrue, language, words.words)
-    return untrue, compile_phrases(words.besides, language)
-
-
-@cache
-def _unsayable(language: Language) -> re.Pattern[str]:
-    return compile_phrases(words_of_care(language).never, language)
+    return compile_phrases(getattr(words, name) or ["(?!)"], language, words.words)

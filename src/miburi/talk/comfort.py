@@ -139,7 +139,7 @@ class Comfort:
         words = script(language)
         known = any(not (match.cue.broad or match.cue.aside) for match in wanted)
         asks = words.asks(said)
-        stays, people = self._since < _STAYS, words.tells_of_people(said)
+        stays, people = self._since < _STAYS, words.fits("people", said)
         other = asks and ((known and not stays) or (not people and (known or not stays)))
         acts = any(match.cue.acts for match in wanted)
         # Whoever asks "Do you know any jokes?" was misheard, or the distress is over.

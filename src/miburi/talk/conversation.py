@@ -14,7 +14,6 @@ import asyncio
 import json
 from collections import deque
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Any
 
 import httpx
@@ -27,7 +26,7 @@ from miburi.talk.endpoint import KEY, Endpoint, OvertakenError
 from miburi.talk.replies import Content, read_reply
 from miburi.version import __version__
 
-__all__ = ["LARGEST_REPLY", "PATIENCE", "Conversation", "Reply"]
+__all__ = ["LARGEST_REPLY", "PATIENCE", "Conversation"]
 
 #: After this time, s, the partner uses its own answer; it is shorter than the 10 s that Miburi's
 #: client waits.
@@ -54,14 +53,15 @@ in one or two short sentences, without emojis and markup. Write one JSON object 
 feel at the person's words: {", ".join(FEELINGS)} or {_NONE}. strength is how strongly, from 0 to \
 1."""
 
+_FIELDS = {
+    "reply": {"type": "string"},
+    "feeling": {"type": "string", "enum": [*FEELINGS, _NONE]},
+    "strength": {"type": "number"},
+}
 _SCHEMA = {
     "type": "object",
-    "properties": {
-        "reply": {"type": "string"},
-        "feeling": {"type": "string", "enum": [*FEELINGS, _NONE]},
-        "strength": {"type": "number"},
-    },
-    "required": ["reply", "feeling", "strength"],
+    "properties": _FIELDS,
+    "required": [*_FIELDS],
     "additionalProperties": False,
 }
 _FORMAT = {
@@ -76,14 +76,6 @@ _HINTS = {
     403: f"the server rejects the key in {KEY}",
     404: "the server does not know the model; look at --model, and at --talk's path",
 }
-
-
-@dataclass(frozen=True)
-class Reply:
-    """The partner's sentence, and its feeling about the person's words; None for no feeling."""
-
-    text: str
-    stimulus: Stimulus | None
 
 
 class _Message(BaseModel):
@@ -134,7 +126,7 @@ class Conversation:
         if self._thinking is not None:
             self._thinking.cancel()
 
-    async def reply(self, said: str, felt: Iterable[Stimulus], state: State) -> Reply | None:
+    async def reply(self, said: str, felt: Iterable[Stimulus], state: State) -> Content | None:
         """Return a reply, or None if none has come in time; then ``trouble`` says why.
 
         Parameters
@@ -169,9 +161,7 @@ class Conversation:
             self.trouble = "a reply that it must not say."
             return None
         self._remember(said, content)
-        feeling, strength = content.feeling, content.strength
-        felt_at_it = Stimulus(feeling, strength, "talk") if feeling and strength > 0 else None
-        return Reply(content.text, felt_at_it)
+        return content
 
     def answered(self, answer: str) -> None:
         """Remember what the partner answered by itself, so that the model can follow the talk."""

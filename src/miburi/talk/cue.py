@@ -1,74 +1,61 @@
-"""A cue: something that people say, and the answers to it."""
+"""A cue: something that people say, and the answers to it; and the answers to a feeling."""
 
 from collections.abc import Container
 from functools import cached_property
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple, Self
 
-from pydantic import Field
+from pydantic import Field, RootModel, model_validator
 
 from miburi.feelings.catalogue import FeelingName
 from miburi.ground.tables import Table
 from miburi.talk.moves import MOVES
 
-__all__ = ["Cue", "Do", "Line", "Match"]
+__all__ = ["Answers", "Cue", "Do", "Line", "Lines", "Match"]
 
 #: What a cue does besides its answer.
 Do = Literal["stop", "repeat", "name", "remember", "amend", "recall", "forget"]
 #: A sentence that can be said.
 Line = Annotated[str, Field(min_length=1, max_length=160)]
+Lines = Annotated[list[Line], Field(min_length=2)]
 
 
 class Cue(Table):
-    """Something that people say, and the answers to it.
+    """Something that people say, and the answers to it; ``talk.toml`` shows how they are written.
 
     Attributes
     ----------
-    name
-        What is meant, such as ``greeting``.
-    when
-        Regular expressions over a sentence's plain words; the group ``it`` captures the subject.
-        None where only :mod:`miburi.talk.asking` finds it.
-    say
-        Answers, with slots such as ``{it}``.
-    do
-        What else happens, besides the answer.
-    move, show
-        A move of ``moves.toml``, or the gesture of a feeling, that is performed.
-    look
-        Where it looks.
+    name, when
+        What is meant, such as ``greeting``, and regular expressions over a sentence's plain words;
+        the group ``it`` captures the subject. Without any, only :mod:`miburi.talk.asking` finds it.
+    say, echo
+        Answers, with slots such as ``{it}``; whether the partner first repeats the question,
+        because the answer is a general one.
+    do, move, show, look, tune
+        What comes with the answer: an act, a move of ``moves.toml``, the gesture of a feeling, a
+        direction to look in, [Hz, s] notes that a page plays instead of the words.
     stays
         The number of turns in which words may still refer to this cue. If it is 1, a question that
         matches the script's ``again`` refers to this cue, unless the question asks for an act. If
         it is more, words that match ``more`` do.
-    broad
-        Whether its patterns are broad, so that :mod:`miburi.talk.asking` may overrule them.
-    echo
-        Whether the partner first repeats the question, because the answer is a general one.
-    light
+    broad, aside
+        Whether :mod:`miburi.talk.asking` may overrule its broad patterns, and whether it gives way
+        to a question or a request in another sentence.
+    light, heavy
         Whether a wrong match would be out of place: the model must be surer than elsewhere, and
-        ``heavy`` words rule this cue out.
-    mine
-        Whether this topic applies only if the speaker speaks of themselves.
-    heavy
-        Whether this topic is taken up even if a greeting or thanks came before it.
+        ``heavy`` words rule this cue out. Whether a topic is taken up even after a greeting or
+        thanks.
+    mine, capital
+        Whether this topic needs words about the speaker, and its subject a capital, as a name has.
     wish
         Whether it can be requested without a question ("Keep me company"), although it triggers no
         movement. A wrong match would do no harm.
-    aside
-        Whether it gives way to a question or a request in another sentence.
-    capital
-        Whether its subject must be written with a capital, as a name is.
     without, within
         Names of a slot that must be empty, and of one that must be filled. Once the speaker's name
         is known, "it is Toby" does not change it; "I do not get it" is about a joke only after a
         joke (``after_joke``).
-    named
+    named, refers
         Regular expression of words that name this cue's act, so that a later "do it" means this
-        cue.
-    refers
-        Whether this cue refers to an act that was named recently, as "do it" does.
-    tune
-        [Hz, s] notes that a page plays instead of the words.
+        cue; and whether this cue is such a "do it".
     """
 
     name: Annotated[str, Field(pattern=r"^[a-z][a-z_]*$")]
@@ -124,3 +111,31 @@ class Match(NamedTuple):
     cue: Cue
     words: str | None
     it: str | None
+
+
+class Answers(
+    RootModel[
+        dict[
+            FeelingName | Literal["none", "any", "asked"],
+            dict[FeelingName | Literal["any"], Lines],
+        ]
+    ]
+):
+    """Sentences by the feeling that was heard, then by what the partner feels."""
+
+    @model_validator(mode="after")
+    def _check_complete(self) -> Self:
+        missing = [name for name in ("none", "any", "asked") if name not in self.root]
+        missing += [f"{heard}.any" for heard, row in self.root.items() if "any" not in row]
+        if missing:
+            raise ValueError(f"{', '.join(missing)} is missing; it answers what has no other row")
+        for heard, row in self.root.items():
+            for felt, lines in row.items():
+                if len(set(lines)) < len(lines):
+                    raise ValueError(f"{heard}.{felt} has a sentence twice; keep one")
+        return self
+
+    def lines(self, heard: str | None, felt: str | None) -> list[str]:
+        """Return the sentences for the feeling heard and the one felt; either may be None."""
+        row = self.root.get(heard or "none", self.root["any"])
+        return row.get(felt or "any", row["any"])

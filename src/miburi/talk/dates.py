@@ -3,7 +3,7 @@
 import re
 from datetime import datetime, time, timedelta
 
-from miburi.languages import Language, compile_phrases, is_spaced, plain
+from miburi.languages import Language, compile_phrases, plain
 from miburi.talk.script import Script, script
 
 __all__ = ["away", "date_of", "due_of", "local_time"]
@@ -25,17 +25,15 @@ def due_of(said: str, language: Language, now: datetime) -> datetime | None:
     '2026-11-29'
     """
     words, text = script(language), plain(said, language)
-    days = [word for word, _ in sorted(words.days.items(), key=lambda item: -len(item[0]))]
-    for word in days:
-        if _has(text, plain(word, language), language):
-            return _morning(now + timedelta(days=words.days[word]))
-    for weekday, name in enumerate(words.weekdays):
-        short = plain(name if is_spaced(language) else name.removesuffix("日"), language)
-        if _has(text, short, language):
-            wait = (weekday - now.weekday() - 1) % 7 + 1 + _later(text, short, words)
+    for pattern, days in words.plain_days:
+        if pattern.search(text):
+            return _morning(now + timedelta(days=days))
+    for weekday, (pattern, name) in enumerate(words.plain_weekdays):
+        if pattern.search(text):
+            wait = (weekday - now.weekday() - 1) % 7 + 1 + _later(text, name, words)
             return _morning(now + timedelta(days=wait))
-    for month, name in enumerate(words.months, 1):
-        if day := _day_of(plain(name, language), text, words):
+    for month, name in enumerate(words.plain_months, 1):
+        if day := _day_of(name, text, words):
             return _next(now, month, day)
     return None
 
@@ -60,8 +58,10 @@ def away(said: str, told: str | None, language: Language, now: datetime) -> str 
     >>> away("How long till she comes?", "She comes at half two.", "en", datetime(2026, 11, 25, 10))
     '4 hours and 30 minutes away'
     """
-    if told and not due_of(said, language, now) and _same_time(said, told, language, now):
-        said = ""  # "nine fifteen" is the one that was told: "at nine fifteen tomorrow"
+    if told and not due_of(said, language, now):
+        left = _left(said, language, now)
+        if left is not None and left == _left(told, language, now):
+            said = ""  # "nine fifteen" is the one that was told: "at nine fifteen tomorrow"
     for text in (said, told or ""):
         if due := due_of(text, language, now):
             days = (due.date() - now.date()).days
@@ -93,11 +93,6 @@ def _left(said: str, language: Language, now: datetime) -> timedelta | None:
     return None
 
 
-def _same_time(said: str, told: str, language: Language, now: datetime) -> bool:
-    left = _left(said, language, now)
-    return left is not None and left == _left(told, language, now)
-
-
 def _span(left: timedelta, language: Language) -> str:
     words, minutes = script(language).span, round(left.total_seconds() / 60)
     parts: list[str] = []
@@ -105,15 +100,6 @@ def _span(left: timedelta, language: Language) -> str:
         if n or (unit == "minute" and not parts):
             parts.append(words[unit if n == 1 else f"{unit}s"].format(n=n))
     return words["away"].format(span=words["and"].join(parts))
-
-
-def _has(text: str, word: str, language: Language) -> bool:
-    edges = (r"(?<!\S)", r"(?!\S)") if is_spaced(language) else ("", "")
-    return re.search(edges[0] + re.escape(word) + edges[1], text) is not None
-
-
-def _without(text: str, place: int, name: str) -> str:
-    return text[:place] + " " + text[place + len(name) :]
 
 
 def _later(text: str, weekday: str, words: Script) -> int:
@@ -131,7 +117,7 @@ def _day_of(month: str, text: str, words: Script) -> int | None:
     for day, name in reversed([*enumerate(words.ordinals, 1)]):  # "twenty first" before "first"
         if compile_phrases(words.dated, words.language, {"day": name, "month": month}).search(text):
             return day
-    found = _NUMBER.search(_without(text, place, month))
+    found = _NUMBER.search(f"{text[:place]} {text[place + len(month) :]}")
     return found and int(found.group(1))
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import chain
+from operator import itemgetter
 from string import Formatter
 
 from miburi.languages import compile_phrases, plain
@@ -51,14 +52,14 @@ def settled(
 
 def named_in(said: str, words: Script) -> Cue | None:
     """Return the last act named in a remark that the partner can perform."""
-    text, last = plain(said, words.language), 0
-    named = None
-    for cue in words.intent:
-        pattern = cue.named and compile_phrases([cue.named], words.language)
-        for found in pattern.finditer(text) if pattern else ():
-            if found.end() > last:
-                last, named = found.end(), cue
-    return named
+    text = plain(said, words.language)
+    ends = [
+        (found.end(), cue)
+        for cue in words.intent
+        if cue.named
+        for found in compile_phrases([cue.named], words.language).finditer(text)
+    ]
+    return max(ends, key=itemgetter(0), default=(0, None))[1]
 
 
 def sayable(matches: Iterable[Match], slots: dict[str, str]) -> Iterator[Match]:

@@ -3,8 +3,8 @@
 import re
 
 from miburi.languages import is_spaced
+from miburi.talk.asking import tells_a_fact
 from miburi.talk.script import Script
-from miburi.talk.telling import tells_a_fact
 
 __all__ = ["SIGNS", "announces", "facts_in", "is_short", "told_before"]
 
@@ -35,7 +35,7 @@ def told_before(said: str, words: Script) -> tuple[str, str, str]:
     if not after and announced:
         after = "".join(clauses[places[0] + 1 :]).strip(SIGNS)
     polite = any(match.cue.aside for match in words.intents_of(after))
-    heavy = words.is_heavy(after) and not announced
+    heavy = words.fits("heavy", after) and not announced
     if polite or words.asks(after) or heavy or is_short(after, words):
         after = ""
     before = "" if is_short(before, words) else _INTERJECTED.sub("", before)
@@ -51,7 +51,7 @@ def facts_in(said: str, words: Script) -> list[str]:
     facts: list[str] = []
     last = False  # whether the sentence before this one is a fact
     for each in sentences:
-        if last and words.belongs_to(each):
+        if last and words.fits("belongs", each):
             facts[-1] += f" {each}"
         elif last := words.tells(each):
             facts.append(each)

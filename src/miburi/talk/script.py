@@ -11,14 +11,11 @@ from typing import Annotated, get_args
 from pydantic import Field
 
 from miburi.languages import Language, compile_phrases, is_spaced, plain, read
-from miburi.talk.asking import NOTHING, asked_for
+from miburi.talk.asking import NOTHING, asked_for, tells_a_fact
 from miburi.talk.calendar import Calendar
-from miburi.talk.cue import Cue, Do, Line, Match
+from miburi.talk.cue import Answers, Cue, Do, Line, Lines, Match
 from miburi.talk.initiative import Reason
-from miburi.talk.lines import Answers, Lines
-from miburi.talk.telling import tells_a_fact
-from miburi.talk.turning import Turner
-from miburi.talk.wording import as_written
+from miburi.talk.wording import Turner, as_written
 
 __all__ = ["OPEN", "Script", "script"]
 
@@ -41,25 +38,21 @@ _WHOLE = re.compile(r"[^.!?。！？\n]+[.!?。！？]*")
 class Script(Calendar):
     """One language's ``talk.toml``, with the fields of a calendar.
 
+    A regular expression that is missing matches nothing, or anything where that is the safe guess.
+
     Attributes
     ----------
     turned, echoed, echo
         The data of a :class:`Turner`; by default it echoes no question.
-    intent
-        What is wanted of the partner, the most urgent first.
-    feelings
-        Answers to a feeling that was heard.
-    topic
-        Topics of conversation.
-    again
-        Regular expression for words that refer to what was said before; none by default.
-    itself
-        Likewise for a question about the partner.
-    further
-        Likewise for a question that goes on about what was just recalled ("And which was it?").
+    intent, topic, feelings
+        What is wanted of the partner, the most urgent first; topics of conversation; answers to a
+        feeling that was heard.
+    again, itself, further
+        Regular expressions for words that refer to what was said before, for a question about the
+        partner, and for one that goes on about what was just recalled ("And which was it?").
     more, enough
         The same for requests to repeat what was done for fun, and for remarks by somebody who wants
-        no more of it. By default the latter match everything, so that the model is not asked.
+        no more of it.
     repeated, altered, alters
         Answers when a movement or a song is repeated; answers when somebody wants it done another
         way; and the regular expression of such a wish ("again, but slower").
@@ -70,19 +63,14 @@ class Script(Calendar):
         Regular expression for remarks that contain the words of an order but are none ("Why do you
         look up?", "Do not dance yet").
     grave, heavy, people, oneself
-        Four more regular expressions. ``grave`` matches words of a question that may be grave;
-        ``heavy`` matches words that rule out a ``light`` answer (by default none). ``people`` is
-        for remarks about people and for calls ("Hello?"), ``oneself`` for words about the speaker
-        (by default, any words).
+        The same for words of a question that may be grave, for words that rule out a ``light``
+        answer, for remarks about people and for calls ("Hello?"), for words about the speaker.
     fact, question, belongs
-        Regular expressions of sentences that tell something to remember, of questions, and of a
-        sentence that belongs to the fact before it (none by default).
-    begin
-        What the partner says when it speaks first, for each reason.
-    stopped, paused
-        What is said where the body cannot move.
-    gentle
-        Answers to ``heavy`` words that have no other answer; if it is missing, the usual answers.
+        The same for sentences that tell something to remember, for questions, and for a sentence
+        that belongs to the fact before it.
+    begin, stopped, paused, gentle
+        What the partner says when it speaks first, for each reason; when the body cannot move; and
+        in answer to ``heavy`` words that have no other answer (by default, the usual answers).
     likely
         The least likelihood of a question's intent that only the model finds.
     """
@@ -149,7 +137,7 @@ class Script(Calendar):
 
     def topics_of(self, said: str) -> Iterator[Match]:
         """Yield the topics of what was said."""
-        mine = self._fits("oneself", said)
+        mine = self.fits("oneself", said)
         return self._find([one for one in self._topics if mine or not one[0].mine], said)
 
     def _find(self, cues: list[tuple[Cue, re.Pattern[str]]], said: str) -> Iterator[Match]:
@@ -183,7 +171,8 @@ class Script(Calendar):
             name: compile_phrases(each, self.language, self.words) for name, each in written.items()
         }
 
-    def _fits(self, name: str, said: str) -> bool:
+    def fits(self, name: str, said: str) -> bool:
+        """Return whether a remark fits the regular expression of a field, such as ``heavy``."""
         return self._says(name, plain(said[:_READ], self.language))
 
     def _says(self, name: str, words: str) -> bool:
@@ -204,20 +193,20 @@ class Script(Calendar):
         if not asking or (than is not None and not than.cue.broad):
             return
         plainly = not (felt or told)
-        if self.may_be_grave(said):
+        if self.fits("grave", said):
             yield from (Match(cue, None, None) for cue in self._named.get("grave", ()) if plainly)
             return
         found = [asked_for(each, self.language) for each in asking]
         name, likely = max(found, key=lambda each: each[1] * (each[0] != NOTHING))
         for cue in self._named.get(name, ()):
-            wanted = not (cue.orders and self._fits("unwanted", said))
+            wanted = not (cue.orders and self.fits("unwanted", said))
             guessed = cue.echo or {"told", "kept"} & {cue.within, cue.without}
             least = _GUESSED if guessed else _SURE if cue.light else self.likely
             if not plainly:
                 least = _ORDERED if cue.wish else _SURE
             if wanted and likely > least:
                 yield Match(cue, None, None)
-        plainly = plainly or self.asks_about_it(said)
+        plainly = plainly or self.fits("itself", said)
         # "Twenty-seven patients, can you imagine" asks nothing.
         plainly = plainly and (not self.echoed or self.asks_clearly(said))
         if plainly and than is None and not _is_brief(said[:_READ], self.language):
@@ -232,7 +221,7 @@ class Script(Calendar):
         whole = [*_WHOLE.findall(text), text]
         parts = [*whole, *_CLAUSE.findall(text)]
         for each in parts:
-            if self.asks(each) or self._fits("unwanted", each):
+            if self.asks(each) or self.fits("unwanted", each):
                 continue
             name, likely = asked_for(each, self.language)
             # "I used to lift both arms" tells something, but orders nothing.
@@ -251,11 +240,7 @@ class Script(Calendar):
 
     def asks(self, said: str) -> bool:
         """Return whether something is put as a question."""
-        return _is_written_as_a_question(said) or self._fits("question", said)
-
-    def may_be_grave(self, said: str) -> bool:
-        """Return whether a question has a word that may be grave."""
-        return self._fits("grave", said)
+        return _is_written_as_a_question(said) or self.fits("question", said)
 
     def asks_clearly(self, said: str) -> bool:
         """Return whether a remark ends with a question mark, or can be echoed as a question."""
@@ -263,76 +248,51 @@ class Script(Calendar):
 
     def reword(self, said: str) -> str:
         """Return a remark in standard form, such as "Do you like dogs?"."""
-        for pattern, instead in self._rephrased:
-            said = pattern.sub(instead, said)
+        for pattern, instead in self.rephrased.items():
+            said = re.sub(pattern, instead, said, flags=re.IGNORECASE)
         return said
-
-    @cached_property
-    def _rephrased(self) -> list[tuple[re.Pattern[str], str]]:
-        return [(re.compile(each, re.IGNORECASE), to) for each, to in self.rephrased.items()]
 
     def says_again(self, cue: Cue, said: str) -> list[str]:
         """Return the answers to somebody who wants to see or hear something once more."""
         if not cue.shows or not self.repeated:
             return cue.say
-        return self.altered if self.altered and self._fits("alters", said) else self.repeated
-
-    def tells_of_people(self, said: str) -> bool:
-        """Return whether somebody speaks of themselves or of others, or calls out."""
-        return self._fits("people", said)
+        return self.altered if self.altered and self.fits("alters", said) else self.repeated
 
     def goes_on(self, said: str) -> bool:
         """Whether this is a question about what was said before."""
-        return self.asks(said[:_READ]) and self._fits("again", said)
-
-    def asks_further(self, said: str) -> bool:
-        """Return whether this is a question that goes on about what was just recalled."""
-        return self._fits("further", said)
-
-    def asks_about_it(self, said: str) -> bool:
-        """Return whether this is a question about the partner itself."""
-        return self._fits("itself", said)
+        return self.asks(said[:_READ]) and self.fits("again", said)
 
     def point_of(self, said: str, filled: Container[str] = ()) -> str | None:
         """Return the last of several sentences that contains a question or a request."""
-        sentences = _WHOLE.findall(said[:_READ])
-        points = [each for each in sentences if self.asks(each) or self._wants(each, filled)]
-        return points[-1] if points and len(sentences) > 1 else None
+        sentences: list[str] = _WHOLE.findall(said[:_READ])
+        for each in reversed(sentences if len(sentences) > 1 else []):
+            if self.asks(each) or any(not one.cue.aside for one in self.intents_of(each, filled)):
+                return each
+        return None
 
     def tells_more(self, said: str) -> bool:
         """Return whether the last of several sentences has heavy words or a heavy topic."""
         sentences = _WHOLE.findall(said[:_READ])
         last = sentences[-1] if len(sentences) > 1 else ""
-        return self.is_heavy(last) or any(one.cue.heavy for one in self.topics_of(last))
-
-    def is_heavy(self, said: str) -> bool:
-        """Return whether a remark has words that rule out a playful answer."""
-        return self._fits("heavy", said)
+        return self.fits("heavy", last) or any(one.cue.heavy for one in self.topics_of(last))
 
     def wants_more(self, said: str) -> bool:
         """Return whether somebody only wants a repeat of what was done for fun."""
         text = said[:_READ]
         each = [*_SENTENCE.findall(text), *_CLAUSE.findall(text), text]
-        if any(self._fits("more", part) for part in each):
+        if any(self.fits("more", part) for part in each):
             return True
         name, likely = asked_for(said[:_READ], self.language)
-        return name == "again" and likely > _ORDERED and not self._fits("enough", said)
-
-    def _wants(self, said: str, filled: Container[str]) -> bool:
-        return any(not match.cue.aside for match in self.intents_of(said, filled))
+        return name == "again" and likely > _ORDERED and not self.fits("enough", said)
 
     def told_in(self, said: str) -> list[str]:
         """Return the sentences that ask nothing."""
         sentences = (found.strip() for found in _WHOLE.findall(said[:_READ]))
         return [each for each in sentences if each and not self.asks(each)]
 
-    def belongs_to(self, sentence: str) -> bool:
-        """Return whether a sentence continues the subject of the one before it."""
-        return self._fits("belongs", sentence)
-
     def tells(self, said: str) -> bool:
         """Return whether a sentence tells something about the person."""
-        return self._fits("fact", said) or tells_a_fact(said, self.language)
+        return self.fits("fact", said) or tells_a_fact(said, self.language)
 
     @cached_property
     def turner(self) -> Turner:

@@ -117,9 +117,7 @@ class Speech:
         "Stop" stops the body before anything else. A sentence gets no answer if a newer one arrives
         first. Distress is answered with the help for its kind. During that, and for ten minutes
         afterwards, no language model is asked, and the partner does not mention its own feelings.
-        Possible distress first leads to a question, and a "yes" then counts as distress. After a
-        slight sign, the partner at most asks whether somebody is all right. A "no", or another sign
-        soon after, leads to the question about distress.
+        :class:`Comfort` says what follows from possible distress and slight signs of it.
 
         Parameters
         ----------
@@ -147,7 +145,7 @@ class Speech:
         if not grave and heard.worry is None and acts:
             heard = Impression(None, 0.0, "speech")  # an order says nothing about feelings
         doubtful = heard.feeling in JOYS and heard.strength < _SURE_OF_JOY
-        if doubtful and script(language).is_heavy(said):
+        if doubtful and script(language).fits("heavy", said):
             # "Great, I've got cancer" must not make it glad.
             heard = Impression(None, 0.0, "speech")
         if (grave or heard.worry is not None) and self._conversation is not None:
@@ -173,7 +171,7 @@ class Speech:
             words = script(language)
             shown = any(match.cue.shows for match in wanted)
             told = [] if shown else words.told_in(plain)
-            more = bool(told) and words.belongs_to(told[0])
+            more = bool(told) and words.fits("belongs", told[0])
             self.memory.note(plain, told, language, more=more)
         return SayOut(
             feeling=heard.feeling,
@@ -236,18 +234,19 @@ class Speech:
     def _known(self, said: str, language: Language) -> dict[str, str]:
         """Return the facts that fill the slots in its answers."""
         present, told = self.memory.present, self.memory.recall(said, language)
+        latest = self.memory.remarks.last_told()
         known = {
             "name": None if present is None else present.name,
             "told": told,
             "surely": self.memory.recall(said, language, surely=True),
             "away": away(said, told, language, self._clock()),
-            "day": date_of(said, self.memory.last_told(), language, self._clock()),
-            "ahead": away("", self.memory.last_told(), language, self._clock()),
+            "day": date_of(said, latest, language, self._clock()),
+            "ahead": away("", latest, language, self._clock()),
             "sum": sum_of(said, language),
             "latest": self.memory.kept(language, 1),
             "kept": self.memory.kept(language),
             "corrected": self.memory.corrected(said, language),
-            "before": self.memory.last_noted(),
+            "before": self.memory.remarks.latest_told(),
         }
         return {slot: text for slot, text in known.items() if text is not None}
 
@@ -311,8 +310,9 @@ class Speech:
             return None
         if self._partner.snapshot.state.distress is not None:
             return ""  # somebody has been in distress meanwhile
-        if reply.stimulus is not None:
-            await granted(self._partner, Feel(reply.stimulus, "partner"))
+        if reply.feeling and reply.strength > 0:
+            stimulus = Stimulus(reply.feeling, reply.strength, "talk")
+            await granted(self._partner, Feel(stimulus, "partner"))
         await granted(self._partner, Speak(reply.text, "partner"))
         return reply.text
 
