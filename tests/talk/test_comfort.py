@@ -6,6 +6,7 @@ import pytest
 from tests.fixtures.talk import Talk
 
 from miburi.languages import Language, language_of
+from miburi.talk.answers import Answerer, is_needless
 from miburi.talk.care import Care, takes_back
 
 QUIET = "Can you smell something odd?"
@@ -63,18 +64,9 @@ def test_a_no_long_after_a_slight_sign_is_only_a_no(talk: Talk) -> None:
     assert talk.say("no").worry is None
 
 
-@pytest.mark.parametrize(
-    ("said", "meant"),
-    [
-        ("Give us a song before I go out. Anything, so long as it's not modern.", "song"),
-        ("Wave me off then, and don't touch my crossword while I'm gone.", "wave"),
-    ],
-)
-def test_an_order_in_words_like_those_of_trouble_is_carried_out(
-    talk: Talk, said: str, meant: str
-) -> None:
-    order = talk.say(said)
-    assert (order.meant, order.worry) == (meant, None)
+def test_an_order_is_carried_out_although_its_words_sound_like_trouble() -> None:
+    assert is_needless("fire", Answerer().wanted("Wave to me.", "en", {}))
+    assert not is_needless("fire", Answerer().wanted("What time is it?", "en", {}))
 
 
 @pytest.mark.parametrize(("between", "minutes"), [("no, nothing", 0), (None, 3)])
@@ -96,9 +88,9 @@ def test_who_did_not_hear_the_question_may_still_say_yes(talk: Talk) -> None:
 
 
 def test_where_it_knows_an_answer_it_asks_only_what_is_clear(talk: Talk) -> None:
-    """A question about the time is answered, although its words sound like trouble."""
-    said = "Right, kettle on. Don't go anywhere. What's the time?"
-    assert talk.say(said).meant == "time"
+    """A question is answered, although its words sound like trouble."""
+    asked = talk.say("Can you call somebody if Grandma's sugar drops and she passes out?")
+    assert (asked.meant, asked.worry) == ("call_for_me", None)
 
 
 def test_after_a_distress_it_stays_with_it_and_then_answers_again(talk: Talk) -> None:

@@ -142,3 +142,7 @@ def test_a_death_wish_in_a_question_gets_no_light_answer(said: str) -> None:
     cue = answer(said).cue
     assert cue is not None
     assert cue.name == "grave"
+
+
+def test_it_does_not_hate_anybody() -> None:
+    assert answer("Do you hate me?").text.startswith("No")
