@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from miburi.languages import plain
@@ -13,6 +13,7 @@ from miburi.talk.asking import asked_for
 NETWORK = {language: load_network("distress", language) for language in ("en", "ja")}
 
 
+@settings(max_examples=40)
 @given(st.sampled_from(["en", "ja"]), st.text(max_size=80))
 def test_any_text_gets_likelihoods(language: str, text: str) -> None:
     network = NETWORK[language]

@@ -58,8 +58,7 @@ def test_what_was_told_is_recalled(talk: Talk, said: list[str], asked: str, hold
         talk.say(each)
     answer = talk.say(asked)
     assert (answer.meant, holds in answer.answer) == ("recall", True), answer.answer
-    for other in ("What was my uncle's name?", "What was I going to do with the sheets?"):
-        assert holds not in talk.say(other).answer
+    assert holds not in talk.say("What was my uncle's name?").answer
 
 
 @pytest.mark.parametrize(
