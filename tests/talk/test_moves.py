@@ -10,9 +10,14 @@ from miburi.robot import Robot, forward, load_robot
 from miburi.talk.moves import MOVES, move
 
 
+@pytest.fixture(scope="module")
+def tall(tall_file: Path) -> Robot:
+    return load_robot(tall_file)
+
+
 @pytest.mark.parametrize("name", MOVES)
-def test_a_move_ends_at_neutral_and_meets_nothing(robot: Robot, tall_file: Path, name: str) -> None:
-    for body in (robot, load_robot(tall_file)):
+def test_a_move_ends_at_neutral_and_meets_nothing(robot: Robot, tall: Robot, name: str) -> None:
+    for body in (robot, tall):
         tried = rehearse(body, move(body, name))
         assert (tried.met, tried.stop) == (None, None)
         assert body is not robot or tried.ik_error < 1e-3
