@@ -166,9 +166,9 @@ SILLY: dict[str, tuple[Callable[[Handler], None], str]] = {
     "only thoughts": (says("<think>The user is sad. {"), "without words"),
     "deep objects": (says('{"a":' * 9_000), "without words"),
     "deep json": (raw(200, DEEP.encode()), "no chat completion"),
-    "a megabyte": (answers(LOVELY | {"reply": "x" * 1_000_000}), f"above {LARGEST_REPLY}"),
+    "a megabyte": (answers(LOVELY | {"reply": "x" * 1_000_000}), f"larger than {LARGEST_REPLY}"),
     "zipped": (lambda h: send(h, 200, b"\x1f\x8b" + b"0" * 9, **{"Content-Encoding": "gzip"}), ""),
-    "endless": (endless, f"above {LARGEST_REPLY}"),
+    "endless": (endless, f"larger than {LARGEST_REPLY}"),
     "hangs up": (lambda handler: handler.wfile.close(), "RemoteProtocolError"),
     "no http": (lambda handler: handler.wfile.write(b"SSH-2.0\r\n\r\n"), "RemoteProtocolError"),
 }  # fmt: skip
