@@ -1,9 +1,12 @@
 """A sentence of the paper, and the result of testing it."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 
-__all__ = ["Claim", "ClaimVerdict", "holds"]
+from miburi.studies.paper.runs import Runs
+
+__all__ = ["Claim", "ClaimVerdict", "Claims", "Finding", "claim", "holds"]
 
 
 class ClaimVerdict(StrEnum):
@@ -19,18 +22,8 @@ class ClaimVerdict(StrEnum):
 class Claim:
     """A sentence of the paper, and what a run says about it.
 
-    Attributes
-    ----------
-    section
-        The section of the paper in which the sentence stands.
-    sentence
-        The claim; text in quotation marks is the paper's own.
-    verdict
-        The run's answer.
-    number
-        The figures behind the verdict.
-    ours
-        Our assumptions behind it; empty if there are none.
+    ``sentence`` has the paper's own words in quotation marks, ``number`` the figures behind the
+    verdict, and ``ours`` our assumptions, if any.
     """
 
     section: str
@@ -40,6 +33,30 @@ class Claim:
     ours: str = ""
 
 
-def holds(condition: object, otherwise: ClaimVerdict = ClaimVerdict.DIFFERS) -> ClaimVerdict:
-    """Return *holds* if the condition is true, else the other verdict."""
-    return ClaimVerdict.HOLDS if condition else otherwise
+#: A verdict and its number.
+Finding = tuple[ClaimVerdict, str]
+#: What carries each claim out, by the claim's name, in the paper's order.
+Claims = dict[str, Callable[[Runs], Claim]]
+
+
+def claim(
+    claims: Claims, section: str, sentence: str, ours: str = ""
+) -> Callable[[Callable[[Runs], Finding]], None]:
+    """Add what tests a sentence to ``claims``, under the name of the decorated function."""
+
+    def add(test: Callable[[Runs], Finding]) -> None:
+        def carry_out(runs: Runs) -> Claim:
+            verdict, number = test(runs)
+            assumed = "" if verdict is ClaimVerdict.UNKNOWN else ours
+            return Claim(section, sentence, verdict, number, assumed)
+
+        claims[test.__name__.strip("_").replace("_", "-")] = carry_out
+
+    return add
+
+
+def holds(condition: object, weaker: object = False) -> ClaimVerdict:
+    """Return whether a claim holds, or does so with a condition: if ``weaker`` alone is true."""
+    if condition:
+        return ClaimVerdict.HOLDS
+    return ClaimVerdict.HOLDS_IF if weaker else ClaimVerdict.DIFFERS

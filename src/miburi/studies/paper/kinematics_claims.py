@@ -1,10 +1,7 @@
-"""Section 3 of the paper: the kinematic model and its inverse.
-
-Each function takes the :class:`~miburi.studies.paper.runs.Runs` and returns one
-:class:`~miburi.studies.paper.claim.Claim`; its name is the claim's name.
-"""
+"""Section 3 of the paper: the kinematic model and its inverse."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -12,21 +9,11 @@ from miburi.bma.operators import printed_step
 from miburi.bma.settings import Settings
 from miburi.robot import JOINTS, forward, forward_as_printed, inverse, jacobian
 from miburi.robot.description import Joint
-from miburi.studies.paper.claim import Claim, ClaimVerdict, holds
+from miburi.studies.paper.claim import Claims, Finding, claim, holds
 from miburi.studies.paper.denavit import TABLES, frames
 from miburi.studies.paper.runs import UNITS, Runs
 
-__all__ = [
-    "denavit_hartenberg",
-    "eight_solutions",
-    "equations",
-    "levenberg_marquardt",
-    "one_solution",
-    "promise",
-    "promise_of_reference_9",
-    "table_1",
-    "within_a_second",
-]
+__all__ = ["KINEMATICS"]
 
 #: Table 1, rad.
 _TABLE_1 = {
@@ -42,8 +29,12 @@ _TABLE_1 = {
 #: Poses that are closer than this, rad, count as one.
 _ALIKE = 1e-3
 
+KINEMATICS: Claims = {}
+_claim = partial(claim, KINEMATICS, "3")
 
-def table_1(runs: Runs) -> Claim:
+
+@_claim("Table 1: the range of the eight motors.")
+def _table_1(runs: Runs) -> Finding:
     """Compare the limits with Table 1, and look at how far the gestures go."""
     robot = runs.robot
     same = sum(
@@ -52,16 +43,17 @@ def table_1(runs: Runs) -> Claim:
     )
     ends = np.array([move.angles for _, move in runs.moves])
     beyond = float(max((robot.lower - ends).max(), (ends - robot.upper).max(), 0.0))
-    return Claim(
-        "3",
-        "Table 1: the range of the eight motors.",
-        holds(same == len(JOINTS) and beyond == 0),
+    return holds(same == len(JOINTS) and beyond == 0), (
         f"{same} of {len(JOINTS)} ranges are the paper's; {len(ends)} moves of the gestures go "
-        f"{beyond:g} rad beyond them",
+        f"{beyond:g} rad beyond them"
     )
 
 
-def denavit_hartenberg(runs: Runs) -> Claim:
+@_claim(
+    "The kinematic model follows the Denavit-Hartenberg convention (Figs. 2 and 3).",
+    ours="the paper prints no table and no lengths",
+)
+def _denavit_hartenberg(runs: Runs) -> Finding:
     """Compare the Denavit-Hartenberg table with the model."""
     ours = forward(runs.robot, runs.poses)
     chain = np.array(
@@ -71,28 +63,24 @@ def denavit_hartenberg(runs: Runs) -> Claim:
         ]
     )
     off = np.abs(chain - ours).max()
-    return Claim(
-        "3",
-        "The kinematic model follows the Denavit-Hartenberg convention (Figs. 2 and 3).",
-        holds(off < 1e-12),
-        f"the table below and the model differ by at most {off:.0e} m",
-        "the paper prints no table and no lengths",
-    )
+    return holds(off < 1e-12), f"the table below and the model differ by at most {off:.0e} m"
 
 
-def equations(runs: Runs) -> Claim:
+@_claim("“The kinematic model is presented in Equations (3)–(11).”")
+def _equations(runs: Runs) -> Finding:
     """Compare the equations as printed with the model."""
     off = np.abs(forward_as_printed(runs.robot, runs.poses) - forward(runs.robot, runs.poses))
     wrong = int((off.max(axis=0) > 1e-12).sum())
-    return Claim(
-        "3",
-        "“The kinematic model is presented in Equations (3)–(11).”",
-        holds(wrong == 0),
-        f"{wrong} of 9 equations are misprinted; a hand is off by up to {1e3 * off.max():.0f} mm",
+    return holds(wrong == 0), (
+        f"{wrong} of 9 equations are misprinted; a hand is off by up to {1e3 * off.max():.0f} mm"
     )
 
 
-def eight_solutions(runs: Runs) -> Claim:
+@_claim(
+    "“The direct inversion of the forward kinematic model gives us 8 solutions.”",
+    ours="the condition: solutions are counted arm by arm",
+)
+def _eight_solutions(runs: Runs) -> Finding:
     """Count each arm's poses with the hand in the same position, ignoring joint limits."""
     joints = runs.robot.joints
     free = {
@@ -108,14 +96,88 @@ def eight_solutions(runs: Runs) -> Claim:
         here = found[~turned]  # the waist as it was
         arms.append(_distinct(here[:, 1:4]) + _distinct(here[:, 4:7]))
         bodies.append(_distinct(found))
-    return Claim(
-        "3",
-        "“The direct inversion of the forward kinematic model gives us 8 solutions.”",
-        ClaimVerdict.HOLDS_IF if set(arms) == {8} else ClaimVerdict.DIFFERS,
+    return holds(False, set(arms) == {8}), (
         f"without limits each arm has {min(arms) // 2}, {min(arms)} in all; combined, they give "
         f"{int(np.median(bodies))} poses of the whole body, and up to {max(bodies)} with the waist "
-        "turned by half a circle",
-        "the condition: solutions are counted arm by arm",
+        "turned by half a circle"
+    )
+
+
+@_claim(
+    "“There should be only one solution for getting each extremity to a desired and accessible "
+    "position.”"
+)
+def _one_solution(runs: Runs) -> Finding:
+    """Count the poses inside the limits."""
+    several = float(np.mean([len(valid) > 1 for valid in runs.valid]))
+    return holds(several == 0), (
+        f"{several:.0%} of {len(runs.poses)} random targets have 2 to "
+        f"{max(len(valid) for valid in runs.valid)} valid poses (a nearly straight arm can be "
+        "mirrored at the elbow)"
+    )
+
+
+@_claim("Eq. 12 is “the Levenberg-Marquardt method”.")
+def _levenberg_marquardt(runs: Runs) -> Finding:
+    """Check the direction of the step in Eq. 12."""
+    robot, rng = runs.robot, np.random.default_rng(1)
+    bend = 0.0
+    for pose in runs.poses:
+        start = rng.uniform(robot.lower, robot.upper)
+        error = forward(robot, start) - forward(robot, pose)
+        gradient = 2 * jacobian(robot, start).T @ error
+        step, _ = printed_step(gradient, 1.0)
+        beside = step / np.linalg.norm(step) + gradient / np.linalg.norm(gradient)
+        bend = max(bend, float(np.linalg.norm(beside)))
+    return holds(bend > 1e-3), (
+        f"apart from γI its matrix has rank one, so each of {len(runs.poses)} steps is a shortened "
+        f"gradient step (its direction differs by {bend:.0g} rad at most)"
+    )
+
+
+@_claim(
+    "“Always a solution with 0.015 radian precision within 1 second” with Table 2.",
+    ours="γ and τ are absolute, so the unit of length counts; the paper names none",
+)
+def _promise(runs: Runs) -> Finding:
+    """Solve random targets with Table 2 as printed."""
+    settings = Settings.paper()
+    shares = {unit: runs.promise(settings, unit) for unit in UNITS}
+    return holds(min(shares.values()) == 1.0), (
+        "share of targets solved to within 0.015 rad of the nearest valid pose: "
+        + ", ".join(f"{share:.1%} in {unit}" for unit, share in shares.items())
+    )
+
+
+@_claim(
+    "The same, with the Levenberg-Marquardt search of the paper's reference [9].",
+    ours="centimetres or millimetres are the condition",
+)
+def _promise_of_reference_9(runs: Runs) -> Finding:
+    """Solve the same targets with the search of the paper's reference 9."""
+    settings = replace(Settings.paper(), local_search="residual")
+    shares = {unit: runs.promise(settings, unit) for unit in UNITS}
+    kept = shares["cm"] > 0.99 and shares["mm"] > 0.99
+    return holds(False, kept), (
+        ", ".join(f"{share:.1%} in {unit}" for unit, share in shares.items())
+    )
+
+
+@claim(
+    KINEMATICS,
+    "5",
+    "“The inverse kinematic calculation by the Bacterial Memetic Algorithm was working within "
+    "1 second of calculation.”",
+    ours="on this computer, not on a phone",
+)
+def _within_a_second(runs: Runs) -> Finding:
+    """Time the experiment's solutions with the paper's settings and with the default solver."""
+    slowest = 1e3 * max(runs.printed_solver.solve_seconds)
+    default = 1e3 * max(max(run.solve_seconds) for run in runs.experiments)
+    return holds(max(slowest, default) < 1000), (
+        f"with Table 2 as printed {slowest:.0f} ms at most, of "
+        f"{len(runs.printed_solver.solutions)} solutions; the default, not an evolutionary "
+        f"search, {default:.2g} ms"
     )
 
 
@@ -127,81 +189,3 @@ def _distinct(poses: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> int:
         if not around or min(around) > _ALIKE:
             kept.append(pose)
     return len(kept)
-
-
-def one_solution(runs: Runs) -> Claim:
-    """Count the poses inside the limits."""
-    several = float(np.mean([len(valid) > 1 for valid in runs.valid]))
-    return Claim(
-        "3",
-        "“There should be only one solution for getting each extremity to a desired and accessible "
-        "position.”",
-        holds(several == 0),
-        f"{several:.0%} of {len(runs.poses)} random targets have 2 to "
-        f"{max(len(valid) for valid in runs.valid)} valid poses (a nearly straight arm can be "
-        "mirrored at the elbow)",
-    )
-
-
-def levenberg_marquardt(runs: Runs) -> Claim:
-    """Check the direction of the step in Eq. 12."""
-    robot, rng = runs.robot, np.random.default_rng(1)
-    bend = 0.0
-    for pose in runs.poses:
-        start = rng.uniform(robot.lower, robot.upper)
-        error = forward(robot, start) - forward(robot, pose)
-        gradient = 2 * jacobian(robot, start).T @ error
-        step, _ = printed_step(gradient, 1.0)
-        beside = step / np.linalg.norm(step) + gradient / np.linalg.norm(gradient)
-        bend = max(bend, float(np.linalg.norm(beside)))
-    return Claim(
-        "3",
-        "Eq. 12 is “the Levenberg-Marquardt method”.",
-        holds(bend > 1e-3),
-        f"apart from γI its matrix has rank one, so each of {len(runs.poses)} steps is a shortened "
-        f"gradient step (its direction differs by {bend:.0g} rad at most)",
-    )
-
-
-def promise(runs: Runs) -> Claim:
-    """Solve random targets with Table 2 as printed."""
-    settings = Settings.paper()
-    shares = {unit: runs.promise(settings, unit) for unit in UNITS}
-    return Claim(
-        "3",
-        "“Always a solution with 0.015 radian precision within 1 second” with Table 2.",
-        holds(min(shares.values()) == 1.0),
-        "share of targets solved to within 0.015 rad of the nearest valid pose: "
-        + ", ".join(f"{share:.1%} in {unit}" for unit, share in shares.items()),
-        "γ and τ are absolute, so the unit of length counts; the paper names none",
-    )
-
-
-def promise_of_reference_9(runs: Runs) -> Claim:
-    """Solve the same targets with the search of the paper's reference 9."""
-    settings = replace(Settings.paper(), local_search="residual")
-    shares = {unit: runs.promise(settings, unit) for unit in UNITS}
-    kept = shares["cm"] > 0.99 and shares["mm"] > 0.99
-    return Claim(
-        "3",
-        "The same, with the Levenberg-Marquardt search of the paper's reference [9].",
-        ClaimVerdict.HOLDS_IF if kept else ClaimVerdict.DIFFERS,
-        ", ".join(f"{share:.1%} in {unit}" for unit, share in shares.items()),
-        "centimetres or millimetres are the condition",
-    )
-
-
-def within_a_second(runs: Runs) -> Claim:
-    """Time the experiment's solutions with the paper's settings and with the default solver."""
-    slowest = 1e3 * max(runs.printed_solver.solve_seconds)
-    default = 1e3 * max(max(run.solve_seconds) for run in runs.experiments)
-    return Claim(
-        "5",
-        "“The inverse kinematic calculation by the Bacterial Memetic Algorithm was working within "
-        "1 second of calculation.”",
-        holds(max(slowest, default) < 1000),
-        f"with Table 2 as printed {slowest:.0f} ms at most, of "
-        f"{len(runs.printed_solver.solutions)} solutions; the default, not an evolutionary "
-        f"search, {default:.2g} ms",
-        "on this computer, not on a phone",
-    )
