@@ -1,7 +1,6 @@
 """A day of conversation: run an emotional model through scripted stimuli, and plot its levels."""
 
 from dataclasses import dataclass
-from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -9,10 +8,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from miburi.errors import OutputError
 from miburi.feelings import LEVELS, EmotionalModel, FeelingModel, Stimulus
 from miburi.feelings.catalogue import CATALOGUE, FEELINGS
 from miburi.feelings.temperament import Array, Temperament
+from miburi.ground.files import whole_files
 
 __all__ = ["COLOURS", "DAY", "Day", "Episode", "live_day", "plot_day"]
 
@@ -42,104 +41,53 @@ class Episode:
 
 #: The script of the day.
 DAY = (
-    Episode(
-        "a happy\nbreakfast",
-        8.25,
-        25,
-        50,
-        (
-            Stimulus("happiness", 0.7, "speech"),
-            Stimulus("happiness", 0.6, "face"),
-            Stimulus("happiness", 0.5, "touch"),
-        ),
-    ),
-    Episode(
-        "a door\nslams",
-        9.75,
-        3,
-        6,
-        (Stimulus("fright", 1.0, "application"), Stimulus("fear", 0.7, "face")),
-    ),
-    Episode(
-        "sad news",
-        10.75,
-        35,
-        60,
-        (Stimulus("sadness", 0.8, "speech"), Stimulus("sadness", 0.7, "face")),
-    ),
-    Episode(
-        "the grandchildren\nplay with it",
-        13.0,
-        40,
-        120,
-        (
-            Stimulus("happiness", 0.8, "speech"),
-            Stimulus("thrill", 0.8, "speech"),
-            Stimulus("happiness", 0.7, "face"),
-            Stimulus("thrill", 0.7, "touch"),
-        ),
-        contacts=3,
-    ),
-    Episode(
-        "a quarrel",
-        15.5,
-        20,
-        45,
-        (
-            Stimulus("anger", 0.9, "speech"),
-            Stimulus("disgust", 0.6, "speech"),
-            Stimulus("anger", 0.8, "face"),
-        ),
-    ),
-    Episode(
-        "a visitor",
-        17.0,
-        30,
-        60,
-        (
-            Stimulus("surprise", 0.9, "face"),
-            Stimulus("happiness", 0.7, "speech"),
-            Stimulus("happiness", 0.6, "face"),
-        ),
-    ),
-)
+    Episode("a happy\nbreakfast", 8.25, 25, 50, (
+        Stimulus("happiness", 0.7, "speech"),
+        Stimulus("happiness", 0.6, "face"),
+        Stimulus("happiness", 0.5, "touch"),
+    )),
+    Episode("a door\nslams", 9.75, 3, 6, (
+        Stimulus("fright", 1.0, "application"),
+        Stimulus("fear", 0.7, "face"),
+    )),
+    Episode("sad news", 10.75, 35, 60, (
+        Stimulus("sadness", 0.8, "speech"),
+        Stimulus("sadness", 0.7, "face"),
+    )),
+    Episode("the grandchildren\nplay with it", 13.0, 40, 120, (
+        Stimulus("happiness", 0.8, "speech"),
+        Stimulus("thrill", 0.8, "speech"),
+        Stimulus("happiness", 0.7, "face"),
+        Stimulus("thrill", 0.7, "touch"),
+    ), contacts=3),
+    Episode("a quarrel", 15.5, 20, 45, (
+        Stimulus("anger", 0.9, "speech"),
+        Stimulus("disgust", 0.6, "speech"),
+        Stimulus("anger", 0.8, "face"),
+    )),
+    Episode("a visitor", 17.0, 30, 60, (
+        Stimulus("surprise", 0.9, "face"),
+        Stimulus("happiness", 0.7, "speech"),
+        Stimulus("happiness", 0.6, "face"),
+    )),
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Day:
-    """The record of a day: n moments, and the levels at each.
+    """The record of a day: n moments, and the levels of k feelings at each."""
 
-    Parameters
-    ----------
-    hours
-        (n,) times of day, h.
-    levels
-        (n, 3, k) in [0, 1], for k feelings: emotion, feeling, mood.
-    shown
-        (n,) indices into ``FEELINGS``, −1 while neutral.
-    contacts
-        (m,) times of day at which somebody blocked a gesture, h.
-    """
-
-    hours: Array
-    levels: Array
-    shown: Array
-    contacts: Array
+    hours: Array  # (n,), h
+    levels: Array  # (n, 3, k) in [0, 1]: emotion, feeling, mood
+    shown: Array  # (n,) indices into FEELINGS, −1 while neutral
+    contacts: Array  # (m,) times at which somebody blocked a gesture, h
 
 
 def live_day(model: FeelingModel, *, seed: int = 1) -> Day:
-    """Run a model through ``DAY``.
+    """Run an emotional model through ``DAY``, from its state at eight in the morning.
 
-    Parameters
-    ----------
-    model
-        Any emotional model, in its state at eight in the morning.
-    seed
-        Seed of each stimulus's shift by up to half the interval between two stimuli.
-
-    Returns
-    -------
-    The levels every 10 s, every second in the close-up, and after each stimulus and contact.
+    ``seed`` shifts each stimulus by up to half the interval between two stimuli. The record has a
+    row every 10 s, every second in the close-up, and after each stimulus and contact.
     """
     random = np.random.default_rng(seed)
     events: list[tuple[float, Stimulus | None]] = []
@@ -178,20 +126,9 @@ def live_day(model: FeelingModel, *, seed: int = 1) -> Day:
 
 
 def plot_day(out: Path | str, model: FeelingModel | None = None, *, seed: int = 1) -> Path:
-    """Run a model through the day and plot emotion, feeling and mood.
+    """Run a model through the day as :func:`live_day` does, and write ``day.png`` into a folder.
 
-    Parameters
-    ----------
-    out
-        The folder for ``day.png``; it is made if missing.
-    model
-        As in :func:`live_day`; a fresh :class:`EmotionalModel` if none is given.
-    seed
-        As in :func:`live_day`.
-
-    Returns
-    -------
-    The path of the picture.
+    By default the model is a new :class:`EmotionalModel`.
 
     Raises
     ------
@@ -200,19 +137,9 @@ def plot_day(out: Path | str, model: FeelingModel | None = None, *, seed: int = 
     """
     model = model or EmotionalModel()
     figure = _draw(live_day(model, seed=seed), model.temperament)
-    picture = BytesIO()
-    figure.savefig(picture, format="png", dpi=120, metadata={"Software": None})
-    path = Path(out) / "day.png"
-    part = path.with_suffix(".part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part.write_bytes(picture.getvalue())
-        part.replace(path)
-    except OSError as error:
-        raise OutputError(
-            f"{path}: cannot be written: {error.strerror}; choose another folder."
-        ) from error
-    return path
+    with whole_files(out) as draft:
+        figure.savefig(draft / "day.png", dpi=120, metadata={"Software": None})
+    return Path(out) / "day.png"
 
 
 def _draw(day: Day, temperament: Temperament) -> Figure:

@@ -56,25 +56,12 @@ class DrawingError(OutputError):
 
 @dataclass(frozen=True)
 class Scene:
-    """What a picture shows.
+    """What a picture shows; without a face, the phone's screen is blank."""
 
-    Attributes
-    ----------
-    angles
-        (8,) rad, the true joint angles.
-    hand
-        (7,) the human hand's position in m and quaternion; None for no hand.
-    caption
-        Lines of text for the picture.
-    face
-        (192, 192, 3), for the phone's screen, see :func:`miburi.studies.face.face`;
-        None for a blank screen.
-    """
-
-    angles: Array
-    hand: Array | None = None
+    angles: Array  # (8,) rad, the true joint angles
+    hand: Array | None = None  # (7,), the human hand's position in m and quaternion
     caption: str = ""
-    face: Picture | None = None
+    face: Picture | None = None  # (192, 192, 3), see miburi.studies.face
 
 
 class Camera:
@@ -177,9 +164,7 @@ def write_film(
 ) -> Path:
     """Write an MP4 film of scenes with ``rate`` frames per second; ``size`` is in pixels.
 
-    Returns
-    -------
-    The file: ``path`` with the suffix ``.mp4``; without ffmpeg a sheet of twelve pictures,
+    Return the file: ``path`` with the suffix ``.mp4``; without ffmpeg a sheet of twelve pictures,
     with the suffix ``.sheet.png``.
 
     Raises

@@ -26,19 +26,9 @@ MOST_ERROR = 1e-3
 class Measured:
     """One gesture at one mood, as the simulated body performed it.
 
-    Attributes
-    ----------
-    feeling, mood
-        The gesture's feeling, and the mood.
-    measures
-        Laban's effort in the motion.
-    ik_error
-        The largest position error of all key poses and extremities, m.
-    self_collisions
-        Number of records (one every 0.02 s) in which two parts of the robot collide; ``met`` names
-        the first pair.
-    contact_stops
-        0 or 1; ``stopped_by`` names the motor.
+    ``ik_error`` is the largest position error of all key poses and extremities, m. In
+    ``self_collisions`` records (one every 0.02 s) two parts of the robot collide; ``met`` names the
+    first pair. ``contact_stops`` is 0 or 1; ``stopped_by`` names the motor.
     """
 
     feeling: str
@@ -87,11 +77,7 @@ def perform(
 
 
 def check(
-    robot: Robot,
-    function: MovementFunction,
-    *,
-    step: float = 0.1,
-    settings: Settings | None = None,
+    robot: Robot, function: MovementFunction, *, step: float, settings: Settings | None = None
 ) -> Iterator[str]:
     """Yield in words what is wrong with a gesture; nothing if all is well.
 

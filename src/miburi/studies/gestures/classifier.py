@@ -7,48 +7,27 @@ names performances at another mood, with variations that it has not learnt.
 
 from collections.abc import Sequence
 from dataclasses import astuple
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
-from miburi.bodies.rehearsal import PERIOD, Rehearsal, rehearse
+from miburi.bodies.rehearsal import PERIOD, rehearse
 from miburi.feelings import FEELINGS
 from miburi.gestures import MovementFunction, Repertoire, key_poses
 from miburi.robot import Array, Robot
 from miburi.studies.gestures.measures import measure
 
-__all__ = ["LEARNT_MOODS", "NearestNeighbour", "confusion", "features", "learn"]
+__all__ = ["NearestNeighbour", "confusion", "learn"]
 
 #: The moods at which the classifier learns (our choice).
-LEARNT_MOODS = (0.5, 0.9)
-
-
-def features(robot: Robot, rehearsal: Rehearsal) -> Array:
-    """Return the features of a performance, (24,): eight measures and two postures.
-
-    The measures are logarithms, as they span decades. The mean posture is the mean of the joint
-    angles, and the widest posture the joint angles at their farthest, both relative to neutral.
-    Each posture is divided by its largest angle: it gives the shape, the measures give the size.
-    """
-    offset = rehearsal.angles - robot.neutral
-    mean = offset.mean(axis=0)
-    widest = offset[np.abs(offset).max(axis=1).argmax()]
-    measures = np.log(np.array(astuple(measure(rehearsal.positions, PERIOD))) + 1e-9)
-    return np.concatenate([measures, *(_shape(posture) for posture in (mean, widest))])
-
-
-def _shape(posture: Array) -> Array:
-    largest: Array = posture / max(float(np.abs(posture).max()), 1e-9)
-    return largest
+_LEARNT_MOODS = (0.5, 0.9)
 
 
 class NearestNeighbour:
     """Name a performance after the nearest one learnt, with features scaled by their spread.
 
-    Parameters
-    ----------
-    rows, names
-        What to learn: (n, k) features, and n names.
+    It learns from ``rows`` (n, k) of features and their n ``names``.
     """
 
     def __init__(self, rows: Array, names: Sequence[str]) -> None:
@@ -62,16 +41,12 @@ class NearestNeighbour:
 
 
 def learn(
-    robot: Robot, repertoire: Repertoire, *, variations: int = 6, seed: int = 0
+    robot: Robot, repertoire: Repertoire, *, variations: int, seed: int = 0
 ) -> NearestNeighbour:
     """Learn every gesture at the moods 0.5 and 0.9, each in ``variations`` variations."""
-    rows, names = [], []
-    for function in repertoire.functions:
-        for mood in LEARNT_MOODS:
-            for number in range(variations):
-                rows.append(_features_of(robot, function, mood, seed + number))
-                names.append(function.feeling)
-    return NearestNeighbour(np.array(rows), names)
+    each = list(product(repertoire.functions, _LEARNT_MOODS, range(seed, seed + variations)))
+    rows = np.array([_features(robot, *one) for one in each])
+    return NearestNeighbour(rows, [function.feeling for function, *_ in each])
 
 
 def confusion(
@@ -80,7 +55,7 @@ def confusion(
     classifier: NearestNeighbour,
     mood: float,
     *,
-    variations: int = 10,
+    variations: int,
     seed: int = 1000,
 ) -> NDArray[np.int64]:
     """Return how often each gesture (row) got each name (column), in the order of FEELINGS.
@@ -91,11 +66,21 @@ def confusion(
     for function in repertoire.functions:
         row = FEELINGS.index(function.feeling)
         for number in range(variations):
-            named = classifier.name(_features_of(robot, function, mood, seed + number))
+            named = classifier.name(_features(robot, function, mood, seed + number))
             table[row, FEELINGS.index(named)] += 1
     return table
 
 
-def _features_of(robot: Robot, function: MovementFunction, mood: float, variation: int) -> Array:
-    performance = key_poses(robot, function, mood, variation=variation)
-    return features(robot, rehearse(robot, performance))
+def _features(robot: Robot, function: MovementFunction, mood: float, variation: int) -> Array:
+    """Return the features of a performance, (24,): eight measures and two postures.
+
+    The measures are logarithms, as they span decades. The mean posture is the mean of the joint
+    angles, and the widest posture the joint angles at their farthest, both relative to neutral.
+    Each posture is divided by its largest angle: it gives the shape, the measures give the size.
+    """
+    rehearsal = rehearse(robot, key_poses(robot, function, mood, variation=variation))
+    offset = rehearsal.angles - robot.neutral
+    widest = offset[np.abs(offset).max(axis=1).argmax()]
+    measures = np.log(np.array(astuple(measure(rehearsal.positions, PERIOD))) + 1e-9)
+    postures = [each / max(np.abs(each).max(), 1e-9) for each in (offset.mean(axis=0), widest)]
+    return np.concatenate([measures, *postures])

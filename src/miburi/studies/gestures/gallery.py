@@ -42,10 +42,8 @@ def write_gallery(
 ) -> Path:
     """Write a page with films, strips and hand paths of every gesture at three moods.
 
-    Returns
-    -------
-    The page, ``index.html``, with its pictures beside it; ``overview.png`` has the strips at mood
-    0.9.
+    Return ``index.html``, with its pictures beside it; ``overview.png`` has the strips at mood 0.9,
+    at half their size.
 
     Raises
     ------
@@ -55,38 +53,27 @@ def write_gallery(
     gestures: dict[str, list[Pictures]] = {}
     with whole_files(out) as draft, camera_on(robot) as camera:
         for function in repertoire.functions:
-            gestures[function.name] = []
+            cells = gestures[function.name] = []
             for mood in MOODS:
                 progress(f"{function.name} {mood}")
-                cell = show(robot, function, mood, draft, camera, face=face)
-                gestures[function.name].append(cell)
-        (draft / "index.html").write_text(_page(gestures), encoding="utf-8")
-        strips = {name: draft / cells[-1].strip for name, cells in gestures.items()}
-        _overview(strips).save(draft / "overview.png")
+                cells.append(show(robot, function, mood, draft, camera, face=face))
+        page = render(
+            _PAGE,
+            shown=gestures,
+            strip_step=STRIP_STEP,
+            heads=[(heading, unit) for heading, unit, _, _ in _COLUMNS.values()],
+            rows=[
+                (name, cell.mood, _numbers(cell.measures))
+                for name, cells in gestures.items()
+                for cell in cells
+            ],
+        )
+        (draft / "index.html").write_text(page, encoding="utf-8")
+        strips = {name: Image.open(draft / each[-1].strip) for name, each in gestures.items()}
+        halves = {name: strip.convert("RGB").reduce(2) for name, strip in strips.items()}
+        titled = [add_caption(np.array(half), name) for name, half in halves.items()]
+        Image.fromarray(contact_sheet(titled, 2)).save(draft / "overview.png")
     return Path(out) / "index.html"
-
-
-def _overview(strips: dict[str, Path]) -> Image.Image:
-    """Stack strips at half their size, each with its name."""
-    rows = []
-    for name, path in strips.items():
-        strip = Image.open(path).convert("RGB").reduce(2)
-        rows.append(add_caption(np.array(strip), name))
-    return Image.fromarray(contact_sheet(rows, 2))
-
-
-def _page(gestures: dict[str, list[Pictures]]) -> str:
-    return render(
-        _PAGE,
-        shown=gestures,
-        strip_step=STRIP_STEP,
-        heads=[(heading, unit) for heading, unit, _, _ in _COLUMNS.values()],
-        rows=[
-            (name, cell.mood, _numbers(cell.measures))
-            for name, cells in gestures.items()
-            for cell in cells
-        ],
-    )
 
 
 def _numbers(measures: Measures) -> list[str]:

@@ -27,48 +27,26 @@ STILL = 0.01
 class Measures:
     """Measures of space, weight, time and flow in a recorded motion.
 
-    With p(t) a hand's path and v, a and j its derivatives; means are over time and both hands:
-
-    Attributes
-    ----------
-    duration
-        s.
-    volume
-        m³, of the convex hull of the paths of both hands and the head (space).
-    path
-        m, ∫|v| dt, both hands together (space).
-    mean_speed
-        m/s, |v| (time).
-    mean_acceleration
-        m/s², |a| (weight).
-    mean_jerk
-        m/s³, |j| (flow).
-    directness
-        2 · max|p(t) − p(0)| ÷ ∫|v| dt, 0 to 1: 1 is straight there and straight back. (For a
-        motion that does not return, the literature divides path by displacement instead.)
-    curvature
-        1/m, median of |v × a| ÷ |v|³ while a hand moves (flow).
+    Means are over time and both hands; v, a and j are the derivatives of a hand's path p(t).
     """
 
-    duration: float
-    volume: float
-    path: float
-    mean_speed: float
-    mean_acceleration: float
-    mean_jerk: float
+    duration: float  #: s
+    volume: float  #: m³, of the convex hull of the paths of both hands and the head (space)
+    path: float  #: m, ∫|v| dt, both hands together (space)
+    mean_speed: float  #: m/s, |v| (time)
+    mean_acceleration: float  #: m/s², |a| (weight)
+    mean_jerk: float  #: m/s³, |j| (flow)
+    #: 2 · max|p(t) − p(0)| ÷ ∫|v| dt, 0 to 1: 1 is straight there and straight back. (For a motion
+    #: that does not return, the literature divides path by displacement instead.)
     directness: float
-    curvature: float
+    curvature: float  #: 1/m, median of |v × a| ÷ |v|³ while a hand moves (flow)
 
 
 def measure(positions: Array, period: float) -> Measures:
     """Measure a recorded motion.
 
-    Parameters
-    ----------
-    positions
-        (n, 9) m: right hand, left hand and head at equal intervals; n at least 5.
-    period
-        s between two positions.
+    ``positions`` (n, 9) m are those of right hand, left hand and head, ``period`` s apart; n is at
+    least 5.
 
     Raises
     ------

@@ -23,7 +23,6 @@ from miburi.studies.film import Camera, Picture, Scene, camera, contact_sheet, w
 from miburi.studies.gestures.measures import Measures, measure
 
 __all__ = [
-    "STRIP_MOMENTS",
     "STRIP_STEP",
     "Pictures",
     "camera_on",
@@ -39,7 +38,7 @@ _PIXELS = 320
 _FILM_EVERY = 3
 #: A strip shows twelve moments, this many seconds apart. Together they span about the time of a
 #: thrill at a low mood, without its repetition.
-STRIP_MOMENTS, STRIP_STEP = 12, 0.4
+_MOMENTS, STRIP_STEP = 12, 0.4
 _STRIP_COLUMNS = 6
 #: Each moment fades into those 0.08, 0.16 and 0.24 s before it, so a still picture shows motion.
 _TRAIL = ((0.0, 0.62), (0.08, 0.19), (0.16, 0.12), (0.24, 0.07))
@@ -100,13 +99,8 @@ def show(
 
 
 def strip(camera: Camera, rehearsal: Rehearsal, face: Picture | None = None) -> Picture:
-    """Draw the first 4.4 s: twelve moments, 0.4 s apart, in two rows, each with a fading trail.
-
-    Returns
-    -------
-    (2 · height, 6 · width, 3), without text.
-    """
-    times = STRIP_STEP * np.arange(STRIP_MOMENTS)
+    """Draw the first 4.4 s: twelve moments, 0.4 s apart, in two rows, each with a fading trail."""
+    times = STRIP_STEP * np.arange(_MOMENTS)
     moments = [_moment(camera, rehearsal.angles, time, face) for time in times]
     return contact_sheet(moments, _STRIP_COLUMNS)
 

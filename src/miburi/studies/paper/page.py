@@ -11,7 +11,7 @@ from miburi.robot import Robot
 from miburi.studies.day import plot_day
 from miburi.studies.experiment.chart import experiment_figure
 from miburi.studies.paper import redrawn
-from miburi.studies.paper.claim import Claim, ClaimVerdict
+from miburi.studies.paper.claim import ClaimVerdict
 from miburi.studies.paper.claims import ABSENT, CLAIMS
 from miburi.studies.paper.denavit import TABLES
 from miburi.studies.paper.rule import fastest
@@ -53,23 +53,15 @@ def write_paper(
         experiment_figure(runs.experiments[0], images / "paper-experiment.png")
         free = fastest(robot, runs.moves)
         redrawn.rule_figure(free, images / "paper-rule.png")
+        counts = Counter(claim.verdict for claim in (*found.values(), *ABSENT))
         page = render(
             _PAGE,
             claims=found,
             absent=ABSENT,
-            verdicts=_verdicts([*found.values(), *ABSENT]),
+            verdicts=[(verdict.value, counts[verdict]) for verdict in ClaimVerdict],
             tables=TABLES,
-            words=_words,
+            words=lambda parts: " + ".join(parts) or "0",
             moves=len(free),
         )
         (draft / "paper.md").write_text(page, encoding="utf-8")
     return out / "paper.md"
-
-
-def _verdicts(claims: list[Claim]) -> list[tuple[str, int]]:
-    counts = Counter(claim.verdict for claim in claims)
-    return [(verdict.value, counts[verdict]) for verdict in ClaimVerdict]
-
-
-def _words(parts: tuple[str, ...]) -> str:
-    return " + ".join(parts) or "0"

@@ -22,16 +22,9 @@ FIRST_WINDOW = (1 - _RATIO) * _PERIOD
 
 
 def is_stopped(distance: float, speed: float, ramp: float, lag: float) -> bool:
-    """Return whether the printed rule stops a free move.
+    """Return whether the printed rule stops a free move over a distance, rad, at a speed, rad/s.
 
-    Parameters
-    ----------
-    distance, speed
-        The distance of the move, rad, and its commanded speed, rad/s.
-    ramp
-        Acceleration at both ends, rad/s²; inf for none.
-    lag
-        The servo's delay, s.
+    ``ramp`` is the acceleration at both ends, rad/s², or inf; ``lag`` is the servo's delay, s.
     """
     rise = speed / ramp
     if distance < speed * rise:  # it never reaches its speed

@@ -1,5 +1,6 @@
 """The runs for the page docs/paper.md; each is performed when a claim first asks for it."""
 
+from collections import Counter
 from collections.abc import Callable
 from functools import cached_property
 from typing import NamedTuple
@@ -27,7 +28,7 @@ from miburi.studies.trials.plan import Plan, Subject
 from miburi.studies.trials.runs import carry_out_plan
 from miburi.studies.trials.trial import Outcome
 
-__all__ = ["MOODS", "UNITS", "Blocked", "Met", "OnCard", "Runs"]
+__all__ = ["MOODS", "UNITS", "Blocked", "OnCard", "Runs"]
 
 #: The moods at which gestures are measured, and the moods at which their moves are examined.
 MOODS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
@@ -46,16 +47,9 @@ _PLACES = range(120, 136)
 
 
 class Blocked(NamedTuple):
-    """How a body reacted to a hand in its way.
+    """How a body reacted to a hand in its way, and whether the stopped body refused a move.
 
-    Attributes
-    ----------
-    stop
-        The stop, or None.
-    refused
-        Whether the stopped body refused a move.
-    times, speeds
-        Times since the stop, (n,) in s, and the motors' speeds at those times, (n, 8) in rad/s.
+    After the stop, ``speeds`` (n, 8) rad/s are those of the motors at ``times`` (n,) s.
     """
 
     stop: Stop | None
@@ -64,25 +58,11 @@ class Blocked(NamedTuple):
     speeds: Array
 
 
-class Met(NamedTuple):
-    """For each kind of link, the number of obstacles that it was the first to meet."""
-
-    upper_arm: int
-    forearm: int
-    phone: int
-
-
 class OnCard(NamedTuple):
     """What an emulated Arduino card did after its host went silent.
 
-    Attributes
-    ----------
-    stop
-        The stop, or None.
-    silence
-        Time from the host's last message to the stop, s.
-    gaps
-        Time between two readings of the servos' positions, s.
+    ``silence`` is the time from the host's last message to the stop, s, and ``gaps`` are the times
+    between two readings of the servos' positions, s.
     """
 
     stop: Stop | None
@@ -91,20 +71,10 @@ class OnCard(NamedTuple):
 
 
 class Runs:
-    """The runs behind the page, each performed once.
+    """The runs behind the page, each performed once; ``progress`` gets its name as it begins.
 
-    Parameters
-    ----------
-    robot
-        The robot.
-    progress
-        Called with the name of a run as it begins.
-    targets
-        How many random targets the inverse kinematics solve for.
-    seeds
-        How many experiments there are.
-    trials
-        How many contact trials there are with somebody in the way; there are as many without.
+    There are ``targets`` random targets for the inverse kinematics, ``seeds`` experiments, and
+    ``trials`` contact trials with somebody in the way and as many without.
     """
 
     def __init__(
@@ -121,28 +91,30 @@ class Runs:
     @cached_property
     def experiments(self) -> list[experiment.Experiment]:
         """Section 5's experiment with several seeds; the first also watches the mood recover."""
-        found = []
-        for seed in range(1, self.seeds + 1):
-            self._progress(f"experiment, seed {seed}")
-            setup = experiment.Setup(seed=seed, heal=seed == 1)
-            found.append(experiment.conduct(Simulated(self.robot), setup))
-        return found
+        return [
+            self._conduct(f"experiment, seed {seed}", experiment.Setup(seed=seed, heal=seed == 1))
+            for seed in range(1, self.seeds + 1)
+        ]
 
     @cached_property
     def undisturbed(self) -> dict[str, experiment.Experiment]:
         """The experiment of Section 5 for each feeling, without contacts."""
-        found = {}
-        for feeling in FEELINGS:
-            self._progress(f"experiment with {feeling}")
-            setup = experiment.Setup(feeling=feeling, seconds=8.0, hand=False)
-            found[feeling] = experiment.conduct(Simulated(self.robot), setup)
-        return found
+        return {
+            feeling: self._conduct(
+                f"experiment with {feeling}",
+                experiment.Setup(feeling=feeling, seconds=8.0, hand=False),
+            )
+            for feeling in FEELINGS
+        }
 
     @cached_property
     def printed_solver(self) -> experiment.Experiment:
         """Section 5 with the inverse kinematics as printed."""
-        self._progress("experiment, Table 2 as printed")
         setup = experiment.Setup(settings=Settings.paper())
+        return self._conduct("experiment, Table 2 as printed", setup)
+
+    def _conduct(self, what: str, setup: experiment.Setup) -> experiment.Experiment:
+        self._progress(what)
         return experiment.conduct(Simulated(self.robot), setup)
 
     @cached_property
@@ -189,28 +161,31 @@ class Runs:
         self._progress("all solutions of random targets")
         return [inverse(self.robot, forward(self.robot, pose)) for pose in self.poses]
 
+    @property
+    def _raise(self) -> Move:
+        """A move from neutral that raises both arms to the front."""
+        raised = self.robot.neutral.copy()
+        raised[[1, 4]] += _RAISED
+        return plan_move(self.robot, self.robot.neutral, raised, _SECONDS)
+
     @cached_property
     def moving(self) -> Blocked:
         """A body that raises both arms, with a hand in the way of its right arm."""
         body = Simulated(self.robot)
-        raised = self.robot.neutral.copy()
-        raised[[1, 4]] += _RAISED
-        _block(body, raised)
-        body.move(plan_move(self.robot, self.robot.neutral, raised, _SECONDS))
+        body.place_hand(*_across_the_way(self.robot, self.robot.neutral, self._raise.angles))
+        body.move(self._raise)
         return _watch(body, Phase.MOVING)
 
     @cached_property
     def returning(self) -> Blocked:
         """A body on its way back to neutral after a stop, with a hand in its way."""
         body = Simulated(self.robot)
-        raised = self.robot.neutral.copy()
-        raised[[1, 4]] += _RAISED
-        body.move(plan_move(self.robot, self.robot.neutral, raised, _SECONDS))
+        body.move(self._raise)
         while body.state.phase is Phase.MOVING:
             body.step(READING)
         body.stop()
         body.step(1.0)
-        _block(body, self.robot.neutral)
+        body.place_hand(*_across_the_way(self.robot, body.state.angles, self.robot.neutral))
         body.release()
         return _watch(body, Phase.RETURNING)
 
@@ -232,12 +207,11 @@ class Runs:
         if not is_built():
             return None
         self._progress("the emulated card")
-        body, raised = EmulatedBody(self.robot), self.robot.neutral.copy()
-        raised[[1, 4]] += _RAISED
+        body = EmulatedBody(self.robot)
         readings = _readings(body)
         try:
-            body.place_hand(*_across_the_way(self.robot, self.robot.neutral, raised))
-            body.move(plan_move(self.robot, self.robot.neutral, raised, _SECONDS))
+            body.place_hand(*_across_the_way(self.robot, self.robot.neutral, self._raise.angles))
+            body.move(self._raise)
             told = body.emulation.now()
             body.emulation.wait(told + _PATIENCE)  # the host neither speaks nor listens
             stop = body.step(READING).stop
@@ -246,22 +220,22 @@ class Runs:
             body.close()
         return OnCard(stop, silence, np.diff(readings))
 
-    def met(self, count: int = 20) -> Met:
-        """Count which kinds of link first hit ``count`` random obstacles in each move's way."""
+    def met(self) -> Counter[str]:
+        """Count which kinds of link first hit 20 random obstacles in each move's way."""
         self._progress("obstacles")
         rng = np.random.default_rng(0)
-        counts = dict.fromkeys(Met._fields, 0)
+        counts = Counter[str]()
         for start, move in self.moves:
             ways = start + np.linspace(0.0, 1.0, 40)[:, None] * (move.angles - start)
             corners = forward(self.robot, ways).reshape(-1, 3)
             low, high = corners.min(axis=0) - 0.05, corners.max(axis=0) + 0.05
-            gaps = _gaps(self.robot, ways, rng.uniform(low, high, (20 * count, 3)))
+            gaps = _gaps(self.robot, ways, rng.uniform(low, high, (20 * _OBSTACLES, 3)))
             touched = gaps < _SKIN  # (time, link, obstacle)
-            new = np.flatnonzero(touched.any(axis=(0, 1)) & ~touched[0].any(axis=0))[:count]
+            new = np.flatnonzero(touched.any(axis=(0, 1)) & ~touched[0].any(axis=0))[:_OBSTACLES]
             for obstacle in new:
                 first = touched[:, :, obstacle].any(axis=1).argmax()
                 counts[_LINKS[int(gaps[first, :, obstacle].argmin())]] += 1
-        return Met(**counts)
+        return counts
 
     def promise(self, settings: Settings, unit: str) -> float:
         """Return the share of random targets met within 0.015 rad of the nearest valid pose."""
@@ -281,6 +255,7 @@ class Runs:
 #: obstacle, m: half an arm's width plus half a finger's (our choice).
 _LINKS = ("upper_arm", "forearm", "upper_arm", "forearm", "phone")
 _SKIN = 0.02
+_OBSTACLES = 20
 
 
 def _gaps(robot: Robot, ways: Array, obstacles: Array) -> Array:
@@ -334,10 +309,6 @@ def _readings(body: EmulatedBody) -> list[float]:
 
     body.emulation.bus.spoil = hear
     return heard
-
-
-def _block(body: Simulated, end: Array) -> None:
-    body.place_hand(*_across_the_way(body.robot, body.state.angles, end))
 
 
 def _watch(body: Simulated, phase: Phase) -> Blocked:

@@ -150,11 +150,11 @@ def _period_and_card(runs: Runs) -> Finding:
 def _upper_arms(runs: Runs) -> Finding:
     """Put obstacles near the moves' paths, and count which link hits them first."""
     met = runs.met()
-    share = met.upper_arm / sum(met)
+    share = met["upper_arm"] / met.total()
     return holds(share > 0.9), (
-        f"of {sum(met)} random obstacles within 5 cm of the gestures' paths {share:.0%} meet an "
-        f"upper arm first, {met.forearm / sum(met):.0%} a forearm or hand, "
-        f"{met.phone / sum(met):.0%} the phone"
+        f"of {met.total()} random obstacles within 5 cm of the gestures' paths {share:.0%} meet an "
+        f"upper arm first, {met['forearm'] / met.total():.0%} a forearm or hand, "
+        f"{met['phone'] / met.total():.0%} the phone"
     )
 
 
