@@ -104,8 +104,8 @@ class Experiment:
             "healing": None if self.healing is None else asdict(self.healing),
             "ik": {
                 "solves": len(errors),
-                "evaluations": sum(solution.evaluations for solution in self.solutions),
-                "generations": sum(solution.generations for solution in self.solutions),
+                "evaluations": sum(s.evaluations for s in self.solutions),
+                "generations": sum(s.generations for s in self.solutions),
                 "not_converged": sum(s.status != ik.CONVERGED for s in self.solutions),
                 "max_error_m": round(float(errors.max(initial=0.0)), 9),
                 "error_m": {
@@ -135,18 +135,10 @@ def conduct(
     recorder: Recorder | None = None,
     progress: Callable[[float], None] = lambda _: None,
 ) -> Experiment:
-    """Conduct the paper's experiment in simulation.
+    """Conduct an experiment in simulation, by default the paper's; ``body`` must be at neutral.
 
-    Parameters
-    ----------
-    body
-        The body to move; it must be at neutral.
-    setup
-        The experiment's setup; by default what the paper says.
-    recorder
-        Takes states, feelings, commands and contacts as they happen.
-    progress
-        Called with the robot's time after each step.
+    ``recorder`` takes states, feelings, commands and contacts as they happen, and ``progress`` the
+    robot's time after each step.
 
     Raises
     ------
@@ -216,8 +208,7 @@ class _Observer:
     """Fill an :class:`Experiment` from states, touches and events."""
 
     def __init__(self, result: Experiment, robot: Robot) -> None:
-        self._result = result
-        self._robot = robot
+        self._result, self._robot = result, robot
         self._touched: float | None = None  # when the present contact began
         self._last_touch = -np.inf
         self._peak = 0.0
@@ -253,8 +244,6 @@ class _Observer:
                     self._end_gesture(time, complete)
                 case Stopped():
                     self._stop(event)
-                case _:
-                    pass
 
     def met(self, events: list[Event], touch: Touch) -> Touch | None:
         """Return the largest force and the touched part if the body stopped in this step."""

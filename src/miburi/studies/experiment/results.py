@@ -25,23 +25,11 @@ __all__ = ["write_experiment"]
 def write_experiment(
     body: Body, setup: experiment.Setup, out: Path, *, film: bool, face: bool
 ) -> list[str]:
-    """Conduct the experiment and write its files: all of them, or none.
+    """Conduct the experiment, write its files (all of them, or none), and return a summary's lines.
 
-    Parameters
-    ----------
-    body, setup
-        As for :func:`miburi.studies.experiment.conduct`.
-    out
-        Folder for ``experiment.json``, ``timing.json``, ``experiment.png``,
-        ``experiment.mcap`` and, with ``film``, ``experiment.mp4`` and ``experiment-strip.png``.
-    film
-        Whether to draw the film. A machine that cannot draw leaves it out, and the summary says so.
-    face
-        Whether the phone shows its face in pictures and film.
-
-    Returns
-    -------
-    A summary in words, line by line.
+    The files are ``experiment.json``, ``timing.json``, ``experiment.png``, ``experiment.mcap`` and,
+    with ``film``, ``experiment.mp4`` and ``experiment-strip.png``. A machine that cannot draw
+    leaves these two out, and the summary says so. With ``face`` the phone shows its face in them.
 
     Raises
     ------
@@ -52,7 +40,13 @@ def write_experiment(
     with whole_files(out) as draft, Progress(*bars, console=Console(stderr=True)) as progress:
         progress.console.print(f"seed {setup.seed}, {setup.seconds:g} s of the robot's time")
         running = progress.add_task("experiment", total=setup.seconds)
-        about = RecordingAbout(body.robot, _metadata(body, setup))
+        metadata = {
+            "temperament": setup.temperament.name,
+            "seed": str(setup.seed),
+            "servo": body.robot.servo.model.name,
+            "clock": "the robot's, from 0",
+        }
+        about = RecordingAbout(body.robot, metadata)
         with (draft / "experiment.mcap").open("wb") as file, Recorder(file, about) as recorder:
             result = experiment.conduct(
                 body,
@@ -80,15 +74,6 @@ def write_experiment(
                 left_out = [f"The film is left out: {error}"]
         names = sorted(file.name for file in draft.iterdir())
     return [*_summary(result), f"written to {out}: {', '.join(names)}", *left_out]
-
-
-def _metadata(body: Body, setup: experiment.Setup) -> dict[str, str]:
-    return {
-        "temperament": setup.temperament.name,
-        "seed": str(setup.seed),
-        "servo": body.robot.servo.model.name,
-        "clock": "the robot's, from 0",
-    }
 
 
 def _summary(result: experiment.Experiment) -> list[str]:
@@ -158,12 +143,8 @@ def _write_strip(
 
 def _scene(frame: experiment.FilmFrame, *, face: bool) -> Scene:
     shown = Expression(frame.feeling, frame.mood) if frame.feeling else None
-    picture = faces.face(shown) if face else None
-    return Scene(frame.angles, frame.hand, _caption(frame), picture)
-
-
-def _caption(frame: experiment.FilmFrame) -> str:
-    return f"{frame.feeling}   mood {frame.mood:.2f}\n{frame.phase}   {frame.time:.1f} s"
+    caption = f"{frame.feeling}   mood {frame.mood:.2f}\n{frame.phase}   {frame.time:.1f} s"
+    return Scene(frame.angles, frame.hand, caption, faces.face(shown) if face else None)
 
 
 def _write_json(path: Path, values: object) -> None:

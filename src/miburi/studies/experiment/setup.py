@@ -16,26 +16,8 @@ __all__ = ["Setup"]
 class Setup:
     """The setup of an experiment; feeling, mood and period are the paper's.
 
-    Parameters
-    ----------
-    seed
-        0 or more; chooses which arm the hand blocks, when, and where.
-    seconds
-        Length in the robot's time, from one period to a day.
-    feeling, mood
-        The emotion and the mood that are held, the mood from 0 to 1.
-    period
-        s from the start of one gesture to that of the next, 0.5 to 60.
-    temperament
-        The constants of the feelings; the mood's time constant sets how fast it recovers.
-    settings
-        Settings of the inverse kinematics; see :func:`miburi.ik.solve`.
-    repertoire
-        The gestures; by default those that ship with Miburi.
-    hand
-        Whether a hand gets in the way.
-    heal
-        Whether to watch the mood heal after the gestures.
+    Emotion and mood are held. The temperament's time constant of the mood sets how fast it
+    recovers. ``settings`` are those of the inverse kinematics; see :func:`miburi.ik.solve`.
 
     Raises
     ------
@@ -43,16 +25,16 @@ class Setup:
         A value is outside its range.
     """
 
-    seed: int = 1
-    seconds: float = 30.0
+    seed: int = 1  #: 0 or more; chooses which arm the hand blocks, when, and where
+    seconds: float = 30.0  #: length in the robot's time, from one period to a day
     feeling: str = "happiness"
-    mood: float = 0.9
-    period: float = 2.0
+    mood: float = 0.9  #: 0 to 1
+    period: float = 2.0  #: s from the start of one gesture to that of the next, 0.5 to 60
     temperament: Temperament = field(default_factory=shipped_temperament)
     settings: Settings | None = None
-    repertoire: Repertoire | None = None
-    hand: bool = True
-    heal: bool = False
+    repertoire: Repertoire | None = None  #: by default the gestures that ship with Miburi
+    hand: bool = True  #: whether a hand gets in the way
+    heal: bool = False  #: whether to watch the mood heal after the gestures
 
     def __post_init__(self) -> None:
         if self.seed < 0:
@@ -68,6 +50,5 @@ class Setup:
     def feelings(self) -> EmotionalModel:
         """Return a model in which emotion and mood are held."""
         model = EmotionalModel(self.temperament)
-        held = {self.feeling: 1.0}, {self.feeling: self.mood}
-        model.set_state(emotion=held[0], mood=held[1], hold=True)
+        model.set_state(emotion={self.feeling: 1.0}, mood={self.feeling: self.mood}, hold=True)
         return model

@@ -22,14 +22,9 @@ REACH = 0.16
 #: forwards and up from the place where it blocks (our choice).
 _APPROACH = 0.16
 _DIRECTIONS = (
-    (1, 0, 0),
-    (1, 0.7, 0.3),
-    (0.5, 1, 0),
-    (0, 1, 0.3),
-    (0.7, 0, 0.7),
-    (0.7, 0, -0.7),
+    (1, 0, 0), (1, 0.7, 0.3), (0.5, 1, 0), (0, 1, 0.3), (0.7, 0, 0.7), (0.7, 0, -0.7),
     (0.6, -0.6, 0.3),
-)
+)  # fmt: skip
 #: A move shorter than this, in m, ends before a hand could block it.
 _WORTH_BLOCKING = 0.05
 #: Gestures before the first visit, and between visits: minimum, and exclusive maximum (our choice).
@@ -50,20 +45,11 @@ class _Visit:
 class Visitor:
     """Block an arm in one of the first four gestures, then two to four gestures later each time.
 
-    Parameters
-    ----------
-    robot
-        The description, for the arms' shape.
-    body
-        The body; its hand is moved.
-    rng
-        Chooses gestures, arms, places and how long the hand stays.
+    ``rng`` chooses gestures, arms, places and how long the hand stays.
     """
 
     def __init__(self, robot: Robot, body: Touchable, rng: np.random.Generator) -> None:
-        self._robot = robot
-        self._body = body
-        self._rng = rng
+        self._robot, self._body, self._rng = robot, body, rng
         self._gestures_left = int(rng.integers(*_BEFORE))
         self._key_pose = int(rng.integers(0, 3))
         self._visit: _Visit | None = None
@@ -85,8 +71,6 @@ class Visitor:
                 case Stopped() if self._visit is not None:
                     stays = float(self._rng.uniform(0.3, 0.7))
                     self._visit.leaves_at = min(self._visit.leaves_at, self._visit.age + stays)
-                case _:
-                    pass
         if self._visit is not None:
             self._move_hand(self._visit, dt)
 

@@ -91,9 +91,8 @@ def in_state(
     """
     state, servo = STATES[name], robot.servo.model
     motor = servo.motor.model_copy(update={"resistance": servo.motor.resistance * state.resistance})
-    true = robot.with_servo(
-        servo.varied(friction=state.friction).model_copy(update={"motor": motor})
-    )
+    changed = servo.varied(friction=state.friction).model_copy(update={"motor": motor})
+    true = robot.with_servo(changed)
     done = calibrate_servos(robot, seed, robot if state.before else true)
     driven = true.servo.model.model_copy(update={"drive": done.robot.servo.model.drive})
     return Subject(done.robot, judged(done.rule), true.with_servo(driven), state.voltage)

@@ -12,7 +12,7 @@ import numpy as np
 
 from miburi import ik
 from miburi.feelings import FEELINGS
-from miburi.gestures import KeyPose, Repertoire, key_poses, shipped_repertoire
+from miburi.gestures import Repertoire, key_poses, shipped_repertoire
 from miburi.robot import Array, Robot
 from miburi.robot.mjcf import HAND_MASS
 from miburi.safety.move import Move, plan_move
@@ -22,78 +22,42 @@ __all__ = ["LINKS", "Conditions", "HandKind", "Person", "draw", "draw_person"]
 
 
 class HandKind(StrEnum):
-    """What a person's hand does.
+    """What a person's hand does."""
 
-    ``rigid`` stays where it is, like a hand resting on a table; ``compliant`` gives way;
-    ``towards`` moves towards the robot and halts when it feels the robot; ``grasping`` takes hold
-    of the moving link.
-    """
-
-    RIGID = "rigid"
-    COMPLIANT = "compliant"
-    TOWARDS = "towards"
-    GRASPING = "grasping"
+    RIGID = "rigid"  #: stays where it is, like a hand resting on a table
+    COMPLIANT = "compliant"  #: gives way
+    TOWARDS = "towards"  #: moves towards the robot, and halts when it feels the robot
+    GRASPING = "grasping"  #: takes hold of the moving link
 
 
 #: The links of the robot that a person can meet.
 LINKS = (
-    "right_upper_arm",
-    "right_forearm",
-    "right_hand",
-    "left_upper_arm",
-    "left_forearm",
-    "left_hand",
-    "head",
-)
+    "right_upper_arm", "right_forearm", "right_hand",
+    "left_upper_arm", "left_forearm", "left_hand", "head",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Person:
-    """A person in the way.
-
-    Attributes
-    ----------
-    kind, skin
-        What the hand does, and what it is made of.
-    link, spot
-        The link that the hand is to meet, and the place on it: from 0 at its joint to 1 at its
-        end, or from the lower to the upper edge of the head.
-    part
-        The point on the link's path where link and hand meet, as a fraction, 0 to 1.
-    speed
-        m/s, of a hand that moves towards the robot.
-    tilt, roll
-        rad: the angle between the hand's direction and the link's motion, and the angle around
-        that motion.
-    reach
-        m, how far the fingers reach over the link beyond the meeting point.
-    """
+    """A person in the way of a link, and where and how they are to meet."""
 
     kind: HandKind
     skin: Skin
     link: str
-    spot: float
-    part: float
-    speed: float
-    tilt: float
-    roll: float
-    reach: float
+    spot: float  #: on the link, 0 (its joint, or the head's lower edge) to 1
+    part: float  #: the share of the link's path that lies before the meeting, 0 to 1
+    speed: float  #: m/s, of a hand that moves towards the robot
+    tilt: float  #: rad, between the hand's direction and the link's motion
+    roll: float  #: rad, around that motion
+    reach: float  #: m, how far the fingers reach over the link beyond the meeting point
 
 
 @dataclass(frozen=True)
 class Conditions:
     """What the robot does in one trial, and how it differs from its description.
 
-    Attributes
-    ----------
-    feeling, mood, pose
-        The gesture, and the number of the key pose that the (first) move leads to.
-    start
-        (8,) rad, the pose where the robot rests first.
-    moves
-        The moves in order, each with the rest after it in s.
-    variation
-        How this robot differs.
+    ``pose`` is the number of the key pose that the (first) move leads to. The robot first rests in
+    ``start`` (8,) rad; each move comes with the rest after it, s.
     """
 
     feeling: str
@@ -115,34 +79,24 @@ def draw(
     performance = key_poses(robot, function, mood, variation=int(rng.integers(1 << 30)))
     count = min(moves, len(performance))
     pose = int(rng.integers(len(performance) - count + 1))
-    start, planned = _moves(robot, performance, pose, count)
-    return Conditions(feeling, mood, pose, start, planned, _variation(rng))
-
-
-def _moves(
-    robot: Robot, performance: list[KeyPose], pose: int, count: int
-) -> tuple[Array, tuple[tuple[Move, float], ...]]:
-    """Return where the robot rests before key pose ``pose``, and its next moves."""
     angles = [np.array(robot.neutral)]
     for key_pose in performance[max(pose - 1, 0) : pose + count]:
         angles.append(ik.solve(robot, key_pose.target, start=angles[-1]).angles)
     angles = angles[-count - 1 :]
-    return angles[0], tuple(
+    planned = tuple(
         (plan_move(robot, before, after, key_pose.duration), min(key_pose.hold, 0.2))
         for (before, after), key_pose in zip(
             pairwise(angles), performance[pose : pose + count], strict=True
         )
     )
-
-
-def _variation(rng: np.random.Generator) -> Variation:
-    return Variation(
+    variation = Variation(
         voltage=float(rng.uniform(4.75, 5.25)),
         friction=float(rng.uniform(0.75, 1.25)),
         load=float(rng.choice([0.0, rng.uniform(0.0, 0.01)])),
         noise=float(rng.uniform(0.0, 0.3)),
         delay=int(rng.integers(0, 3)),
     )
+    return Conditions(feeling, mood, pose, angles[0], planned, variation)
 
 
 def draw_person(rng: np.random.Generator, kind: HandKind) -> Person:

@@ -25,28 +25,15 @@ _BEYOND = 0.05
 
 @dataclass(frozen=True)
 class Meeting:
-    """Where and when the hand meets a link.
+    """Where and when the hand meets a link."""
 
-    Attributes
-    ----------
-    body, local
-        The model's body, and the meeting point in its frame, (3,) m.
-    time
-        s since the move began.
-    place, out, along
-        (3,) each: the middle of the hand, m; the direction in which it lies from the link; the
-        direction of its fingers.
-    speed
-        m/s, the commanded speed of the meeting point.
-    """
-
-    body: str
-    local: Array
-    time: float
-    place: Array
-    out: Array
-    along: Array
-    speed: float
+    body: str  #: the model's body …
+    local: Array  #: … and the meeting point in its frame, (3,) m
+    time: float  #: s since the move began
+    place: Array  #: (3,) m, the middle of the hand
+    out: Array  #: (3,), the direction in which the hand lies from the link
+    along: Array  #: (3,), the direction of its fingers
+    speed: float  #: m/s, the commanded speed of the meeting point
 
 
 def plan(plant: TrialPlant, person: Person, start: Array, move: Move) -> Meeting | None:

@@ -37,18 +37,10 @@ class Subject(NamedTuple):
 
 @dataclass(frozen=True)
 class Plan:
-    """A run of trials; trial i uses servo i modulo the number of servos.
+    """A run of ``free`` and ``blocked`` trials, of robots that differ in their servos.
 
-    Attributes
-    ----------
-    servos
-        The robots to try, which differ in their servos, each with its rule.
-    seed, free, blocked
-        The seed, and the number of trials of each kind; 0 or more.
-    repertoire
-        The gestures; by default those that ship with Miburi.
-    chosen
-        The command line's options and their values, to keep in the metadata of a file of trials.
+    Trial i uses servo i modulo the number of servos. A file of trials has the command line's
+    options, ``chosen``, in its metadata.
 
     Raises
     ------

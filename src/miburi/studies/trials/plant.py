@@ -23,71 +23,35 @@ __all__ = ["Skin", "TrialPlant", "Variation"]
 
 @dataclass(frozen=True)
 class Variation:
-    """How the simulated robot of one trial differs from its description (our assumptions).
+    """How the simulated robot of one trial differs from its description (our assumptions)."""
 
-    Attributes
-    ----------
-    voltage
-        V of the battery.
-    friction
-        Factor on the servos' dry friction and on how it grows with torque and load; one number, or
-        eight.
-    load
-        kg in each hand.
-    noise
-        Standard deviation of an encoder's reading, in steps.
-    delay
-        Delay of a setpoint on its way to the servo, in physics steps (2 ms).
-    """
-
-    voltage: float = 5.0
+    voltage: float = 5.0  #: V of the battery
+    #: Factor on the servos' dry friction and on how it grows with torque and load; one, or eight.
     friction: float | tuple[float, ...] = 1.0
-    load: float = 0.0
-    noise: float = 0.0
-    delay: int = 0
+    load: float = 0.0  #: kg in each hand
+    noise: float = 0.0  #: standard deviation of an encoder's reading, steps
+    delay: int = 0  #: of a setpoint on its way to the servo, physics steps (2 ms)
 
 
 @dataclass(frozen=True)
 class Skin:
-    """The mechanics of a human hand (our assumptions).
+    """The mechanics of a human hand (our assumptions)."""
 
-    Attributes
-    ----------
-    stiffness, damping
-        N/m and N·s/m of the arm that holds it.
-    softness
-        s, the time constant of a contact with it.
-    grip
-        Friction coefficient.
-    """
-
-    stiffness: float
-    damping: float
-    softness: float
-    grip: float
+    stiffness: float  #: N/m, of the arm that holds it
+    damping: float  #: N·s/m, of that arm
+    softness: float  #: s, the time constant of a contact with it
+    grip: float  #: friction coefficient
 
 
 class TrialPlant(Plant):
     """The physical robot of trials, built once and varied for each.
 
-    Parameters
-    ----------
-    robot
-        The description, which is all that the code driving it knows.
-    true
-        The actual robot, if it differs from the description. Errors of its servos' clocks are not
-        simulated.
-    voltage
-        The supply's voltage, V, whatever a variation says; None for the variation's.
+    The code that drives it knows only the description, ``robot``; ``true`` is the actual robot, if
+    it differs. Errors of its servos' clocks are not simulated. ``voltage``, V, replaces that of a
+    variation.
 
-    Attributes
-    ----------
-    touched
-        The part that the human met first, or None.
-    touched_at
-        When, s; None before.
-    itself
-        Two parts of the robot that met before the human touched it, or None.
+    ``touched`` is the part that the human met first, at ``touched_at``, s, and ``itself`` two parts
+    of the robot that met before; None if there is none.
     """
 
     def __init__(
@@ -103,10 +67,10 @@ class TrialPlant(Plant):
         self.robot = robot
         model = self.model
         self._base = {name: np.array(getattr(model, name)) for name in _VARIED}
-        dofs = [int(model.joint(f"hand_{axis}").dofadr[0]) for axis in "xyz"]
-        self._hand_joints = [model.joint(f"hand_{axis}").id for axis in "xyz"]
+        joints = [model.joint(f"hand_{axis}") for axis in "xyz"]
+        self._hand_joints = [joint.id for joint in joints]
         # The hand has slides only, so its dofs and positions have the same indices.
-        self._slides = slice(dofs[0], dofs[-1] + 1)
+        self._slides = slice(int(joints[0].dofadr[0]), int(joints[-1].dofadr[0]) + 1)
         self._constraint: NDArray[np.float64] = self.data.qfrc_constraint[self._slides]
         self._nominal_friction = self.friction.copy()
         self._grasp = model.equality("grasp").id
@@ -143,8 +107,7 @@ class TrialPlant(Plant):
     def forces(self) -> Array:
         """The force between human and robot at each physics step since :meth:`begin`, (n,) N."""
         x, y, z = np.array(self._pushes).reshape(-1, 3).T
-        forces: Array = np.sqrt(x * x + y * y + z * z)
-        return forces
+        return np.sqrt(x * x + y * y + z * z)
 
     @property
     def anchor(self) -> Array:

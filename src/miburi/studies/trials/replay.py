@@ -52,21 +52,11 @@ class DeafRule(Rule):
 
 @dataclass(frozen=True)
 class Judgement:
-    """What a rule does to a recorded run.
+    """What a rule does to a recorded run."""
 
-    Attributes
-    ----------
-    stopped_at
-        s; None if the rule never stops the body.
-    latency
-        s from the first touch; None without a stop or a touch, or if the stop came first.
-    peak_force
-        The largest force before the stop, N.
-    """
-
-    stopped_at: float | None
-    latency: float | None
-    peak_force: float
+    stopped_at: float | None  #: s
+    latency: float | None  #: s from the first touch; None if there is no stop after a touch
+    peak_force: float  #: N, before the stop
 
 
 def judge(rule: Rule, run: Run) -> Judgement:

@@ -54,16 +54,9 @@ def carry_out_plan(
 ) -> list[Outcome]:
     """Carry out all trials of a plan, free ones first, each kind in order of its numbers.
 
-    Parameters
-    ----------
-    out
-        The Parquet file to write. An earlier run that was interrupted is continued.
-    workers
-        Processes on this machine, 1 or more.
-    ray
-        Address of a Ray cluster to use instead; ``auto`` finds a local one.
-    progress
-        Called with the number of finished trials, and of all trials.
+    They run on ``workers`` processes of this machine, 1 or more, or on the cluster at the address
+    ``ray``; ``auto`` finds a local one. ``progress`` is called with the number of finished trials,
+    and of all. An interrupted run with the same Parquet file, ``out``, is continued.
 
     Raises
     ------
@@ -125,12 +118,10 @@ _MOST_PLANTS = 64
 
 
 def _on_processes(plan: Plan, todo: list[Chunk], workers: int) -> Iterator[Done]:
-    pool = ProcessPoolExecutor(
-        workers, get_context("spawn"), initializer=_begin_worker, initargs=(plan,)
-    )
+    pool = ProcessPoolExecutor(workers, get_context("spawn"), initializer=_begin_worker)
     try:
         waiting: dict[Future[list[Outcome]], Chunk] = {
-            pool.submit(_carry_out_here, chunk): chunk for chunk in todo
+            pool.submit(carry_out_chunk, plan, chunk): chunk for chunk in todo
         }
         while waiting:
             for future in wait(waiting, return_when=FIRST_COMPLETED).done:
@@ -139,9 +130,7 @@ def _on_processes(plan: Plan, todo: list[Chunk], workers: int) -> Iterator[Done]
         pool.shutdown(cancel_futures=True)
 
 
-def _begin_worker(plan: Plan) -> None:
-    global _plan  # noqa: PLW0603  (a pool hands its workers the plan once, as they begin)
-    _plan = plan
+def _begin_worker() -> None:
     # Ctrl-C is for the parent, which lets the workers finish their chunks.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
@@ -152,14 +141,6 @@ def _end_with_parent() -> None:
     if parent is not None:
         connection.wait([parent.sentinel])
         os._exit(1)
-
-
-def _carry_out_here(chunk: Chunk) -> list[Outcome]:
-    assert _plan is not None  # noqa: S101  (set when the worker began)
-    return carry_out_chunk(_plan, chunk)
-
-
-_plan: Plan | None = None
 
 
 def _knock(address: str) -> None:

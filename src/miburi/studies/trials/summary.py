@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from miburi.errors import need
+from miburi.robot import Array
 from miburi.studies.trials.runs import as_array
 from miburi.studies.trials.trial import Outcome, TrialKind
 
@@ -40,9 +41,7 @@ def wilson(hits: int, trials: int) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def quantile_interval(
-    values: "np.ndarray[tuple[int, ...], np.dtype[np.float64]]", share: float
-) -> tuple[float, float | None] | None:
+def quantile_interval(values: Array, share: float) -> tuple[float, float | None] | None:
     """Return a 95 % interval of a quantile, for any distribution.
 
     Its ends are two of the sorted values (David and Nagaraja, Order Statistics, 7.1). There is no
@@ -62,40 +61,26 @@ def quantile_interval(
 class Summary:
     """Figures of a run; s and N.
 
-    Attributes
-    ----------
-    false_stops
-        Stops before any touch, in free and blocked trials.
-    missed, missed_above_2N, missed_peak_above_2N
-        People pressed with 1 N or more (mean over 0.1 s) without a stop; of these, those pressed
-        with 2 N or more (mean over 0.1 s), and those on whom the force reached 2 N for a moment.
-    brushes
-        People whom the robot only brushed past; the trial drew others in their place.
-    late
-        Stops more than 0.25 s after the first touch.
-    latency_above_2N_max
-        The longest latency of contacts that reached 2 N over 0.1 s.
-    peak_force_p99, peak_force_p99_interval
-        The 99th percentile of the contacts' peak forces, and its interval from the values' order
-        alone. The largest value has no interval, because it grows with the number of trials.
-
     Intervals of counts are Wilson's; all intervals are 95 % intervals. A figure that rests on no
-    trial is None.
+    trial is None. ``missed`` people were pressed with 1 N or more (mean over 0.1 s) without a stop;
+    other figures above 2 N mean that, too, but ``missed_peak_above_2N``: there the force reached 2
+    N for a moment. The interval of the 99th percentile comes from the values' order alone. The
+    largest value has none, because it grows with the number of trials.
     """
 
     free: int
     blocked: int
-    false_stops: int
+    false_stops: int  #: before any touch, in free and blocked trials
     false_stops_interval: tuple[float, float]
     missed: int
     missed_interval: tuple[float, float]
     missed_above_2N: int  # noqa: N815  (that is how the unit is written)
     missed_peak_above_2N: int  # noqa: N815  (the unit)
-    brushes: int
+    brushes: int  #: people whom the robot only brushed past; others were drawn in their place
     latency_mean: float | None
     latency_p95: float | None
     latency_max: float | None
-    late: int
+    late: int  #: more than 0.25 s after the first touch
     latency_above_2N_max: float | None  # noqa: N815  (the unit)
     latency_from_1N_p95: float | None  # noqa: N815  (the unit)
     latency_from_1N_max: float | None  # noqa: N815  (the unit)
@@ -158,7 +143,5 @@ def summarise(outcomes: Sequence[Outcome]) -> Summary:
     )
 
 
-def _percentile(
-    values: "np.ndarray[tuple[int, ...], np.dtype[np.float64]]", p: int
-) -> float | None:
+def _percentile(values: Array, p: int) -> float | None:
     return float(np.percentile(values, p)) if len(values) else None

@@ -63,67 +63,33 @@ class TrialKind(StrEnum):
 
 @dataclass(frozen=True)
 class Outcome:
-    """The measurements of one trial; s and N.
-
-    Attributes
-    ----------
-    kind, index, servo
-        Free or blocked, the trial's number within its kind, and the number of the servo in this
-        run.
-    feeling, mood, pose
-        The gesture, and the number of the key pose that the (first) move leads to.
-    hand, link, speed
-        What the person's hand does, which link it meets, and the link's commanded speed there,
-        m/s; empty and NaN if nobody is in the way.
-    seconds
-        Simulated time.
-    stopped, sign, motor
-        Whether the contact rule stopped the body, which of its tests found the contact, and the
-        motor.
-    false_stop
-        Whether it stopped before anybody touched it.
-    touched
-        The part of the robot that met the person first.
-    latency, latency_from_1N
-        Time to the stop from the first touch, and from the moment when the force reached 1 N: NaN
-        if the force never did, and 0 if the stop came before.
-    peak_force, sustained_force
-        The largest force, and the largest mean over 0.1 s, until half a second after the stop.
-    push_after_stop
-        The largest force from 0.3 s to 0.5 s after the stop; NaN without a stop.
-    right_motor
-        Whether the stop names a motor that carries the touched part.
-    brushes, brush_force
-        The number of people drawn earlier whom the robot only brushed past, and the largest force
-        on them.
-    self_collision
-        Whether two parts of the robot met before anybody touched it.
-    """
+    """The measurements of one trial; s and N."""
 
     kind: str
-    index: int
-    servo: int
+    index: int  #: within its kind
+    servo: int  #: its number in this run
     feeling: str
     mood: float
-    pose: int
-    hand: str
-    link: str
-    speed: float
-    seconds: float
+    pose: int  #: the number of the key pose that the (first) move leads to
+    hand: str  #: what the person's hand does; empty if nobody is in the way, and so is ``link``
+    link: str  #: which link the hand is to meet
+    speed: float  #: m/s, the link's commanded speed there; NaN if nobody is in the way
+    seconds: float  #: simulated time
     stopped: bool
-    sign: str
+    sign: str  #: which of the rule's tests found the contact
     motor: str
-    false_stop: bool
-    touched: str
-    latency: float
+    false_stop: bool  #: whether it stopped before anybody touched it
+    touched: str  #: the part of the robot that met the person first
+    latency: float  #: from the first touch to the stop; NaN without either
+    #: From the moment when the force reached 1 N: NaN if it never did, 0 if the stop came before.
     latency_from_1N: float  # noqa: N815  (that is how the unit is written)
-    peak_force: float
-    sustained_force: float
-    push_after_stop: float
-    right_motor: bool
-    brushes: int
-    brush_force: float
-    self_collision: bool
+    peak_force: float  #: until half a second after the stop
+    sustained_force: float  #: the largest mean over 0.1 s, until then
+    push_after_stop: float  #: the largest force from 0.3 s to 0.5 s after the stop; NaN without one
+    right_motor: bool  #: whether the stop names a motor that carries the touched part
+    brushes: int  #: people drawn earlier whom the robot only brushed past
+    brush_force: float  #: the largest force on them
+    self_collision: bool  #: whether two parts of the robot met before anybody touched it
 
 
 @dataclass
@@ -157,8 +123,6 @@ def trial(
     repertoire: Repertoire | None = None,
 ) -> Outcome:
     """Carry out one trial; it depends only on robot, rule, repertoire, seed, kind and number.
-
-    The repertoire is, by default, the gestures that ship with Miburi.
 
     Raises
     ------

@@ -33,24 +33,12 @@ _READING = SECOND // 100
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a rule does to recorded runs.
+    """What a rule does to recorded runs."""
 
-    Attributes
-    ----------
-    false_stops
-        Share of the runs that it stops before the robot touches anybody.
-    missed
-        Share of touched people whom it does not notice.
-    delay
-        The mean time from touch to stop, s; a missed contact counts as ``PATIENCE``.
-    force
-        The median of the largest forces before the stop, N.
-    """
-
-    false_stops: float
-    missed: float
-    delay: float
-    force: float
+    false_stops: float  #: share of the runs that it stops before the robot touches anybody
+    missed: float  #: share of touched people whom it does not notice
+    delay: float  #: s, mean from touch to stop; a missed contact counts as ``PATIENCE``
+    force: float  #: N, median of the largest forces before the stop
 
 
 @dataclass(frozen=True)
@@ -93,23 +81,11 @@ def tune(
     seed: int,
     progress: Callable[[int], None] = lambda _tried: None,
 ) -> Tuned:
-    """Return the rule with the smallest delay whose false stops are within the bound.
+    """Return the rule with the smallest delay whose share of false stops is within the bound.
 
-    Every other free run calibrates a candidate's guards; the candidate then judges the other free
-    runs and all blocked ones.
-
-    Parameters
-    ----------
-    robot
-        The description; its servos are the ones that the rule expects.
-    runs
-        Runs under a deaf rule, free and blocked; see :func:`miburi.studies.trials.replay.record`.
-    bound
-        The largest allowed share of false stops, 0 to 1.
-    seed
-        The seed of the search.
-    progress
-        Called with the number of rules tried.
+    The runs are under a deaf rule; see :func:`miburi.studies.trials.replay.record`. Every other
+    free one calibrates a candidate's guards; the candidate then judges the other free runs and all
+    blocked ones. ``progress`` is called with the number of rules tried.
 
     Raises
     ------
@@ -141,18 +117,15 @@ def tune(
             progress(len(tried))
         return tried[key]
 
-    def cost(point: Array) -> float:
-        verdict = candidate(point).verdict
+    def cost(tuned: Tuned) -> float:
+        verdict = tuned.verdict
         return verdict.delay + _PENALTY * max(0.0, verdict.false_stops - bound)
 
     search = bma.Optimizer(BOX, seed=seed, settings=_SETTINGS)
     while not search.finished and len(tried) < _BUDGET:
         points = search.ask()
-        search.tell([cost(np.asarray(point)) for point in points])
-    best = min(
-        tried.values(),
-        key=lambda t: t.verdict.delay + _PENALTY * max(0.0, t.verdict.false_stops - bound),
-    )
+        search.tell([cost(candidate(np.asarray(point))) for point in points])
+    best = min(tried.values(), key=cost)
     return Tuned(best.rule, best.verdict, len(tried))
 
 

@@ -45,28 +45,14 @@ USUAL = Variation(noise=0.3, delay=1)
 
 @dataclass(frozen=True)
 class Calibrated:
-    """A calibrated robot.
+    """A calibrated robot."""
 
-    Attributes
-    ----------
-    robot
-        The description with the stiffness and friction that were found, and the gain that fits.
-    true
-        The robot as it is, with that gain.
-    rule, found
-        The contact rule, and the servos that it expects.
-    words
-        Remarks that its maker may want to look into.
-    seconds
-        How long it took, in the robot's time.
-    """
-
-    robot: Robot
-    true: Robot
+    robot: Robot  #: the description with what was found of its servos, and the gain that fits
+    true: Robot  #: the robot as it is, with that gain
     rule: FreeRule
-    found: Identified
-    words: tuple[str, ...]
-    seconds: float
+    found: Identified  #: the servos that the rule expects
+    words: tuple[str, ...]  #: remarks that its maker may want to look into
+    seconds: float  #: how long it took, in the robot's time
 
 
 def calibrate_servos(robot: Robot, seed: int, true: Robot | None = None) -> Calibrated:
