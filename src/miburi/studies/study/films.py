@@ -11,7 +11,7 @@ from miburi.ground.files import whole_files
 from miburi.robot import Robot
 from miburi.studies.face import face
 from miburi.studies.gestures.pictures import film as write_film
-from miburi.studies.study.plan import Film, Study
+from miburi.studies.study.plan import Study
 
 __all__ = ["FILMS", "draw_missing", "find_films"]
 
@@ -25,16 +25,13 @@ _ENDINGS = (".mp4", ".sheet.png")
 
 def find_films(study: Study, folder: Path) -> dict[str, Path]:
     """Return a study's existing film files, keyed by the films' names."""
-    files = {
-        film.name: [
-            folder / FILMS / name
-            for name in ([film.file] if film.file else [film.name + end for end in _ENDINGS])
-        ]
-        for film in study.films
-        if not film.live
-    }
-    there = {name: [file for file in each if file.is_file()] for name, each in files.items()}
-    return {name: each[0] for name, each in there.items() if each}
+    there = {}
+    for film in study.films:
+        names = [film.file] if film.file else [film.name + end for end in _ENDINGS]
+        files = [folder / FILMS / name for name in names if not film.live]
+        if found := [file for file in files if file.is_file()]:
+            there[film.name] = found[0]
+    return there
 
 
 def draw_missing(
@@ -42,13 +39,9 @@ def draw_missing(
     folder: Path,
     robot: Robot,
     repertoire: Repertoire,
-    progress: Callable[[int, int], None] = lambda _done, _of: None,
+    progress: Callable[[int, int], None],
 ) -> dict[str, Path]:
-    """Draw the films that are missing, one after another; each is written whole or not at all.
-
-    Returns
-    -------
-    The file of every film, by the films' names.
+    """Draw the films that are missing, each whole or not at all; return every film's file by name.
 
     Raises
     ------
@@ -63,15 +56,11 @@ def draw_missing(
         raise InputError(f"{folder / FILMS} has no {', '.join(own)}; put it there.")
     for number, film in enumerate(missing):
         progress(number, len(missing))
-        _draw(film, folder / FILMS, robot, repertoire)
+        function = repertoire.of(film.feeling)[0]
+        performance = rehearse(robot, key_poses(robot, function, film.mood))
+        screen = face(Expression(film.feeling, film.mood)) if film.face else None
+        with whole_files(folder / FILMS) as draft:
+            path = draft / f"{film.name}.mp4"
+            write_film(robot, performance, path, screen, pixels=_PIXELS, every=1)
     progress(len(missing), len(missing))
     return find_films(study, folder)
-
-
-def _draw(film: Film, folder: Path, robot: Robot, repertoire: Repertoire) -> None:
-    function = repertoire.of(film.feeling)[0]
-    performance = rehearse(robot, key_poses(robot, function, film.mood))
-    screen = face(Expression(film.feeling, film.mood)) if film.face else None
-    with whole_files(folder) as draft:
-        path = draft / f"{film.name}.mp4"
-        write_film(robot, performance, path, screen, pixels=_PIXELS, every=1)

@@ -40,14 +40,13 @@ def find(
     answers: Sequence[StudyAnswer],
     counts: Counts,
     showings: Mapping[tuple[int, int], Shown],
-    paces: Mapping[tuple[int, int], AnswerPace] | None = None,
-    wordings: Sequence[int] = (),
+    paces: Mapping[tuple[int, int], AnswerPace],
+    wordings: Sequence[int],
 ) -> Findings:
     """Summarise the answers of a study, including those of people who did not finish.
 
     Practice is not counted, and neither are people whom the study's own rule leaves out.
     """
-    paces = paces or {}
     films = {film.name: film for film in study.films}
     real = [answer for answer in answers if not study.steps[answer.step].practice]
     out = left_out(study, real, paces)
@@ -61,9 +60,9 @@ def find(
     taken = [
         pace.seconds
         for (number, step), pace in paces.items()
-        if number not in gone and (study.steps[step].trial or 0) >= 0 and pace.seconds is not None
-        and study.steps[step].trial is not None
-    ]  # fmt: skip
+        if number not in gone and pace.seconds is not None
+        if (trial := study.steps[step].trial) is not None and trial >= 0
+    ]
     return Findings(
         counts,
         out,
@@ -198,14 +197,16 @@ def _words(question: Question, answers: list[StudyAnswer], films: dict[str, Film
 
 def _share(pairs: list[tuple[Film, StudyAnswer]], chance: float) -> Share:
     right = [film.feeling == answer.value for film, answer in pairs]
-    clusters = _by_person([answer.participant for _, answer in pairs], right)
+    clusters = _by_person(
+        (answer.participant, hit) for (_, answer), hit in zip(pairs, right, strict=True)
+    )
     low, high = share_interval(clusters) or (None, None)
     return Share(sum(right), len(right), low, high, above_guessing(sum(right), len(right), chance))
 
 
 def _rating(values: list[tuple[int, float]]) -> MeanRating:
     numbers = [value for _, value in values]
-    low, high = mean_interval(_by_person([who for who, _ in values], numbers)) or (None, None)
+    low, high = mean_interval(_by_person(values)) or (None, None)
     return MeanRating(
         len(numbers),
         _mean(numbers) if numbers else None,
@@ -220,17 +221,15 @@ def _sum(orders: list[tuple[int, float, int]]) -> PairOrder:
     # Each pair is replaced by the share of correctly ordered pairs in its group (one person and
     # feeling), which leaves the sum unchanged.
     each = [(who, one / of) for who, one, of in orders if of for _ in range(of)]
-    low, high = mean_interval(
-        _by_person([who for who, _ in each], [value for _, value in each])
-    ) or (None, None)
+    low, high = mean_interval(_by_person(each)) or (None, None)
     low, high = (None if end is None else min(max(end, 0.0), 1.0) for end in (low, high))
     return PairOrder(right, pairs, low, high)
 
 
-def _by_person(people: Sequence[int], values: Sequence[Value]) -> list[list[Value]]:
+def _by_person(values: Iterable[tuple[int, Value]]) -> list[list[Value]]:
     """Return the values of each person."""
     clusters: dict[int, list[Value]] = defaultdict(list)
-    for person, value in zip(people, values, strict=True):
+    for person, value in values:
         clusters[person].append(value)
     return list(clusters.values())
 

@@ -19,22 +19,14 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Share:
-    """Hits, out of a number of answers.
-
-    Attributes
-    ----------
-    hits, of
-        The number of hits, and the number of answers.
-    low, high
-        The 95 % interval of the share, clustered by participant; None for fewer than two people.
-    p
-        The exact probability of at least as many hits by guessing; None if nobody answered.
-    """
+    """Hits, out of a number of answers."""
 
     hits: int
     of: int
+    #: The 95 % interval of the share, clustered by participant; None for fewer than two people.
     low: float | None
     high: float | None
+    #: The exact probability of at least as many hits by guessing; None if nobody answered.
     p: float | None
 
     @property
@@ -45,38 +37,19 @@ class Share:
 
 @dataclass(frozen=True)
 class ChoiceFindings:
-    """What people chose.
-
-    Attributes
-    ----------
-    question
-        The question's name.
-    labels
-        Rows and columns of ``confusion``: intended (row) and chosen (column).
-    right
-        The share of answers that name the intended feeling; ``by_feeling``, ``by_mood`` and
-        ``by_face`` break it down.
-    chance
-        The share that guessing gives.
-    unbiased
-        Wagner's unbiased hit rate (1993) of each feeling that was shown.
-    kappa
-        Cohen's, of the choice against the intended feeling; over all answers.
-    fleiss
-        Fleiss's, among those who saw every film equally often and finished.
-    """
+    """What people chose."""
 
     question: str
-    labels: tuple[str, ...]
-    confusion: tuple[tuple[int, ...], ...]
-    right: Share
+    labels: tuple[str, ...]  #: rows and columns of ``confusion``
+    confusion: tuple[tuple[int, ...], ...]  #: intended (row) and chosen (column)
+    right: Share  #: the share of answers that name the intended feeling
     by_feeling: dict[str, Share]
     by_mood: dict[str, Share]
     by_face: dict[str, Share]
-    chance: float
-    unbiased: dict[str, float | None]
-    kappa: float | None
-    fleiss: float | None
+    chance: float  #: the share that guessing gives
+    unbiased: dict[str, float | None]  #: Wagner's hit rate (1993) of each feeling that was shown
+    kappa: float | None  #: Cohen's, of the choice against the intended feeling; over all answers
+    fleiss: float | None  #: among those who saw every film equally often and finished
 
 
 @dataclass(frozen=True)
@@ -153,27 +126,13 @@ class PersonFindings:
 
 @dataclass(frozen=True)
 class Findings:
-    """All findings of a study.
+    """All findings of a study."""
 
-    Attributes
-    ----------
-    counts
-        How many people took part.
-    left_out
-        The participants who are left out of all figures below, with the reasons.
-    wordings
-        For each change of the study's wording, the first participant who saw the new words.
-    seconds
-        How long a page about a film took, s: the quartiles; None if that was not recorded.
-    shown
-        How often live gestures were seen.
-    """
-
-    counts: Counts
-    left_out: tuple[LeftOut, ...]
-    wordings: tuple[int, ...]
-    seconds: tuple[float, float, float] | None
-    shown: Shown
+    counts: Counts  #: how many people took part
+    left_out: tuple[LeftOut, ...]  #: who is left out of all figures below
+    wordings: tuple[int, ...]  #: the first participant to see each change of the study's words
+    seconds: tuple[float, float, float] | None  #: s for a page about a film, the quartiles
+    shown: Shown  #: how often live gestures were seen
     people: tuple[PersonFindings, ...]
     choices: tuple[ChoiceFindings, ...]
     ratings: tuple[RatingFindings, ...]

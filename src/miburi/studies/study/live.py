@@ -6,7 +6,6 @@ time.
 """
 
 import threading
-import time
 from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
 from dataclasses import dataclass
@@ -31,18 +30,12 @@ _RATE, _LOOKS = 20, 600
 class Ending(StrEnum):
     """What became of a gesture."""
 
-    #: It was made from its first key pose to its last.
-    WHOLE = "whole"
-    #: The partner was touched and stopped; it resumes by itself.
-    TOUCHED = "touched"
-    #: It was stopped, and waits for a person.
-    STOPPED = "stopped"
-    #: Somebody has paused the partner.
-    PAUSED = "paused"
-    #: The partner cannot be reached, or refuses.
-    ABSENT = "absent"
-    #: Something else: another request, another body, a late loop, or no opportunity for half a
-    #: minute.
+    WHOLE = "whole"  #: made from its first key pose to its last
+    TOUCHED = "touched"  #: the partner was touched and stopped; it resumes by itself
+    STOPPED = "stopped"  #: it was stopped, and waits for a person
+    PAUSED = "paused"  #: somebody has paused the partner
+    ABSENT = "absent"  #: the partner cannot be reached, or refuses
+    #: Another request, another body, a late loop, or no opportunity for half a minute.
     BROKEN = "broken"
 
 
@@ -131,10 +124,7 @@ def _hindrance(state: State) -> Ending | None:
 
 
 def _stopped(stop: StopOut | None) -> Ending:
-    """Return the outcome for a stop.
-
-    The reason for the stop decides whether the robot resumes by itself.
-    """
+    """Return the outcome for a stop: its reason decides whether the robot resumes by itself."""
     match stop.reason if stop is not None else None:
         case StopReason.CONTACT | StopReason.TOUCHED:
             return Ending.TOUCHED
@@ -161,25 +151,18 @@ class Turn(StrEnum):
     """Whether a participant may see a gesture now."""
 
     YOURS = "yours"
-    #: The robot is making this participant's gesture already.
-    MOVING = "moving"
-    #: It is with another participant.
-    TAKEN = "taken"
+    MOVING = "moving"  #: the robot is making this participant's gesture already
+    TAKEN = "taken"  #: it is with another participant
 
 
 class Turns:
-    """Keeps the robot for one participant at a time, until they finish or are idle too long.
+    """Keeps the robot for one participant at a time, until they finish or ask for no page too long.
 
-    Parameters
-    ----------
-    clock
-        Returns the time, s.
-    idle
-        Another may begin if the present participant asks for no page for this long, s.
+    ``clock`` returns the time, s.
     """
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic, idle: float = IDLE) -> None:
-        self._clock, self._idle = clock, idle
+    def __init__(self, clock: Callable[[], float]) -> None:
+        self._clock = clock
         self._lock = threading.Lock()
         self._number: int | None = None
         self._until = 0.0
@@ -190,7 +173,7 @@ class Turns:
         with self._lock:
             turn = self._turn(number)
             if self._number == number:
-                self._until = self._clock() + self._idle
+                self._until = self._clock() + IDLE
             return turn
 
     def begin(self, number: int) -> Turn:
@@ -205,7 +188,7 @@ class Turns:
         """Say that the gesture is over; the robot stays with the participant."""
         with self._lock:
             if self._number == number:
-                self._moving, self._until = False, self._clock() + self._idle
+                self._moving, self._until = False, self._clock() + IDLE
 
     def leave(self, number: int) -> None:
         """Take the robot from a participant, so that the next one may begin."""

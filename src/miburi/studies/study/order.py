@@ -23,19 +23,9 @@ def balanced_square(count: int) -> list[tuple[int, ...]]:
 
 
 def film_order(count: int, trials: int, participant: int, seed: int) -> tuple[int, ...]:
-    """Return which film a participant sees in each trial.
+    """Return which of ``count`` films a participant, 1 or more, sees in each trial.
 
-    Parameters
-    ----------
-    count
-        Number of films.
-    trials
-        How many the participant sees. Up to ``count``, the films are the beginning of a row; beyond
-        that, the next rows follow.
-    participant
-        1 or more.
-    seed
-        The study's.
+    Up to ``count`` trials, the films are the beginning of a row; beyond that, the next rows follow.
     """
     rows = balanced_square(count)
     block, row = divmod(participant - 1, len(rows))

@@ -60,31 +60,21 @@ def make_app(
     films: Mapping[str, Path],
     *,
     local: bool = True,
-    code: Callable[[], str] = make_code,
     perform: Perform | None = None,
     clock: Callable[[], float] = time.monotonic,
 ) -> ASGIApp:
     """Return the application with a study's pages, at ``/study/NAME``.
 
-    Parameters
-    ----------
-    study, store
-        What is asked, and where answers go.
-    films
-        The file of every film, by the films' names.
-    local
-        Whether only this computer may request pages. Requests must then name a loopback address,
-        such as ``localhost``, because a website could make its own domain name point at this
-        computer.
-    code
-        Makes a new participant's code.
-    perform
-        Has the robot in the room make a gesture; for a study with live gestures.
-    clock
-        Returns the time, s. It times answers, frees the robot from whoever is idle for
-        :data:`.live.IDLE`, and limits how fast newcomers may begin.
+    ``films`` are the files of all films, by name; ``perform`` has the robot in the room make a
+    gesture, for a study with live ones.
+
+    If ``local``, only this computer may request pages. Requests must then name a loopback address,
+    such as ``localhost``, because a website could make its own domain name point at this computer.
+
+    ``clock`` returns the time, s. It times answers, frees the robot from whoever is idle for
+    :data:`.live.IDLE`, and limits how fast newcomers may begin.
     """
-    pages = _Pages(study, store, films, code, perform, clock)
+    pages = _Pages(study, store, films, perform, clock)
     home = pages.home
     routes = [
         Route("/", lambda _: RedirectResponse(home)),
@@ -114,12 +104,11 @@ class _Pages:
         study: Study,
         store: Store,
         films: Mapping[str, Path],
-        code: Callable[[], str],
         perform: Perform | None,
         clock: Callable[[], float],
     ) -> None:
         self.home = f"/study/{study.name}"
-        self._study, self._store, self._code = study, store, code
+        self._study, self._store = study, store
         self._perform, self._turns, self._clock = perform, Turns(clock), clock
         self._allowance = Allowance(_RATE, _BURST, clock)
         # When a page was first shown, by participant number and step.
@@ -143,7 +132,7 @@ class _Pages:
             return self._show("welcome.html", language, 422, missing=True)
         if not self._allowance.take(_asker(request)):
             return self._show("notice.html", language, 429, notice="busy")
-        code = self._code()
+        code = make_code()
         self._store.enter(code, language, self._gone())
         response = RedirectResponse(f"{self.home}/page", 303)
         response.set_cookie(
