@@ -163,20 +163,25 @@ class Question(Table):
 
     @model_validator(mode="after")
     def _check_kind(self) -> Self:
-        if self.kind in ("choice", "check") and self.after != "film":
-            raise ValueError("a choice of feelings belongs to a film; leave out 'after'")
-        if self.kind not in ("choice", "check") and (self.options or self.none):
-            raise ValueError(f"only a choice has 'options' and 'none', and this is a {self.kind}")
-        if {self.kind == "check"} != {self.right is not None, self.at is not None}:
-            raise ValueError("a check needs both 'right' and 'at'; no other question has them")
-        if (self.kind == "pick") != (len(self.answers) > 1):
-            raise ValueError("a pick needs at least two answers; nothing else has answers")
-        if self.optional and self.kind not in ("word", "pick", "number"):
-            raise ValueError("only a word, a pick or a number may be optional")
-        if self.low >= self.high:
-            raise ValueError(f"low must be less than high, got {self.low} and {self.high}")
-        if (self.kind == "rating") != bool(self.items):
-            raise ValueError("a rating needs at least one item; nothing else has items")
+        about_feelings = self.kind in ("choice", "check")
+        for wrong, message in (
+            (about_feelings and self.after != "film",
+             "a choice of feelings belongs to a film; leave out 'after'"),
+            (not about_feelings and (self.options or self.none),
+             f"only a choice has 'options' and 'none', and this is a {self.kind}"),
+            ({self.kind == "check"} != {self.right is not None, self.at is not None},
+             "a check needs both 'right' and 'at'; no other question has them"),
+            ((self.kind == "pick") != (len(self.answers) > 1),
+             "a pick needs at least two answers; nothing else has answers"),
+            (self.optional and self.kind not in ("word", "pick", "number"),
+             "only a word, a pick or a number may be optional"),
+            (self.low >= self.high,
+             f"low must be less than high, got {self.low} and {self.high}"),
+            ((self.kind == "rating") != bool(self.items),
+             "a rating needs at least one item; nothing else has items"),
+        ):  # fmt: skip
+            if wrong:
+                raise ValueError(message)
         _check_once("items", [item.name for item in self.items])
         _check_once("options", self.options)
         _check_once("answers", [option.name for option in self.answers])
@@ -207,24 +212,15 @@ class Step:
 
 
 class Exclude(Table):
-    """Rules for leaving participants out of the findings, decided before there are answers.
+    """Who is left out of the findings; decided before there are answers."""
 
-    Attributes
-    ----------
-    checks
-        Participants with at least this many wrong checks are left out.
-    fastest
-        Participants whose median time on pages about films is below this, s, are left out.
-    same
-        Whoever chooses one feeling for more than this share of the films.
-    unplayed
-        Whoever started less than this share of the films; known only where a browser runs
-        scripts.
-    """
-
+    #: Whoever gets at least this many checks wrong.
     checks: Annotated[int | None, Field(ge=1)] = None
+    #: Whoever has a median time on pages about films below this, s.
     fastest: Annotated[float | None, Field(gt=0)] = None
+    #: Whoever chooses one feeling for more than this share of the films.
     same: Annotated[float | None, Field(gt=0, lt=1)] = None
+    #: Whoever started less than this share of the films; known only where a browser runs scripts.
     unplayed: Annotated[float | None, Field(gt=0, le=1)] = None
 
 
@@ -310,6 +306,7 @@ class Study(Table):
                 'no question is asked after a film; set after = "film" in at least one'
             )
         choices = [question.name for question in self.question if question.kind == "choice"]
+        seen = self.trials or len(self.films)
         for question in self.question:
             if question.only_if is not None and question.only_if not in choices:
                 raise ValueError(
@@ -317,7 +314,6 @@ class Study(Table):
                 )
             self._check_order(question)
             self._check_right(question)
-            seen = self.trials or len(self.films)
             if (question.at or 0) > seen:
                 raise ValueError(
                     f"{question.name}: at is {question.at}, but a participant sees {seen} films"
@@ -352,9 +348,9 @@ class Study(Table):
 
     def _check_order(self, question: Question) -> None:
         """Check that only questions with the same only_if come between a choice and this one."""
-        each = [one for one in self.question if one.after == "film" and one.kind != "check"]
         if question.only_if is None:
             return
+        each = [one for one in self.question if one.after == "film" and one.kind != "check"]
         before = each[each.index(question) - 1] if question in each[1:] else None
         if before is None or question.only_if not in (before.name, before.only_if):
             raise ValueError(

@@ -68,10 +68,8 @@ class AnswerRow:
 def write_report(study: Study, folder: Path, out: Path, *, rehearsal: bool = False) -> Path:
     """Write the report on a study's answers, or on those of its rehearsal (a trial run).
 
-    Returns
-    -------
-    The page, ``index.html``, with ``findings.json``, ``answers.csv``, ``answers.parquet`` and
-    figures beside it. The same answers give the same page, JSON and CSV, byte for byte.
+    Return the page, ``index.html``; ``findings.json``, ``answers.csv``, ``answers.parquet`` and
+    figures are beside it. The same answers give the same page, JSON and CSV, byte for byte.
 
     Raises
     ------
@@ -134,9 +132,8 @@ def _row(
     pace = paces.get((answer.participant, answer.step), AnswerPace())
     film = next((film for film in study.films if film.name == answer.film), None)
     trial = study.steps[answer.step].trial
-    shown = None
-    if film is not None and film.live and trial is not None:
-        shown = showings.get((answer.participant, trial), Shown())
+    live = film is not None and film.live and trial is not None
+    shown = showings.get((answer.participant, trial or 0), Shown()) if live else None
     return AnswerRow(
         answer.participant,
         answer.language,

@@ -109,21 +109,13 @@ def above_guessing(hits: int, of: int, chance: float) -> float | None:
 def mean_interval(clusters: Sequence[Sequence[float]]) -> tuple[float, float] | None:
     """Return the 95 % interval of the mean of all values, which come in clusters.
 
-    The variance is that of a ratio of cluster totals, linearised (Cochran, Sampling Techniques,
-    6.3), with Student's quantile for (clusters - 1) degrees of freedom; None if there are fewer
-    than two clusters.
+    None if there are fewer than two clusters.
     """
-    kept = [np.asarray(values, dtype=np.float64) for values in clusters if len(values)]
-    if len(kept) < 2:
+    if (found := _mean_of(clusters)) is None:
         return None
-    from scipy.stats import t
-
-    count = sum(len(values) for values in kept)
-    mean = sum(values.sum() for values in kept) / count
-    spread = sum(float((values - mean).sum()) ** 2 for values in kept)
-    error = sqrt(spread * len(kept) / (len(kept) - 1)) / count
-    half = float(t.ppf(_TWO_SIDED, len(kept) - 1)) * error
-    return float(mean - half), float(mean + half)
+    mean, variance, quantile, _ = found
+    half = quantile * sqrt(variance)
+    return mean - half, mean + half
 
 
 def share_interval(clusters: Sequence[Sequence[bool]]) -> tuple[float, float] | None:
@@ -133,21 +125,32 @@ def share_interval(clusters: Sequence[Sequence[bool]]) -> tuple[float, float] | 
     effect of :func:`mean_interval`'s variance, at least 1), with Student's quantile. Where all
     answers are the same, each cluster counts as one answer.
     """
+    if (found := _mean_of(clusters)) is None:
+        return None
+    share, variance, z, count = found
+    alone = share * (1 - share) / count
+    worth = count / max(variance / alone, 1.0) if alone else sum(map(bool, map(len, clusters)))
+    a = z * z / (2 * worth)
+    half = z * sqrt(share * (1 - share) / worth + a / (2 * worth))
+    return (share + a - half) / (1 + 2 * a), (share + a + half) / (1 + 2 * a)
+
+
+def _mean_of(clusters: Sequence[Sequence[float]]) -> tuple[float, float, float, int] | None:
+    """Return the mean of all values in clusters, its variance, t, and the number of values.
+
+    None if there are fewer than two clusters. The variance is that of a ratio of cluster totals, linearised (Cochran, Sampling Techniques,
+    6.3), with Student's quantile for (clusters - 1) degrees of freedom.
+    """
     kept = [np.asarray(values, dtype=np.float64) for values in clusters if len(values)]
     if len(kept) < 2:
         return None
     from scipy.stats import t
 
     count = sum(len(values) for values in kept)
-    share = float(sum(values.sum() for values in kept) / count)
-    spread = sum(float((values - share).sum()) ** 2 for values in kept)
+    mean = float(sum(values.sum() for values in kept) / count)
+    spread = sum(float((values - mean).sum()) ** 2 for values in kept)
     variance = spread * len(kept) / (len(kept) - 1) / count**2
-    alone = share * (1 - share) / count
-    worth = len(kept) if not alone else count / max(variance / alone, 1.0)
-    z = float(t.ppf(_TWO_SIDED, len(kept) - 1))
-    a = z * z / (2 * worth)
-    half = z * sqrt(share * (1 - share) / worth + a / (2 * worth))
-    return (share + a - half) / (1 + 2 * a), (share + a + half) / (1 + 2 * a)
+    return mean, variance, float(t.ppf(_TWO_SIDED, len(kept) - 1)), count
 
 
 def _above_chance(observed: float, chance: float) -> float | None:

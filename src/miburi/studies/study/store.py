@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
+from typing import Any
 
 from miburi.errors import OutputError
 from miburi.studies.study.live import Ending
@@ -68,24 +69,12 @@ CREATE TABLE answer (
 
 @dataclass(frozen=True)
 class Participant:
-    """Somebody who takes part.
+    """Somebody who takes part."""
 
-    Attributes
-    ----------
-    number
-        Identifies them in every export; 1 or more.
-    place
-        Their row in the order of the films; 1 or more.
-    language
-        The language of their pages.
-    step
-        The page that comes next, from 0.
-    """
-
-    number: int
-    place: int
-    language: str
-    step: int
+    number: int  #: identifies them in every export; 1 or more
+    place: int  #: their row in the order of the films; 1 or more
+    language: str  #: of their pages
+    step: int  #: the page that comes next, from 0
 
 
 @dataclass(frozen=True)
@@ -163,13 +152,12 @@ class Store:
 
     def unfinished(self, steps: int) -> set[int]:
         """Return the numbers of those who have begun, and have not answered ``steps`` pages."""
-        with self._connection() as database:
-            rows = database.execute(
-                "SELECT number FROM participant WHERE code IS NOT NULL AND NOT EXISTS "
-                "(SELECT 1 FROM answer WHERE participant = number AND step = ?)",
-                (steps - 1,),
-            )
-            return {number for (number,) in rows}
+        rows = self._rows(
+            "SELECT number FROM participant WHERE code IS NOT NULL AND NOT EXISTS "
+            "(SELECT 1 FROM answer WHERE participant = number AND step = ?)",
+            steps - 1,
+        )
+        return {number for (number,) in rows}
 
     def find(self, code: str) -> Participant | None:
         """Return the participant with a code; None if there is none, or if they have withdrawn."""
@@ -201,9 +189,8 @@ class Store:
 
     def paces(self) -> dict[tuple[int, int], AnswerPace]:
         """Return how long answers took, by participant and step."""
-        with self._connection() as database:
-            rows = database.execute("SELECT participant, step, seconds, plays FROM pace")
-            return {(number, step): AnswerPace(*pace) for number, step, *pace in rows}
+        rows = self._rows("SELECT participant, step, seconds, plays FROM pace")
+        return {(number, step): AnswerPace(*pace) for number, step, *pace in rows}
 
     def wordings(self) -> list[int]:
         """Return the number of the first participant after each change of the study's words.
@@ -232,8 +219,8 @@ class Store:
     @property
     def closed(self) -> bool:
         """Whether the study has ended."""
-        with self._connection() as database:
-            return bool(database.execute("SELECT closed FROM study").fetchone()[0])
+        ((closed,),) = self._rows("SELECT closed FROM study")
+        return bool(closed)
 
     def note_showing(self, code: str, trial: int, film: str, ending: Ending) -> None:
         """Record that a live gesture was shown, or begun, in a trial."""
@@ -245,22 +232,21 @@ class Store:
 
     def showings(self) -> dict[tuple[int, int], Shown]:
         """Return how often live gestures were shown, by participant and trial."""
-        with self._connection() as database:
-            rows = database.execute(
-                "SELECT participant, trial, SUM(ending = ?), SUM(ending != ?) FROM showing "
-                "GROUP BY participant, trial ORDER BY participant, trial",
-                (Ending.WHOLE.value, Ending.WHOLE.value),
-            )
-            return {(number, trial): Shown(*counts) for number, trial, *counts in rows}
+        rows = self._rows(
+            "SELECT participant, trial, SUM(ending = ?1), SUM(ending != ?1) FROM showing "
+            "GROUP BY participant, trial ORDER BY participant, trial",
+            Ending.WHOLE.value,
+        )
+        return {(number, trial): Shown(*counts) for number, trial, *counts in rows}
 
     def has_seen(self, number: int, trial: int) -> bool:
         """Whether a participant has seen the whole of a trial's live gesture."""
-        with self._connection() as database:
-            seen = database.execute(
+        return bool(
+            self._rows(
                 "SELECT 1 FROM showing WHERE participant = ? AND trial = ? AND ending = ?",
-                (number, trial, Ending.WHOLE.value),
+                number, trial, Ending.WHOLE.value,
             )
-            return seen.fetchone() is not None
+        )  # fmt: skip
 
     def withdraw(self, code: str) -> bool:
         """Delete a participant's answers, language and code; False if nobody has the code."""
@@ -269,9 +255,8 @@ class Store:
             if participant is None:
                 return False
             number = (participant.number,)
-            database.execute("DELETE FROM answer WHERE participant = ?", number)
-            database.execute("DELETE FROM showing WHERE participant = ?", number)
-            database.execute("DELETE FROM pace WHERE participant = ?", number)
+            for table in ("answer", "showing", "pace"):
+                database.execute(f"DELETE FROM {table} WHERE participant = ?", number)  # noqa: S608
             database.execute(
                 "UPDATE participant SET code = NULL, language = NULL WHERE number = ?", number
             )
@@ -280,24 +265,24 @@ class Store:
 
     def answers(self) -> list[StudyAnswer]:
         """Return every answer, by participant and page."""
-        with self._connection() as database:
-            rows = database.execute(
-                "SELECT participant, language, step, film, question, item, value "
-                "FROM answer JOIN participant ON participant = number "
-                "ORDER BY participant, step, item"
-            )
-            return [StudyAnswer(*row) for row in rows]
+        rows = self._rows(
+            "SELECT participant, language, step, film, question, item, value FROM answer "
+            "JOIN participant ON participant = number ORDER BY participant, step, item"
+        )
+        return [StudyAnswer(*row) for row in rows]
 
     def counts(self, steps: int) -> Counts:
         """Return how many participants there are; ``steps`` answered pages mean finished."""
-        with self._transaction() as database:
-            began, kept = database.execute(
-                "SELECT COUNT(*), COUNT(code) FROM participant"
-            ).fetchone()
-            (finished,) = database.execute(
-                "SELECT COUNT(DISTINCT participant) FROM answer WHERE step = ?", (steps - 1,)
-            ).fetchone()
-        return Counts(began, finished, began - kept)
+        (row,) = self._rows(
+            "SELECT COUNT(*), (SELECT COUNT(DISTINCT participant) FROM answer WHERE step = ?), "
+            "COUNT(*) - COUNT(code) FROM participant",
+            steps - 1,
+        )
+        return Counts(*row)
+
+    def _rows(self, question: str, *values: int | str) -> list[tuple[Any, ...]]:
+        with self._connection() as database:
+            return database.execute(question, values).fetchall()
 
     def _empty_journal(self) -> None:
         """Clear whatever the journal still holds of deleted data."""

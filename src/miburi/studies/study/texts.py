@@ -24,31 +24,35 @@ def participant_text(study: Study, language: str) -> str:
     Buttons, error messages, and the notices of a study with the robot in the room are left out.
     """
     words = page_words()[language]
-    kept = [words["privacy"], *([words["times"]] if study.times else [])]
     parts = [
         f"# {pick(study.title, language)}",
         pick(study.information, language).strip(),
-        " ".join(kept),
+        words["privacy"] + (f" {words['times']}" if study.times else ""),
         f"[ ] {words['agree']}    [{words['begin']}]",
     ]
     for after in ("start", "film", "all"):
         asked = [question for question in study.question if question.after == after]
         parts += [_question(study, question, language, words) for question in asked]
-    parts += [f"{words['code']} K7QM-2XHD · {words['withdraw_title']} · {words['stop']}"]
+    code = f"K7QM-2XHD · {words['withdraw_title']}"
     debriefing = [pick(study.debriefing, language)] if study.debriefing else []
-    leads = [f"{words['completion']}: {study.completion}"] if study.completion else []
     parts += [
+        f"{words['code']} {code} · {words['stop']}",
         f"# {words['thanks']}",
         words["finished"],
         *debriefing,
-        *leads,
-        f"{words['write_down']} K7QM-2XHD · {words['withdraw_title']}",
+        *([f"{words['completion']}: {study.completion}"] if study.completion else []),
+        f"{words['write_down']} {code}",
+        f"# {words['stop']}",
+        words["stopping"],
+        f"# {words['left_title']}",
+        f"{words['left']} {code}",
+        *debriefing,
+        f"# {words['withdraw_title']}",
+        words["withdraw_words"],
+        f"# {words['withdrawn_title']}",
+        words["withdrawn"],
+        *debriefing,
     ]
-    parts += [f"# {words['stop']}", words["stopping"]]
-    parts += [f"# {words['left_title']}", f"{words['left']} K7QM-2XHD · {words['withdraw_title']}"]
-    parts += debriefing
-    parts += [f"# {words['withdraw_title']}", words["withdraw_words"]]
-    parts += [f"# {words['withdrawn_title']}", words["withdrawn"], *debriefing]
     return "\n\n".join(parts) + "\n"
 
 
