@@ -129,7 +129,7 @@ def share_interval(clusters: Sequence[Sequence[bool]]) -> tuple[float, float] | 
         return None
     share, variance, z, count = found
     alone = share * (1 - share) / count
-    worth = count / max(variance / alone, 1.0) if alone else sum(map(bool, map(len, clusters)))
+    worth = count / max(variance / alone, 1.0) if alone else len(clusters)
     a = z * z / (2 * worth)
     half = z * sqrt(share * (1 - share) / worth + a / (2 * worth))
     return (share + a - half) / (1 + 2 * a), (share + a + half) / (1 + 2 * a)
@@ -138,19 +138,19 @@ def share_interval(clusters: Sequence[Sequence[bool]]) -> tuple[float, float] | 
 def _mean_of(clusters: Sequence[Sequence[float]]) -> tuple[float, float, float, int] | None:
     """Return the mean of all values in clusters, its variance, t, and the number of values.
 
-    None if there are fewer than two clusters. The variance is that of a ratio of cluster totals, linearised (Cochran, Sampling Techniques,
-    6.3), with Student's quantile for (clusters - 1) degrees of freedom.
+    None if there are fewer than two clusters. The variance is that of a ratio of cluster totals,
+    linearised (Cochran, Sampling Techniques, 6.3); t is Student's quantile for (clusters - 1)
+    degrees of freedom.
     """
-    kept = [np.asarray(values, dtype=np.float64) for values in clusters if len(values)]
-    if len(kept) < 2:
+    if (groups := len(clusters)) < 2:
         return None
     from scipy.stats import t
 
-    count = sum(len(values) for values in kept)
-    mean = float(sum(values.sum() for values in kept) / count)
-    spread = sum(float((values - mean).sum()) ** 2 for values in kept)
-    variance = spread * len(kept) / (len(kept) - 1) / count**2
-    return mean, variance, float(t.ppf(_TWO_SIDED, len(kept) - 1)), count
+    count = sum(map(len, clusters))
+    mean = sum(map(sum, clusters)) / count
+    spread = sum((sum(values) - mean * len(values)) ** 2 for values in clusters)
+    variance = spread * groups / (groups - 1) / count**2
+    return mean, variance, float(t.ppf(_TWO_SIDED, groups - 1)), count
 
 
 def _above_chance(observed: float, chance: float) -> float | None:
