@@ -12,6 +12,7 @@ from miburi.feelings import LEVELS, EmotionalModel, FeelingModel, Stimulus
 from miburi.feelings.catalogue import CATALOGUE, FEELINGS
 from miburi.feelings.temperament import Array, Temperament
 from miburi.ground.files import whole_files
+from miburi.studies.figures import figure_file
 
 __all__ = ["COLOURS", "DAY", "Day", "Episode", "live_day", "plot_day"]
 
@@ -136,14 +137,16 @@ def plot_day(out: Path | str, model: FeelingModel | None = None, *, seed: int = 
         The picture cannot be written there.
     """
     model = model or EmotionalModel()
-    figure = _draw(live_day(model, seed=seed), model.temperament)
-    with whole_files(out) as draft:
-        figure.savefig(draft / "day.png", dpi=120, metadata={"Software": None})
+    day = live_day(model, seed=seed)
+    with (
+        whole_files(out) as draft,
+        figure_file(draft / "day.png", (13, 9), dpi=120) as figure,
+    ):
+        _draw(figure, day, model.temperament)
     return Path(out) / "day.png"
 
 
-def _draw(day: Day, temperament: Temperament) -> Figure:
-    figure = Figure(figsize=(13, 9), layout="constrained")
+def _draw(figure: Figure, day: Day, temperament: Temperament) -> None:
     strip, *panels = figure.subplots(
         4, 1, sharex=True, gridspec_kw={"height_ratios": [0.35, 2, 2, 2.6]}
     )
@@ -192,7 +195,6 @@ def _draw(day: Day, temperament: Temperament) -> Figure:
     figure.legend(lines, FEELINGS, loc="outside lower center", ncols=len(FEELINGS), frameon=False)
     mood.set_xlim(_STARTS, _ENDS)
     mood.set_xticks(range(_STARTS, _ENDS + 1), [f"{h}:00" for h in range(_STARTS, _ENDS + 1)])
-    return figure
 
 
 def _in_words(seconds: float) -> str:

@@ -2,22 +2,17 @@
 
 from pathlib import Path
 
-import matplotlib
 import numpy as np
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from miburi.safety.contact import PAPER_RATIO
 from miburi.studies.experiment.procedure import STEP, Experiment
 from miburi.studies.experiment.records import Healing, StopRecord, WindowRecord
+from miburi.studies.figures import BLUE, CORAL, GREY, INK, PRINT, figure_file
 
 __all__ = ["experiment_figure"]
 
-_INK, _CORAL, _BLUE, _GREY = "#2b2b2b", "#d9553f", "#2f6f9f", "#9a9a9a"
 #: How many stops are drawn close up.
 _CLOSE_UPS = 4
 
@@ -27,8 +22,7 @@ def experiment_figure(result: Experiment, path: Path) -> None:
 
     The hand speed is the mean of both hands, smoothed over 0.1 s.
     """
-    with plt.rc_context({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}):
-        figure = Figure(figsize=(7.2, 8.8), layout="constrained")
+    with figure_file(path, (7.2, 8.8), PRINT, dpi=150) as figure:
         course, close = figure.subfigures(2, 1, squeeze=False, height_ratios=[3, 1.8])[:, 0]
         mood, speed, extent = course.subplots(3, 1, sharex=True)
         _draw_course(result, mood, speed, extent)
@@ -41,12 +35,11 @@ def experiment_figure(result: Experiment, path: Path) -> None:
         if result.healing is not None:
             _draw_healing(result.healing, close.add_subplot(grid[:, -1]))
         _say_what_it_is(figure, result)
-        figure.savefig(path, dpi=150, metadata={"Software": "miburi"})
 
 
 def _draw_course(result: Experiment, mood: Axes, speed: Axes, extent: Axes) -> None:
     times, end = np.array(result.times), result.times[-1]
-    mood.plot(times, result.moods, color=_INK)
+    mood.plot(times, result.moods, color=INK)
     mood.set(ylabel="mood μ", ylim=(0, 1.05))
     for stop in result.stops:
         near_end = stop.time > 0.8 * end
@@ -57,13 +50,13 @@ def _draw_course(result: Experiment, mood: Axes, speed: Axes, extent: Axes) -> N
             ha="right" if near_end else "left",
             textcoords="offset points",
             fontsize=8,
-            color=_CORAL,
+            color=CORAL,
         )
     hands = np.array(result.hands).reshape(len(times), 2, 3)
     span = round(0.1 / STEP)
     moved = np.linalg.norm(np.diff(hands, axis=0), axis=2).mean(axis=1) / STEP
     smooth = np.convolve(moved, np.ones(span) / span, mode="same")
-    speed.plot(times[1:], smooth, color=_BLUE, linewidth=0.9)
+    speed.plot(times[1:], smooth, color=BLUE, linewidth=0.9)
     speed.set(ylabel="hand speed (m/s)", ylim=(0, None))
     for number, gesture in enumerate(result.gestures, start=1):
         middle = (gesture.start + gesture.end) / 2
@@ -71,8 +64,8 @@ def _draw_course(result: Experiment, mood: Axes, speed: Axes, extent: Axes) -> N
             middle,
             1e3 * gesture.extent,
             width=gesture.end - gesture.start,
-            color=_BLUE if gesture.complete else "white",
-            edgecolor=_BLUE if gesture.complete else _GREY,
+            color=BLUE if gesture.complete else "white",
+            edgecolor=BLUE if gesture.complete else GREY,
             hatch=None if gesture.complete else "///",
             linewidth=0.6,
         )
@@ -84,13 +77,13 @@ def _draw_course(result: Experiment, mood: Axes, speed: Axes, extent: Axes) -> N
                 ha="center",
                 textcoords="offset points",
                 fontsize=7,
-                color=_INK,
+                color=INK,
             )
     extent.set(ylabel="extent (mm)", xlabel="time (s)", xlim=(0, end))
     extent.margins(y=0.15)
     for axis in (mood, speed, extent):
         for stop in result.stops:
-            axis.axvline(stop.time, color=_CORAL, linewidth=0.9, linestyle="--")
+            axis.axvline(stop.time, color=CORAL, linewidth=0.9, linestyle="--")
 
 
 def _draw_stop(
@@ -98,18 +91,18 @@ def _draw_stop(
 ) -> None:
     """Draw the motor that stopped: its measured and commanded speed, and the rule's ratio."""
     times = [1e3 * (window.time - stop.time) for window in near]
-    axes.plot(times, [w.commanded for w in near], color=_GREY, label="commanded")
-    axes.plot(times, [w.measured for w in near], color=_BLUE, label="measured")
+    axes.plot(times, [w.commanded for w in near], color=GREY, label="commanded")
+    axes.plot(times, [w.measured for w in near], color=BLUE, label="measured")
     axes.set(ylim=(min(0, axes.get_ylim()[0]), 1.35 * axes.get_ylim()[1]), xticklabels=[])
-    ratio.plot(times, [min(w.ratio, 1.5) for w in near], color=_INK, linewidth=0.9)
-    ratio.axhline(PAPER_RATIO / 10_000, color=_INK, linewidth=0.5)
+    ratio.plot(times, [min(w.ratio, 1.5) for w in near], color=INK, linewidth=0.9)
+    ratio.axhline(PAPER_RATIO / 10_000, color=INK, linewidth=0.5)
     ratio.set(ylim=(0.4, 1.55), xlabel="ms from the stop")
     for panel in (axes, ratio):
         panel.set(xlim=(-400, 50))
-        panel.axvline(0, color=_CORAL, linewidth=0.9, linestyle="--")
+        panel.axvline(0, color=CORAL, linewidth=0.9, linestyle="--")
         if stop.contact_time is not None:
             touched = 1e3 * (stop.contact_time - stop.time)
-            panel.axvline(touched, color=_CORAL, linewidth=0.9, linestyle=":")
+            panel.axvline(touched, color=CORAL, linewidth=0.9, linestyle=":")
     title = (
         f"{(stop.motor or '').replace('_', ' ')}\n{stop.time:.2f} s, by {stop.sign or 'no sign'}"
     )
@@ -122,8 +115,8 @@ def _draw_stop(
 
 def _draw_healing(healing: Healing, axes: Axes) -> None:
     minutes = np.array(healing.times) / 60
-    axes.plot(minutes, healing.untouched, color=_GREY, label="untouched twin")
-    axes.plot(minutes, healing.moods, color=_INK, label="touched")
+    axes.plot(minutes, healing.untouched, color=GREY, label="untouched twin")
+    axes.plot(minutes, healing.moods, color=INK, label="touched")
     axes.legend(fontsize=7, loc="lower right", frameon=False, borderpad=0)
     axes.set(xlabel="min after the gestures", ylim=(0, 1.05))
     axes.set_title("the mood heals", fontsize=8)

@@ -4,12 +4,7 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 
-import matplotlib
 import numpy as np
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
 from matplotlib.collections import LineCollection
 from PIL import Image
 
@@ -19,6 +14,7 @@ from miburi.feelings import Expression
 from miburi.gestures import MovementFunction, key_poses
 from miburi.robot import Array, Robot
 from miburi.studies import face as faces
+from miburi.studies.figures import PRINT, figure_file
 from miburi.studies.film import Camera, Picture, Scene, camera, contact_sheet, write_film
 from miburi.studies.gestures.measures import Measures, measure
 
@@ -132,8 +128,8 @@ def paths(robot: Robot, rehearsal: Rehearsal, path: Path) -> Path:
     side = round(1e3 * (size.L12 + arm)) + 20
     low, high = round(1e3 * (size.L01 - arm)) - 30, round(1e3 * (size.L01 + arm)) + 30
     views = (("from the front", 1, "y"), ("from the robot's right", 0, "x"))
-    with plt.rc_context({"font.size": 8, "axes.spines.top": False, "axes.spines.right": False}):
-        figure, axes = plt.subplots(1, 2, figsize=(5.2, 2.7), layout="constrained")
+    with figure_file(path, (5.2, 2.7), {**PRINT, "font.size": 8}) as figure:
+        axes = figure.subplots(1, 2)
         for ax, (title, across, letter) in zip(axes, views, strict=True):
             for number, (name, colour) in enumerate(
                 zip(("right hand", "left hand", "head"), _COLOURS, strict=True)
@@ -148,8 +144,6 @@ def paths(robot: Robot, rehearsal: Rehearsal, path: Path) -> Path:
         axes[0].set(ylabel="z [mm]")
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3,
                       frameon=False)  # fmt: skip
-        figure.savefig(path, dpi=130, metadata={"Software": None})
-        plt.close(figure)
     return path
 
 

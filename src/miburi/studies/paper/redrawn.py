@@ -5,11 +5,7 @@ from collections.abc import Callable, Mapping
 from itertools import pairwise
 from pathlib import Path
 
-import matplotlib
 import numpy as np
-
-matplotlib.use("Agg")
-
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -24,6 +20,7 @@ from miburi.partner import Event, Partner
 from miburi.robot import Robot, forward
 from miburi.studies.day import COLOURS
 from miburi.studies.experiment import Setup
+from miburi.studies.figures import CORAL, GREY, INK
 from miburi.studies.gestures.measures import Measures
 from miburi.studies.paper.denavit import TABLES, frames
 from miburi.studies.paper.rule import FIRST_WINDOW, pass_map
@@ -31,7 +28,6 @@ from miburi.studies.paper.rule import FIRST_WINDOW, pass_map
 __all__ = ["dh_figure", "effort_figure", "flow_figure", "function_figure", "rule_figure"]
 __all__ += ["safety_figure"]
 
-_INK, _CORAL, _GREY = "#2b2b2b", "#d9553f", "#9a9a9a"
 _AXES = ("#c3202f", "#3d8b37", "#2f6f9f")
 XY = tuple[float, float]
 
@@ -40,7 +36,7 @@ def _save(figure: Figure, path: Path) -> None:
     figure.savefig(path, dpi=130, metadata={"Software": None})
 
 
-_BOX = {"boxstyle": "round,pad=0.5", "facecolor": "#f6efe6", "edgecolor": _INK}
+_BOX = {"boxstyle": "round,pad=0.5", "facecolor": "#f6efe6", "edgecolor": INK}
 _ARROW = {"arrowstyle": "-|>", "shrinkA": 0, "shrinkB": 0}
 
 
@@ -85,20 +81,14 @@ def safety_figure(path: Path) -> None:
     ]
     figure.draw_without_rendering()
     for before, after in pairwise(boxes):
-        _join(axes, before, after, _INK)
+        _join(axes, before, after, INK)
     middle = (heights[3] + heights[4]) / 2
-    axes.text(5.2, middle, "yes", fontsize=9, color=_CORAL, va="center")
+    axes.text(5.2, middle, "yes", fontsize=9, color=CORAL, va="center")
     reading, question = _edge(boxes[2]), _edge(boxes[3])
-    back = _ARROW | {"color": _INK, "connectionstyle": "arc3,rad=0.5"}
+    back = _ARROW | {"color": INK, "connectionstyle": "arc3,rad=0.5"}
     axes.annotate("", (1, 0.5), (1, 0.5), xycoords=reading, textcoords=question, arrowprops=back)
-    axes.text(
-        8.4,
-        (heights[2] + heights[3]) / 2,
-        "no, until\nall arrive",
-        fontsize=8,
-        ha="left",
-        va="center",
-    )
+    middle = (heights[2] + heights[3]) / 2
+    axes.text(8.4, middle, "no, until\nall arrive", fontsize=8, ha="left", va="center")
     _save(figure, path)
 
 
@@ -118,7 +108,7 @@ def dh_figure(robot: Robot, path: Path) -> None:
     for axes, (title, across) in zip(panels, views, strict=True):
         for extremity, rows in TABLES.items():
             chain = frames(robot, extremity, robot.neutral)
-            axes.plot(chain[:, across, 3], chain[:, 2, 3], color=_GREY, lw=3)
+            axes.plot(chain[:, across, 3], chain[:, 2, 3], color=GREY, lw=3)
             for frame in chain:
                 for column, colour in enumerate(_AXES):
                     start, along = frame[[across, 2], 3], 0.022 * frame[[across, 2], column]
@@ -138,7 +128,7 @@ def dh_figure(robot: Robot, path: Path) -> None:
                 end = "head centre" if extremity == "head" else f"{extremity} hand"
                 place = (chain[-1][across, 3], chain[-1][2, 3])
                 axes.annotate(end, place, (0, 30 if extremity == "head" else -32), ha="center",
-                              textcoords="offset points", fontsize=8, color=_GREY)  # fmt: skip
+                              textcoords="offset points", fontsize=8, color=GREY)  # fmt: skip
         axes.set(aspect="equal", xlabel=f"{'xy'[across]} (m)")
         if across == 1:
             axes.set(xlim=(-0.16, 0.16), ylabel="z (m)")
@@ -210,20 +200,13 @@ def flow_figure(body: Body, path: Path) -> None:
     for (before, after), count in sorted(follows.items()):
         (x0, y0, _), (x1, y1, _) = places[before], places[after]
         if before == after:
-            _loop(axes, boxes[before], (0.75, 1), (0.25, 1), 1.2, _CORAL)
-            axes.text(x0, y0 + 0.125, f"{count} ×", fontsize=9, color=_CORAL, ha="center")
+            _loop(axes, boxes[before], (0.75, 1), (0.25, 1), 1.2, CORAL)
+            axes.text(x0, y0 + 0.125, f"{count} ×", fontsize=9, color=CORAL, ha="center")
             continue
-        _join(axes, boxes[before], boxes[after], _CORAL)
-        axes.text(
-            (x0 + x1) / 2,
-            (y0 + y1) / 2,
-            f"{count} ×",
-            fontsize=9,
-            color=_CORAL,
-            ha="center",
-            va="center",
-            bbox={"facecolor": "white", "lw": 0, "pad": 2},
-        )
+        _join(axes, boxes[before], boxes[after], CORAL)
+        plain = {"facecolor": "white", "lw": 0, "pad": 2}
+        axes.text((x0 + x1) / 2, (y0 + y1) / 2, f"{count} ×", fontsize=9, color=CORAL,
+                  ha="center", va="center", bbox=plain)  # fmt: skip
     _save(figure, path)
 
 
@@ -236,7 +219,7 @@ def function_figure(robot: Robot, path: Path) -> None:
     for hedge, style in (("more or less", ":"), ("plainly", "-"), ("very", "--")):
         function = load("happiness").model_copy(update={"hedge": hedge})
         shape = [membership(function, float(mood)) for mood in moods]
-        panel.plot(moods, shape, style, color=_INK, label=hedge)
+        panel.plot(moods, shape, style, color=INK, label=hedge)
     panel.set_title("membership of μ", fontsize=8)
     panel.set_xlabel("mood μ", fontsize=7)
     panel.tick_params(labelsize=7)
@@ -249,8 +232,8 @@ def function_figure(robot: Robot, path: Path) -> None:
     for index, (feeling, colour) in enumerate(zip(FEELINGS, COLOURS, strict=True)):
         axes = grid[index // 4, 1 + index % 4]
         for chain in body:
-            axes.plot(chain[:, 0], chain[:, 1], color=_GREY, lw=0.8, alpha=0.6)
-        axes.plot([90, 190], [-25, -25], color=_INK, lw=1.5)
+            axes.plot(chain[:, 0], chain[:, 1], color=GREY, lw=0.8, alpha=0.6)
+        axes.plot([90, 190], [-25, -25], color=INK, lw=1.5)
         for mood, alpha in ((0.3, 0.35), (0.6, 0.6), (0.9, 1.0)):
             angles = [robot.neutral]
             for pose in key_poses(robot, load(feeling), mood):
@@ -258,7 +241,7 @@ def function_figure(robot: Robot, path: Path) -> None:
             steps = [a + part * (b - a) for a, b in pairwise(angles)
                      for part in np.linspace(0, 1, 15)]  # fmt: skip
             track, dots = (1e3 * forward(robot, np.array(q)) for q in (steps, angles))
-            for part, ink in ((0, colour), (3, colour), (6, _INK)):
+            for part, ink in ((0, colour), (3, colour), (6, INK)):
                 axes.plot(track[:, part + 1], track[:, part + 2], lw=1, color=ink, alpha=alpha)
                 axes.plot(dots[:, part + 1], dots[:, part + 2], "o", ms=2, color=ink,
                           alpha=alpha)  # fmt: skip
@@ -281,13 +264,11 @@ def rule_figure(moves: list[tuple[float, float]], path: Path) -> None:
     figure.colorbar(mesh, label="free moves that pass (%)")
     speed = float(np.median([speed for _, speed in moves]))
     edge = FIRST_WINDOW - speed / (2 * ramps)
-    axes.plot(1e3 * edge[edge >= 0], ramps[edge >= 0], color=_INK, lw=1.2)
-    axes.plot(20, 40, "o", color=_INK, ms=5, fillstyle="none")
+    axes.plot(1e3 * edge[edge >= 0], ramps[edge >= 0], color=INK, lw=1.2)
+    axes.plot(20, 40, "o", color=INK, ms=5, fillstyle="none")
     axes.annotate("20 ms, 40 rad/s²", (20, 40), (6, 6), textcoords="offset points", fontsize=7)
     axes.set(xlabel="lag (ms)", ylabel="ramp (rad/s²)", yscale="log", xlim=(0, 40))
-    axes.set_title(
-        f"The printed rule on {len(moves)} free moves; line: lag + v / 2a = "
-        f"{1e3 * FIRST_WINDOW:.2f} ms\nat the median speed of {speed:.1f} rad/s",
-        fontsize=8,
-    )
+    title = f"The printed rule on {len(moves)} free moves; line: lag + v / 2a = "
+    title += f"{1e3 * FIRST_WINDOW:.2f} ms\nat the median speed of {speed:.1f} rad/s"
+    axes.set_title(title, fontsize=8)
     _save(figure, path)

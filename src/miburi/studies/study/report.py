@@ -7,17 +7,13 @@ from collections.abc import Collection, Mapping
 from dataclasses import asdict, astuple, dataclass
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
 import numpy as np
 
 from miburi.errors import InputError, need
 from miburi.feelings.catalogue import CATALOGUE
 from miburi.ground.files import whole_files
 from miburi.ground.templates import render
+from miburi.studies.figures import PRINT, figure_file
 from miburi.studies.study.films import find_films
 from miburi.studies.study.findings import find
 from miburi.studies.study.found import ChoiceFindings, RatingFindings
@@ -188,8 +184,8 @@ def _confusion_figure(choice: ChoiceFindings, path: Path) -> None:
     table = np.array(choice.confusion, dtype=np.float64)[rows]
     shares = table / np.maximum(table.sum(axis=1, keepdims=True), 1)
     side = 1.8 + 0.62 * len(choice.labels)
-    with plt.rc_context({"font.size": 9}):
-        figure, ax = plt.subplots(figsize=(side, 1.5 + 0.5 * len(rows)), layout="constrained")
+    with figure_file(path, (side, 1.5 + 0.5 * len(rows)), {"font.size": 9}) as figure:
+        ax = figure.subplots()
         ax.imshow(shares, vmin=0, vmax=1, cmap="Oranges", aspect="auto")
         for (row, column), count in np.ndenumerate(table.astype(int)):
             if count:
@@ -199,14 +195,12 @@ def _confusion_figure(choice: ChoiceFindings, path: Path) -> None:
         ax.set_xticks(range(len(choice.labels)), choice.labels, rotation=45, ha="right")
         ax.set_yticks(range(len(rows)), [choice.labels[k] for k in rows])
         ax.set(xlabel="chosen", ylabel="intended")
-        figure.savefig(path, dpi=130, metadata={"Software": None})
-        plt.close(figure)
 
 
 def _mood_figure(rating: RatingFindings, path: Path) -> None:
     colours = {feeling.name: feeling.colour.paper for feeling in CATALOGUE.feeling}
-    with plt.rc_context({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}):
-        figure, ax = plt.subplots(figsize=(6.4, 3.4), layout="constrained")
+    with figure_file(path, (6.4, 3.4), PRINT) as figure:
+        ax = figure.subplots()
         for place, (feeling, row) in enumerate(rating.means.items()):
             aside = 0.006 * (place - (len(rating.means) - 1) / 2)  # or equal means overlap
             places = [float(mood) + aside for mood in row]
@@ -216,5 +210,3 @@ def _mood_figure(rating: RatingFindings, path: Path) -> None:
             ax.plot(places, means, "o-", color=colours[feeling], label=feeling)
         ax.set(xlabel="mood μ", ylabel=f"mean rating, {rating.question}", ylim=(1, rating.points))
         figure.legend(loc="outside right upper", frameon=False)
-        figure.savefig(path, dpi=130, metadata={"Software": None})
-        plt.close(figure)

@@ -3,17 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
-import matplotlib
 import numpy as np
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
 
 from miburi.safety.contact import PAPER_PERIOD, PAPER_RATIO, Rule
 from miburi.safety.printed import PrintedRule
+from miburi.studies.figures import BLUE, CORAL, GREY, INK, PRINT, figure_file
 from miburi.studies.trials.conditions import HandKind
 from miburi.studies.trials.runs import as_array
 from miburi.studies.trials.summary import ISO_LIMITS
@@ -22,8 +17,6 @@ from miburi.studies.trials.tuning import Verdict, assess
 
 __all__ = ["PERIODS", "RATIOS", "Point", "distributions", "rule_map", "rule_map_figure"]
 
-_INK, _CORAL, _BLUE, _GREY = "#2b2b2b", "#d9553f", "#2f6f9f", "#9a9a9a"
-_STYLE: Any = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}
 #: Periods in µs, ratios in parts per 10 000, on the map.
 PERIODS = (50_000, 100_000, 150_000, 200_000)
 RATIOS = (5000, 7000, 8500, PAPER_RATIO, 9800)
@@ -32,9 +25,9 @@ RATIOS = (5000, 7000, 8500, PAPER_RATIO, 9800)
 def distributions(outcomes: Sequence[Outcome], path: Path) -> None:
     """Draw the latencies of stops and the forces on people, by kind of hand."""
     met = [o for o in outcomes if o.kind == TrialKind.BLOCKED and o.touched and not o.false_stop]
-    with plt.rc_context(_STYLE):
-        figure, (late, hard, fast) = plt.subplots(1, 3, figsize=(7.6, 2.7), layout="constrained")
-        colours = (_CORAL, _BLUE, _INK, _GREY)
+    with figure_file(path, (7.6, 2.7), PRINT, dpi=150) as figure:
+        late, hard, fast = figure.subplots(1, 3)
+        colours = (CORAL, BLUE, INK, GREY)
         for hand, colour in zip(HandKind, colours, strict=True):
             some = [o for o in met if o.hand == hand]
             if not some:
@@ -51,14 +44,12 @@ def distributions(outcomes: Sequence[Outcome], path: Path) -> None:
         late.legend(frameon=False, fontsize=8, loc="lower right")
         hard.set(xlabel="peak force (N)", xlim=(0, 30))
         fast.set(xlabel="speed of the part that was touched (m/s)", ylabel="peak force (N)")
-        fast.axhline(ISO_LIMITS["face"], color=_CORAL, linewidth=0.9, linestyle="--")
+        fast.axhline(ISO_LIMITS["face"], color=CORAL, linewidth=0.9, linestyle="--")
         fast.text(
-            0.03, ISO_LIMITS["face"] - 5, "face, 65 N", fontsize=8, color=_CORAL,
+            0.03, ISO_LIMITS["face"] - 5, "face, 65 N", fontsize=8, color=CORAL,
             transform=fast.get_yaxis_transform(),
         )  # fmt: skip
         fast.set(xlim=(0, None), ylim=(0, ISO_LIMITS["face"] + 5))
-        figure.savefig(path, dpi=150, metadata={"Software": "miburi"})
-        plt.close(figure)
 
 
 @dataclass(frozen=True)
@@ -88,9 +79,9 @@ def rule_map(runs: Sequence[Run], ours: Rule) -> list[Point]:
 
 def rule_map_figure(points: Sequence[Point], path: Path) -> None:
     """Draw false stops against missed contacts and delay, with a ring at the paper's parameters."""
-    with plt.rc_context(_STYLE):
-        figure, axes = plt.subplots(1, 2, figsize=(7.2, 3.0), layout="constrained", sharey=True)
-        colours = dict(zip(PERIODS, (_CORAL, _BLUE, _INK, _GREY), strict=True))
+    with figure_file(path, (7.2, 3.0), PRINT, dpi=150) as figure:
+        axes = figure.subplots(1, 2, sharey=True)
+        colours = dict(zip(PERIODS, (CORAL, BLUE, INK, GREY), strict=True))
         for axis, name in zip(axes, ("missed", "delay"), strict=True):
             for period in PERIODS:
                 for printed in (False, True):
@@ -107,7 +98,7 @@ def rule_map_figure(points: Sequence[Point], path: Path) -> None:
                         if (p.period, p.ratio) == (PAPER_PERIOD, PAPER_RATIO):
                             axis.plot(
                                 scale * getattr(p.verdict, name), 100 * p.verdict.false_stops,
-                                "o", markersize=11, fillstyle="none", color=_INK,
+                                "o", markersize=11, fillstyle="none", color=INK,
                             )  # fmt: skip
         axes[0].set(xlabel="missed contacts (%)", ylabel="false stops (%)")
         axes[1].set(xlabel="mean time from touch to stop (ms)")
@@ -117,5 +108,3 @@ def rule_map_figure(points: Sequence[Point], path: Path) -> None:
             "Along a line the ratio grows from 0.5 to 0.98.",
             fontsize=8, x=0.01, ha="left",
         )  # fmt: skip
-        figure.savefig(path, dpi=150, metadata={"Software": "miburi"})
-        plt.close(figure)
