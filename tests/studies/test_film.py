@@ -48,7 +48,7 @@ def test_a_robot_that_can_be_built_is_filmed_as_printed(monkeypatch: pytest.Monk
 def test_a_film_is_written(robot: Robot, tmp_path: Path) -> None:
     done: list[int] = []
     scenes = [Scene(robot.neutral + 0.01 * k) for k in range(5)]
-    path = write_film(robot, scenes, tmp_path / "x", progress=done.append)
+    path = write_film(robot, scenes, tmp_path / "x", size=(64, 48), progress=done.append)
     if shutil.which("ffmpeg"):
         assert path.suffix == ".mp4"
         assert path.read_bytes()[4:8] == b"ftyp"
@@ -61,10 +61,10 @@ def test_without_ffmpeg_a_sheet_takes_its_place(
     robot: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(film.shutil, "which", lambda _: None)
-    path = write_film(robot, [Scene(robot.neutral)] * 3, tmp_path / "x")
+    path = write_film(robot, [Scene(robot.neutral)] * 3, tmp_path / "x", size=(64, 48))
     assert path == tmp_path / "x.sheet.png"
     with Image.open(path) as sheet:
-        assert sheet.size == (4 * 640, 3 * 480)
+        assert sheet.size == (4 * 64, 3 * 48)
 
 
 def test_where_nothing_can_be_drawn_the_packages_are_named(

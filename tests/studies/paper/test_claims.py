@@ -15,6 +15,7 @@ from miburi.robot import JOINTS, Robot, iphonoid
 from miburi.safety.controller import Controller
 from miburi.safety.stop import Phase
 from miburi.studies.experiment import procedure
+from miburi.studies.gestures.check import perform
 from miburi.studies.paper import denavit, gesture_claims
 from miburi.studies.paper import runs as paper_runs
 from miburi.studies.paper.claim import ClaimVerdict
@@ -91,14 +92,6 @@ class ByMood(EmotionalModel):
         return Expression(FEELINGS[best], float(self.mood[best]))
 
 
-class Moody(EmotionalModel):
-    """One remark makes a mood at once, and it stays."""
-
-    def stimulate(self, stimulus: object) -> None:
-        super().stimulate(stimulus)  # type: ignore[arg-type]
-        self.set_state(mood=dict.fromkeys(FEELINGS, 0.95), hold=True)
-
-
 class Even(EmotionalModel):
     """No repetition makes a mood."""
 
@@ -107,45 +100,27 @@ class Even(EmotionalModel):
         return np.full(len(FEELINGS), 0.5)
 
 
+pass_time = EmotionalModel.step
+
+
 def twice_as_fast(self: EmotionalModel, dt: float) -> None:
     pass_time(self, 2 * dt)
 
 
-pass_time = EmotionalModel.step
+def outcomes(change: Callable[[Outcome], Outcome]) -> Break:
+    """Change what trials with somebody in the way find."""
 
+    def broken(patch: pytest.MonkeyPatch) -> Runs:
+        found = [change(one) if one.touched else one for one in sound().outcomes]
+        patch.setattr(Runs, "outcomes", found)
+        return small()
 
-def pressed_harder(patch: pytest.MonkeyPatch) -> Runs:
-    runs = small()
-    harder = [replace(one, sustained_force=3 * one.sustained_force) for one in sound().outcomes]
-    patch.setattr(Runs, "outcomes", harder)
-    return runs
-
-
-def later(patch: pytest.MonkeyPatch) -> Runs:
-    patch.setattr(
-        Runs, "outcomes", [changed(one, latency=one.latency + 1.0) for one in sound().outcomes]
-    )
-    return small()
-
-
-def missing(patch: pytest.MonkeyPatch) -> Runs:
-    unseen = [changed(one, stopped=False, sustained_force=2.5) for one in sound().outcomes]
-    patch.setattr(Runs, "outcomes", unseen)
-    return small()
-
-
-def changed(outcome: Outcome, **values: object) -> Outcome:
-    return replace(outcome, **values) if outcome.touched else outcome  # type: ignore[arg-type]
+    return broken
 
 
 def unnoticed(patch: pytest.MonkeyPatch) -> Runs:
     patch.setattr(Runs, "outcomes", sound().outcomes)
     return without_rule_while(Phase.MOVING)(patch)
-
-
-def slow_card(patch: pytest.MonkeyPatch) -> Runs:
-    patch.setattr(Runs, "on_card", paper_runs.OnCard(None, 0.0, np.array([0.02, 0.12])))
-    return small()
 
 
 def other_limits(_: pytest.MonkeyPatch) -> Runs:
@@ -156,25 +131,16 @@ def other_limits(_: pytest.MonkeyPatch) -> Runs:
     )
 
 
-def other_table(patch: pytest.MonkeyPatch) -> Runs:
-    waist, *rows = denavit.TABLES["right"]
-    patch.setitem(denavit.TABLES, "right", (replace(waist, tilt=-waist.tilt), *rows))
-    return small()
-
-
 def slow_clock(patch: pytest.MonkeyPatch) -> Runs:
     patch.setattr(procedure, "perf_counter", itertools.count(0.0, 1.5).__next__)
     patch.setattr(Runs, "printed_solver", property(lambda runs: runs.experiments[0]))
     return small()
 
 
-def one_size(patch: pytest.MonkeyPatch) -> Runs:
-    perform = paper_runs.perform
-    patch.setattr(
-        paper_runs, "perform", lambda robot, function, _mood: perform(robot, function, 0.5)
-    )
-    return small()
-
+WAIST, *ROWS = denavit.TABLES["right"]
+TURNED = (replace(WAIST, tilt=-WAIST.tilt), *ROWS)
+SLOW = paper_runs.OnCard(None, 0.0, np.array([0.02, 0.12]))
+MIDDLE = lambda robot, function, _: perform(robot, function, 0.5)  # noqa: E731
 
 #: For each claim that holds, one fault or more of the product that it must notice.
 BREAKS: dict[str, list[Break]] = {
@@ -183,25 +149,25 @@ BREAKS: dict[str, list[Break]] = {
     ],
     "on-the-card": [patched(EmulatedCard, "wait", lambda _self, _until: None)],  # no host, no card
     "one-motor-stops-all": [only_one_stops],
-    "stops-at-once": [later],
-    "period-and-card": [slow_card],
-    "effort": [pressed_harder],
+    "stops-at-once": [outcomes(lambda one: replace(one, latency=one.latency + 1.0))],
+    "period-and-card": [patched(Runs, "on_card", SLOW)],
+    "effort": [outcomes(lambda one: replace(one, sustained_force=3 * one.sustained_force))],
     "table-1": [other_limits],
-    "denavit-hartenberg": [other_table],
+    "denavit-hartenberg": [patched(denavit, "TABLES", denavit.TABLES | {"right": TURNED})],
     "within-a-second": [slow_clock],
-    "emotion-before-mood": [
-        patched(gesture_claims, "EmotionalModel", model) for model in (Moody, Even)
-    ],
-    "repetition": [patched(gesture_claims, "EmotionalModel", model) for model in (Moody, Even)],
+    "emotion-before-mood": [patched(gesture_claims, "EmotionalModel", Even)],
+    "repetition": [patched(gesture_claims, "EmotionalModel", Even)],
     "strongest-emotion": [patched(gesture_claims, "EmotionalModel", ByMood)],
     "mood-changes-no-gesture": [patched(gesture_claims, "EmotionalModel", ByMood)],
-    "space-and-time": [one_size],
+    "space-and-time": [patched(paper_runs, "perform", MIDDLE)],
     "twenty-percent": [patched(EmotionalModel, "contact", lambda _self: None)],
     "back-to-neutral": [patched(Controller, "release", stays)],
     "healing": [patched(EmotionalModel, "step", twice_as_fast)],
-    "whenever-and-only-when": [missing, unnoticed],
+    "whenever-and-only-when": [
+        outcomes(lambda one: replace(one, stopped=False, sustained_force=2.5)), unnoticed
+    ],
     "slower-and-smaller": [patched(EmotionalModel, "contact", lambda _self: None)],
-}
+}  # fmt: skip
 
 
 @pytest.mark.proof("test_the_page_in_the_documents_has_the_numbers_of_today")

@@ -20,7 +20,7 @@ from miburi.feelings import Expression, Stimulus
 from miburi.live.events.event import Cursor, LiveEvent
 from miburi.live.runner import STEP, Runner
 from miburi.live.state import State
-from miburi.live.wishes import ChangeBody, Feel, MoveHand, Pause, Perform, Release
+from miburi.live.wishes import ChangeBody, Feel, MoveHand, Pause, Perform, Release, Wish
 from miburi.serving.access import Gate
 from miburi.studies.study.live import IDLE, Ending, Showing, show
 from miburi.studies.study.order import film_order
@@ -142,16 +142,15 @@ def test_a_touch_in_its_midst_is_no_whole_gesture(runner: Runner) -> None:
     assert show(Stage(runner, reach_in), wide) == Showing(Ending.TOUCHED, begun=True)
 
 
-def test_a_pause_breaks_it_off(runner: Runner) -> None:
-    pause = lambda: runner.ask(Pause(True))  # noqa: E731
-    assert show(Stage(runner, pause), FEAR) == Showing(Ending.PAUSED, begun=True)
-    assert show(Stage(runner), FEAR) == Showing(Ending.PAUSED, begun=False)
-    assert runner.snapshot.state.paused
-
-
-def test_another_body_in_its_midst_breaks_it_off(runner: Runner) -> None:
-    change = lambda: runner.ask(ChangeBody("simulated"))  # noqa: E731
-    assert show(Stage(runner, change), FEAR) == Showing(Ending.BROKEN, begun=True)
+@pytest.mark.parametrize(
+    ("wish", "ending"), [(Pause(True), Ending.PAUSED), (ChangeBody("simulated"), Ending.BROKEN)]
+)
+def test_a_pause_or_another_body_breaks_it_off(runner: Runner, wish: Wish, ending: Ending) -> None:
+    stage = Stage(runner, lambda: runner.ask(wish))
+    assert show(stage, FEAR) == Showing(ending, begun=True)
+    if ending is Ending.PAUSED:
+        assert show(Stage(runner), FEAR) == Showing(Ending.PAUSED, begun=False)
+        assert runner.snapshot.state.paused
 
 
 def test_a_partner_that_goes_away_is_absent(runner: Runner) -> None:
@@ -212,10 +211,6 @@ def test_a_study_over_real_http_with_a_real_partner(live: Runner, tmp_path: Path
 # The pages, with a robot that does what the test says.
 
 
-def post(lab: Lab, browser: TestClient, page: str = "/page", **data: str):
-    return browser.post(f"{lab.home}{page}", data=data, follow_redirects=False)
-
-
 def page(lab: Lab, browser: TestClient) -> str:
     return browser.get(f"{lab.home}/page").text
 
@@ -229,18 +224,18 @@ def test_the_question_comes_when_the_gesture_has_been_seen(tmp_path: Path) -> No
             shown = page(lab, browser)
             assert "Watch the robot" in shown
             assert 'name="answer"' not in shown
-            assert post(lab, browser, step=str(step), answer=answer).status_code == 303
+            assert lab.post(browser, step=str(step), answer=answer).status_code == 303
             assert len(lab.store.answers()) == step  # nobody answers what they have not seen
-            assert post(lab, browser, "/perform").headers["location"] == f"{lab.home}/page"
+            assert lab.post(browser, "/perform").headers["location"] == f"{lab.home}/page"
         shown = page(lab, browser)
         assert 'name="answer"' in shown
         assert "Show me the gesture again" in shown
         assert "<video" not in shown
-        post(lab, browser, step=str(step), answer=answer)
+        lab.post(browser, step=str(step), answer=answer)
     asked = [answer.film for answer in lab.store.answers() if answer.question == "feeling"]
     assert [f"{each.feeling}-{each.mood:g}-live" for each in robot.shown] == asked
-    post(lab, browser, "/perform")  # after the end
-    post(lab, lab.visitor(), "/perform")  # nobody's
+    lab.post(browser, "/perform")  # after the end
+    lab.post(lab.visitor(), "/perform")  # nobody's
     assert len(robot.shown) == 2
 
 
@@ -257,58 +252,57 @@ def test_the_question_comes_when_the_gesture_has_been_seen(tmp_path: Path) -> No
 def test_what_was_broken_off_is_shown_again_and_marked(
     tmp_path: Path, ending: Ending, words: str
 ) -> None:
-    lab = Lab(tmp_path, TWO_GESTURES, Robot(Ending.WHOLE, ending))
-    browser = lab.begin()
-    for step, answer in enumerate(["fear", "shaky"]):
-        if step == 0:
-            post(lab, browser, "/perform")
-        post(lab, browser, step=str(step), answer=answer)
-    refused = post(lab, browser, "/perform")
+    lab = Lab(tmp_path, TWO_GESTURES, Robot(Ending.WHOLE, ending, ending))
+    browser, japanese = lab.begin(), lab.visitor()
+    lab.post(browser, "/perform")
+    lab.post(browser, step="0", answer="fear")
+    lab.post(browser, step="1", answer="shaky")
+    refused = lab.post(browser, "/perform")
     assert (refused.status_code, words in refused.text) == (503, True)
+    assert "safe" in refused.text
     assert "Watch the robot" in page(lab, browser)
     assert len(lab.store.answers()) == 2  # nothing is lost
-    assert post(lab, browser, "/perform").status_code == 303
-    assert "Question 3 of 4" in page(lab, browser)
-    post(lab, browser, step="2", answer="fear")
     write_report(lab.study, tmp_path, tmp_path / "report")
     broken = int(ending is not Ending.PAUSED)  # that one had not begun
-    row = (tmp_path / "report" / "answers.csv").read_text(encoding="utf-8").splitlines()[-1]
-    assert row.split(",")[7:9] == ["1", str(broken)]
     told = (tmp_path / "report" / "index.html").read_text(encoding="utf-8")
-    assert "The robot showed 2 whole gestures live." in told
     assert f"shown again before a question came: {broken}." in told
+    lab.post(browser, "/next")
+    lab.post(japanese, "", agree="yes", language="ja")
+    shown = lab.post(japanese, "/perform").text
+    assert 'lang="ja"' in shown
+    assert "安" in shown or "保存" in shown
 
 
-def test_every_notice_has_its_words_in_both_languages(tmp_path: Path) -> None:
-    for language in ("en", "ja"):
-        for number, ending in enumerate(o for o in Ending if o is not Ending.WHOLE):
-            lab = Lab(tmp_path / f"{language}{number}", TWO_GESTURES, Robot(ending))
-            browser = lab.visitor()
-            post(lab, browser, "", agree="yes", language=language)
-            shown = post(lab, browser, "/perform").text
-            assert f'lang="{language}"' in shown
-            assert ("安" in shown or "保存" in shown) if language == "ja" else "safe" in shown
+def test_a_report_says_how_often_gestures_were_shown(tmp_path: Path) -> None:
+    lab = Lab(tmp_path, TWO_GESTURES, Robot(Ending.TOUCHED))
+    browser = lab.begin()
+    assert [lab.post(browser, "/perform").status_code for _ in range(2)] == [503, 303]
+    lab.post(browser, step="0", answer="fear")
+    write_report(lab.study, tmp_path, tmp_path / "report")
+    row = (tmp_path / "report" / "answers.csv").read_text(encoding="utf-8").splitlines()[-1]
+    assert row.split(",")[7:9] == ["1", "1"]
+    told = (tmp_path / "report" / "index.html").read_text(encoding="utf-8")
+    assert "The robot showed 1 whole gestures live." in told
 
 
 def test_one_robot_is_with_one_person_at_a_time(tmp_path: Path) -> None:
     now = [0.0]
     lab = Lab(tmp_path, TWO_GESTURES, Robot(), clock=lambda: now[0])
     first, second = lab.begin(), lab.begin()
-    post(lab, first, "/perform")
-    for told in (browser_page := second.get(f"{lab.home}/page"), post(lab, second, "/perform")):
+    lab.post(first, "/perform")
+    for told in second.get(f"{lab.home}/page"), lab.post(second, "/perform"):
         assert told.status_code == 409
         assert "Somebody else is with the robot" in told.text
-    assert browser_page.status_code == 409
     for step, answer in enumerate(["fear", "shaky", "fear"]):
         now[0] += IDLE - 1
         if step == 2:
-            assert post(lab, first, "/perform").status_code == 303
+            assert lab.post(first, "/perform").status_code == 303
         page(lab, first)
-        post(lab, first, step=str(step), answer=answer)
-    assert post(lab, second, "/perform").status_code == 409
-    post(lab, first, step="3", answer="shaky")
+        lab.post(first, step=str(step), answer=answer)
+    assert lab.post(second, "/perform").status_code == 409
+    lab.post(first, step="3", answer="shaky")
     assert "Thank you" in page(lab, first)
-    assert post(lab, second, "/perform").status_code == 303
+    assert lab.post(second, "/perform").status_code == 303
     assert {a.participant for a in lab.store.answers()} == {1}
 
 
@@ -318,19 +312,19 @@ def test_who_leaves_the_robot_makes_room(tmp_path: Path, leave: str) -> None:
     lab = Lab(tmp_path, TWO_GESTURES, Robot(), clock=lambda: now[0])
     first, second = lab.begin(), lab.begin()
     code = first.cookies["miburi_study"]
-    post(lab, first, "/perform")
+    lab.post(first, "/perform")
     if leave:
-        post(lab, first, leave, code=code)
+        lab.post(first, leave, code=code)
     else:
         now[0] += IDLE  # they only went away
     assert "Watch the robot" in page(lab, second)
-    assert post(lab, second, "/perform").status_code == 303
+    assert lab.post(second, "/perform").status_code == 303
     if leave == "/withdraw":
         assert set(lab.store.showings()) == {(2, 0)}
     if not leave:  # who comes back answers what they have seen, and is told to wait then
         assert "Question 1 of 4" in page(lab, first)
-        post(lab, first, step="0", answer="fear")
-        post(lab, first, step="1", answer="shaky")
+        lab.post(first, step="0", answer="fear")
+        lab.post(first, step="1", answer="shaky")
         assert "Somebody else is with the robot" in page(lab, first)
 
 
@@ -338,14 +332,14 @@ def test_a_second_press_while_it_moves_starts_nothing(tmp_path: Path) -> None:
     shown: list[str] = []
 
     def perform(_: Expression) -> Showing:
-        shown.append(post(lab, lab.visitor(code), "/perform").text)  # in another tab
-        shown.append(post(lab, second, "/perform").text)
+        shown.append(lab.post(lab.visitor(code), "/perform").text)  # in another tab
+        shown.append(lab.post(second, "/perform").text)
         return Showing(Ending.WHOLE, begun=True)
 
     lab = Lab(tmp_path, TWO_GESTURES, perform)
     browser, second = lab.begin(), lab.begin()
     code = browser.cookies["miburi_study"]
-    assert post(lab, browser, "/perform").status_code == 303
+    assert lab.post(browser, "/perform").status_code == 303
     assert "The robot is moving" in shown[0]
     assert "Somebody else is with the robot" in shown[1]
     assert len(shown) == 2
@@ -362,5 +356,5 @@ def test_after_a_fault_of_ours_the_button_works_again(tmp_path: Path) -> None:
     lab = Lab(tmp_path, TWO_GESTURES, perform)
     browser = lab.begin()
     with pytest.raises(RuntimeError):
-        post(lab, browser, "/perform")
-    assert post(lab, browser, "/perform").status_code == 303
+        lab.post(browser, "/perform")
+    assert lab.post(browser, "/perform").status_code == 303

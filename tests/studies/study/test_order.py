@@ -12,7 +12,7 @@ def test_the_square_of_four_is_williamss() -> None:
     assert balanced_square(4) == [(0, 1, 3, 2), (1, 2, 0, 3), (2, 3, 1, 0), (3, 0, 2, 1)]
 
 
-@pytest.mark.parametrize("count", [1, 2, 3, 4, 7, 8, 24])
+@pytest.mark.parametrize("count", [1, 2, 3, 8])
 def test_every_film_stands_everywhere_and_follows_every_other_equally_often(count: int) -> None:
     rows = [film_order(count, count, p + 1, seed=5) for p in range(len(balanced_square(count)))]
     often = len(rows) // count

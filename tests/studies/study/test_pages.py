@@ -3,21 +3,16 @@
 import re
 import sqlite3
 from collections import Counter
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
 from starlette.testclient import TestClient
 from tests.fixtures.study import TWO_FILMS, Lab, Person
 
-from miburi.errors import OutputError
 from miburi.studies.study.films import FILMS
 from miburi.studies.study.pages import COOKIE, make_code
-from miburi.studies.study.plan import FILE, load_study
 from miburi.studies.study.report import ANSWERS
-from miburi.studies.study.store import open_store
 
 
 def behave(question: str, film: str | None) -> dict[str, str]:
@@ -30,29 +25,21 @@ def lab(tmp_path: Path) -> Lab:
     return Lab(tmp_path)
 
 
-def post(lab: Lab, browser: TestClient, page: str = "/page", **data: str):
-    return browser.post(f"{lab.home}{page}", data=data, follow_redirects=False)
-
-
 def test_nobody_begins_without_consent(lab: Lab) -> None:
     browser = lab.visitor()
     assert "With your answers we keep a number" in browser.get("/").text
-    refused = post(lab, browser, "", language="en")
+    refused = lab.post(browser, "", language="en")
     assert refused.status_code == 422
     assert "Please tick the box" in refused.text
     assert COOKIE not in browser.cookies
     assert lab.store.counts(4).began == 0
-    assert (
-        "With your answers we keep" in browser.get(f"{lab.home}/page").text
-    )  # back to the beginning
+    back = browser.get(f"{lab.home}/page").text
+    assert "With your answers we keep" in back
 
 
 def test_one_question_a_page_to_the_end(lab: Lab) -> None:
     person = Person(lab, behave)
-    pages = 0
-    while person.answer():
-        pages += 1
-    assert pages == len(lab.study.steps) == 4
+    assert person.finish() == len(lab.study.steps) == 4
     assert person.code in person.browser.get(f"{lab.home}/page").text
     answers = [(a.step, a.film, a.question, a.value) for a in lab.store.answers()]
     films = [film for _, film, question, _ in answers if question == "feeling"]
@@ -65,60 +52,65 @@ def test_one_question_a_page_to_the_end(lab: Lab) -> None:
     ]
 
 
-def test_a_reload_goes_on_where_it_was(lab: Lab) -> None:
+def test_a_reload_or_a_restart_goes_on_where_it_was(lab: Lab) -> None:
     person = Person(lab, behave)
     person.answer()
     page = person.browser.get(f"{lab.home}/page").text
     assert "Question 2 of 4" in page
-    again = lab.visitor(person.code)
-    assert again.get(f"{lab.home}/page").text == page
-    assert again.get(lab.home).text == page  # the first address leads there, too
+    (lab.folder / FILMS).rename(lab.folder / "old")
+    for place in (lab, Lab(lab.folder)):
+        again = place.visitor(person.code)
+        assert again.get(f"{lab.home}/page").text == page
+        assert again.get(lab.home).text == page  # the first address leads there, too
 
 
 def test_back_and_a_second_tab_change_no_answer(lab: Lab) -> None:
     person = Person(lab, behave)
     person.answer()
     before = lab.store.answers()
-    assert post(lab, person.browser, step="0", answer="fright").status_code == 303
-    assert post(lab, person.browser, step="2", answer="fright").status_code == 303
+    for step in ("0", "2"):
+        assert lab.post(person.browser, step=step, answer="fright").status_code == 303
     assert lab.store.answers() == before
 
+    def press(answer: str) -> int:  # a button, in many tabs at once
+        return lab.post(lab.visitor(person.code), step="1", answer=answer).status_code
 
-@pytest.mark.parametrize(
-    "data", [{}, {"answer": ""}, {"answer": "joy"}, {"answer": "none"}, {"strength": "3"}]
-)
-def test_an_answer_that_is_none_is_asked_again(lab: Lab, data: dict[str, str]) -> None:
-    person = Person(lab, behave)
-    refused = post(lab, person.browser, step="0", **data)
-    assert refused.status_code == 422
-    assert "Please choose one." in refused.text
+    with ThreadPoolExecutor(8) as pool:
+        assert set(pool.map(press, ["shaky", "still"] * 4)) == {303}
+    assert len(lab.store.answers()) == 2
+
+
+def test_an_answer_that_is_none_is_asked_again(lab: Lab) -> None:
+    browser = lab.begin()
+    for data in ({}, {"answer": "joy"}, {"answer": "none"}, {"strength": "3"}):
+        refused = lab.post(browser, step="0", **data)
+        assert (refused.status_code, "Please choose one." in refused.text) == (422, True)
     assert lab.store.answers() == []
 
 
-@pytest.mark.parametrize(
-    ("written", "kept"),
-    [
-        ("  afraid ", "afraid"),
-        ("ｓｃａｒｅｄ\x00\n", "scared"),
-        ("<b>怖い</b>", "<b>怖い</b>"),
-        ("x" * 80, "x" * 80),
-        ("x" * 81, None),
-        ("\u200b", None),
-    ],
-)
-def test_a_word_is_kept_as_it_is_seen(lab: Lab, written: str, kept: str | None) -> None:
-    person = Person(lab, behave)
-    person.answer()
-    done = post(lab, person.browser, step="1", answer=written)
-    words = [answer.value for answer in lab.store.answers() if answer.question == "word"]
-    assert (done.status_code, words) == ((303, [kept]) if kept else (422, []))
+def test_a_word_is_kept_as_it_is_seen(lab: Lab) -> None:
+    for written, kept in (
+        ("  afraid ", ["afraid"]),
+        ("ｓｃａｒｅｄ\x00\n", ["scared"]),
+        ("<b>怖い</b>", ["<b>怖い</b>"]),
+        ("x" * 80, ["x" * 80]),
+        ("x" * 81, []),
+        ("\u200b", []),
+    ):
+        person = Person(lab, behave)
+        person.answer()
+        done = lab.post(person.browser, step="1", answer=written)
+        assert done.status_code == (303 if kept else 422)
+        answers = [a.value for a in lab.store.answers() if a.question == "word"]
+        assert answers == kept
+        lab.store.withdraw(person.code)
 
 
 def test_a_form_that_is_too_large_is_refused(lab: Lab) -> None:
     browser = lab.begin()
-    assert post(lab, browser, step="0", answer="x" * 20_000).status_code == 413
+    assert lab.post(browser, step="0", answer="x" * 20_000).status_code == 413
     many = {f"field{k}": "1" for k in range(60)}
-    assert post(lab, browser, **many).status_code == 413
+    assert lab.post(browser, **many).status_code == 413
 
 
 def test_the_pages_of_a_japanese_participant(lab: Lab) -> None:
@@ -126,7 +118,7 @@ def test_the_pages_of_a_japanese_participant(lab: Lab) -> None:
     page = browser.get(lab.home, headers={"accept-language": "ja-JP,en;q=0.5"}).text
     assert "二つの映像" in page
     assert 'lang="ja"' in page
-    post(lab, browser, "", agree="yes", language="ja")
+    lab.post(browser, "", agree="yes", language="ja")
     page = browser.get(f"{lab.home}/page").text
     assert "どんな気持ち？" in page
     assert "恐" in page or "怖" in page  # fear, as the feelings' file names it
@@ -155,9 +147,7 @@ def test_pages_run_no_script_but_the_films_and_are_kept_by_no_browser(lab: Lab) 
         assert "style=" not in answer.text
         if answer.status_code == 200:
             assert answer.headers["cache-control"] == "no-store"
-    cookie = lab.visitor().post(
-        lab.home, data={"agree": "yes"}, follow_redirects=False
-    ).headers["set-cookie"]  # fmt: skip
+    cookie = lab.post(lab.visitor(), "", agree="yes").headers["set-cookie"]
     assert "HttpOnly" in cookie
     assert "SameSite=lax" in cookie
 
@@ -170,43 +160,6 @@ def test_feelings_have_an_order_for_each_and_none_of_these_is_last(tmp_path: Pat
         page = lab.begin().get(f"{lab.home}/page").text
         orders.add(tuple(re.findall(r'name="answer" value="(\w+)"', page)))
     assert orders == {("fear", "fright", "none"), ("fright", "fear", "none")}
-
-
-class Forms(HTMLParser):
-    """Collects the ids that are there and those that labels are for, and inputs without a label."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.ids: set[str] = set()
-        self.labelled: set[str] = set()
-        self.bare: list[dict[str, str | None]] = []
-        self.inside = 0
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        values = dict(attrs)
-        self.ids |= {str(values["id"])} if "id" in values else set()
-        if tag == "label":
-            self.inside += 1
-            self.labelled |= {str(values["for"])} if "for" in values else set()
-        if tag == "input" and values.get("type") != "hidden" and not self.inside:
-            self.bare.append(values)
-
-    def handle_endtag(self, tag: str) -> None:
-        self.inside -= tag == "label"
-
-
-def test_every_field_has_a_label(lab: Lab) -> None:
-    person = Person(lab, behave)
-    pages = [person.browser.get(f"{lab.home}/withdraw").text]
-    while True:
-        pages.append(person.browser.get(f"{lab.home}/page").text)
-        if not person.answer():
-            break
-    for page in pages:
-        forms = Forms()
-        forms.feed(page)
-        assert forms.labelled <= forms.ids
-        assert all(field.get("id") in forms.labelled for field in forms.bare)
 
 
 def test_the_line_around_a_field_is_seen_in_light_and_dark(lab: Lab) -> None:
@@ -245,18 +198,15 @@ def test_withdrawn_answers_are_gone_from_the_disk(lab: Lab) -> None:
     stays = Person(lab, lambda q, f: behave(q, f) | ({"answer": "kept"} if q == "word" else {}))
     goes = Person(lab, lambda q, f: behave(q, f) | ({"answer": "secret"} if q == "word" else {}))
     for person in (stays, goes):
-        while person.answer():
-            pass
-    wrong = post(lab, goes.browser, "/withdraw", code="AAAA-AAAA")
+        person.finish()
+    wrong = lab.post(goes.browser, "/withdraw", code="AAAA-AAAA")
     assert wrong.status_code == 422
     assert len(lab.store.answers()) == 8
     other = sqlite3.connect(lab.folder / ANSWERS)  # of somebody who answers just now
     other.execute("SELECT COUNT(*) FROM answer").fetchall()
-    done = post(lab, lab.visitor(), "/withdraw", code=f" {goes.code.lower()} ")
+    done = lab.post(lab.visitor(), "/withdraw", code=f" {goes.code.lower()} ")
     assert "have been deleted" in done.text
-    assert [answer.value for answer in lab.store.answers() if answer.question == "word"] == [
-        "kept"
-    ] * 2
+    assert [a.value for a in lab.store.answers() if a.question == "word"] == ["kept"] * 2
     on_disk = b"".join(file.read_bytes() for file in lab.folder.glob(f"{ANSWERS}*"))
     assert b"kept" in on_disk
     assert b"secret" not in on_disk
@@ -264,7 +214,7 @@ def test_withdrawn_answers_are_gone_from_the_disk(lab: Lab) -> None:
     other.close()
     counts = lab.store.counts(len(lab.study.steps))
     assert (counts.began, counts.finished, counts.withdrawn) == (2, 1, 1)
-    assert post(lab, goes.browser, step="0", answer="fear").headers["location"] == lab.home
+    assert lab.post(goes.browser, step="0", answer="fear").headers["location"] == lab.home
     assert Person(lab, behave).browser.get(f"{lab.home}/page").status_code == 200
     assert lab.store.counts(4).began == 3  # nobody gets a number again
 
@@ -272,18 +222,16 @@ def test_withdrawn_answers_are_gone_from_the_disk(lab: Lab) -> None:
 def test_the_next_person_at_the_same_tablet_begins_anew(lab: Lab) -> None:
     person = Person(lab, behave)
     person.answer()
-    post(lab, person.browser, "/next")
+    lab.post(person.browser, "/next")
     assert COOKIE not in person.browser.cookies
     assert "I agree to take part" in person.browser.get(f"{lab.home}/page").text
 
 
 def test_many_at_once_keep_their_answers_apart(lab: Lab) -> None:
     def take_part(number: int) -> str:
-        person = Person(
-            lab, lambda q, f: {"answer": f"word{number}"} if q == "word" else behave(q, f)
-        )
-        while person.answer():
-            pass
+        word = {"answer": f"word{number}"}
+        person = Person(lab, lambda q, f: word if q == "word" else behave(q, f))
+        person.finish()
         return person.code
 
     with ThreadPoolExecutor(8) as pool:
@@ -295,19 +243,11 @@ def test_many_at_once_keep_their_answers_apart(lab: Lab) -> None:
     assert len(words) == len({value for _, value in words}) == 8
 
 
-def test_a_button_pressed_in_two_tabs_at_once_counts_once(lab: Lab) -> None:
+def test_a_full_disk_loses_nothing_and_keeps_nothing_by_halves(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lab = Lab(tmp_path, TWO_FILMS.replace('name = "two"', 'name = "two"\ntrials = 200'))
     person = Person(lab, behave)
-
-    def press(answer: str) -> int:
-        return post(lab, lab.visitor(person.code), step="0", answer=answer).status_code
-
-    with ThreadPoolExecutor(8) as pool:
-        assert set(pool.map(press, ["fear", "fright"] * 8)) == {303}
-    assert len(lab.store.answers()) == 1
-
-
-def on_a_full_disk(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
-    """Let no database grow, until what is returned is called."""
     connect = sqlite3.connect
 
     def full(*args: object, **options: object) -> sqlite3.Connection:
@@ -316,20 +256,11 @@ def on_a_full_disk(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
         return database
 
     monkeypatch.setattr(sqlite3, "connect", full)
-    return lambda: monkeypatch.setattr(sqlite3, "connect", connect)
-
-
-def test_a_full_disk_loses_nothing_and_keeps_nothing_by_halves(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    lab = Lab(tmp_path, TWO_FILMS.replace('name = "two"', 'name = "two"\ntrials = 200'))
-    person = Person(lab, behave)
-    make_room = on_a_full_disk(monkeypatch)
     kept = 0
     while True:
         step = str(kept)
         data = {"answer": "fear" if kept % 2 == 0 else "w" * 80}
-        done = post(lab, person.browser, step=step, **data)
+        done = lab.post(person.browser, step=step, **data)
         if done.status_code != 303:
             break
         kept += 1
@@ -337,27 +268,10 @@ def test_a_full_disk_loses_nothing_and_keeps_nothing_by_halves(
     assert done.status_code == 503
     assert "The answers that you gave before are safe" in done.text
     assert [answer.step for answer in lab.store.answers()] == list(range(kept))
-    make_room()
+    monkeypatch.undo()
     assert f"Question {kept + 1} of 400" in person.browser.get(f"{lab.home}/page").text
-    assert post(lab, person.browser, step=step, **data).status_code == 303
+    assert lab.post(person.browser, step=step, **data).status_code == 303
     assert [answer.step for answer in lab.store.answers()] == list(range(kept + 1))
-
-
-def test_answers_to_another_study_are_not_mixed(lab: Lab) -> None:
-    Person(lab, behave).answer()
-    (lab.folder / FILE).write_text(TWO_FILMS.replace("[0.9]", "[0.6]"), encoding="utf-8")
-    with pytest.raises(OutputError, match="answers to another study file"):
-        open_store(lab.folder / ANSWERS, load_study(lab.folder))
-
-
-def test_after_a_restart_everybody_goes_on(lab: Lab) -> None:
-    person = Person(lab, behave)
-    person.answer()
-    page = person.browser.get(f"{lab.home}/page").text
-    films = lab.folder / FILMS
-    films.rename(lab.folder / "old")
-    again = Lab(lab.folder)
-    assert again.visitor(person.code).get(f"{lab.home}/page").text == page
 
 
 def test_codes_are_easy_to_copy_and_hard_to_guess() -> None:

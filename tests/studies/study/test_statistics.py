@@ -32,16 +32,6 @@ def test_fleisss_kappa_of_14_psychiatrists() -> None:
     assert fleiss_kappa(table) == pytest.approx(0.210, abs=5e-4)
 
 
-def test_cronbachs_alpha_of_a_restaurants_guests() -> None:
-    """Statology's example; the package pingouin prints 0.7734375."""
-    items = [
-        [1, 2, 2, 3, 2, 2, 3, 3, 2, 3],
-        [1, 1, 1, 2, 3, 3, 2, 3, 3, 3],
-        [1, 1, 2, 1, 2, 3, 3, 3, 2, 3],
-    ]
-    assert cronbach_alpha([*zip(*items, strict=True)]) == pytest.approx(0.7734375)
-
-
 def test_what_is_not_defined_is_none() -> None:
     assert cohen_kappa([[0, 0], [0, 0]]) is None
     assert cohen_kappa([[9, 0], [0, 0]]) is None  # all in one place: chance agrees as well

@@ -44,11 +44,10 @@ def test_the_trials_robot_is_the_simulated_one(robot: Robot, plant: TrialPlant) 
     assert varied.state.phase is plain.state.phase is Phase.IDLE
 
 
-@pytest.mark.parametrize("play", [0.0, 0.01])
-def test_a_trial_depends_on_seed_and_number_alone(robot: Robot, play: float) -> None:
+def test_a_trial_depends_on_seed_and_number_alone(robot: Robot) -> None:
     """Gears that play are where the last trial left them, until somebody looks at a path."""
     servo = robot.servo.model
-    loop = servo.loop.model_copy(update={"backlash": play})
+    loop = servo.loop.model_copy(update={"backlash": 0.01})
     true = robot.with_servo(servo.model_copy(update={"loop": loop}))
     plant, rule = TrialPlant(robot, true), FreeRule.of(robot)
     first = [trial(plant, rule, 5, kind, 3) for kind in TrialKind]
@@ -75,9 +74,9 @@ def test_people_are_met_and_felt(robot: Robot, plant: TrialPlant) -> None:
 def test_nobody_is_felt_where_nobody_is(robot: Robot, plant: TrialPlant) -> None:
     for index in range(6):
         outcome = trial(plant, FreeRule.of(robot), 1, TrialKind.FREE, index)
-        assert not outcome.stopped
-        assert outcome.peak_force == 0
-        assert np.isnan(outcome.latency)
+        assert (outcome.stopped, outcome.peak_force) == (False, 0)
+        assert np.isnan([outcome.latency, outcome.push_after_stop, outcome.speed]).all()
+        assert outcome.hand == outcome.link == ""
 
 
 def test_without_a_rule_people_are_missed(robot: Robot, plant: TrialPlant) -> None:
@@ -102,7 +101,7 @@ def test_judging_a_recording_is_as_good_as_being_there(
     robot: Robot, plant: TrialPlant, kind: TrialKind
 ) -> None:
     rule, compared = FreeRule.of(robot), 0
-    for index in range(6):
+    for index in range(4):
         there, recorded = (enact(plant, r, 2, kind, index) for r in (rule, DeafRule.of(robot)))
         if there.brushes != recorded.brushes:
             continue  # the rule stops for somebody who is else only brushed past
@@ -112,12 +111,12 @@ def test_judging_a_recording_is_as_good_as_being_there(
         if later.latency is not None:
             latency = measure(there, kind, index, 0).latency
             assert later.latency == pytest.approx(latency, abs=1e-9)
-    assert compared >= 5
+    assert compared >= 3
 
 
 def test_after_a_persons_stop_the_way_back_is_no_contact(robot: Robot, plant: TrialPlant) -> None:
     """Stopped at any moment of any gesture, and released: loads must not look like a touch."""
-    for index in range(30):
+    for index in range(15):
         rng = np.random.default_rng([5, index])
         conditions = draw(robot, rng, moves=1)
         plant.begin(conditions.start, conditions.variation, rng)
@@ -143,23 +142,21 @@ def test_a_grasp_holds_back_and_is_let_go_of(robot: Robot, plant: TrialPlant) ->
     assert max(plant.forces) > 1.0
 
 
-@pytest.mark.parametrize(
-    ("variation", "heavier"),
-    [(Variation(load=0.05), True), (Variation(voltage=2.5), True), (Variation(), False)],
-)
-def test_load_and_weak_batteries_make_the_arms_sag(
-    robot: Robot, variation: Variation, heavier: bool
-) -> None:
+def test_load_and_weak_batteries_make_the_arms_sag(robot: Robot) -> None:
     """Goals that are aimed above the sag would hide it."""
     servo = robot.servo.model
     drive = servo.drive.model_copy(update={"lift": 0.0})
     plant = TrialPlant(robot.with_servo(servo.model_copy(update={"drive": drive})))
     forward = np.array([0.0, 1.57, 1.5, 0.0, 1.57, -1.5, 0.0, 0.8])
-    plant.begin(forward, Variation(), np.random.default_rng(0))
-    sag = (forward - plant.angles)[1]
-    assert sag > robot.servo.step
-    plant.begin(forward, variation, np.random.default_rng(0))
-    assert ((forward - plant.angles)[1] > 1.5 * sag) == heavier
+
+    def sag(variation: Variation) -> float:
+        plant.begin(forward, variation, np.random.default_rng(0))
+        return float((forward - plant.angles)[1])
+
+    plain = sag(Variation())
+    assert plain > robot.servo.step
+    assert min(sag(Variation(load=0.05)), sag(Variation(voltage=2.5))) > 1.5 * plain
+    assert sag(Variation()) == plain
 
 
 def test_sustained_force_is_a_mean_over_the_rules_period() -> None:
@@ -177,10 +174,3 @@ def test_carriers_know_the_chains() -> None:
     assert carriers("phone_sides") == ("waist", "head")
     assert carriers("trunk") == ("waist",)
     assert carriers("foot") == ()
-
-
-def test_measure_says_nan_where_nothing_was(robot: Robot, plant: TrialPlant) -> None:
-    outcome = measure(enact(plant, FreeRule.of(robot), 1, TrialKind.FREE, 0), TrialKind.FREE, 0, 0)
-    assert np.isnan(outcome.push_after_stop)
-    assert np.isnan(outcome.speed)
-    assert outcome.hand == outcome.link == ""
