@@ -131,10 +131,7 @@ def plot_day(out: Path | str, model: FeelingModel | None = None, *, seed: int = 
 
     By default the model is a new :class:`EmotionalModel`.
 
-    Raises
-    ------
-    OutputError
-        The picture cannot be written there.
+    Raises OutputError if the picture cannot be written there.
     """
     model = model or EmotionalModel()
     day = live_day(model, seed=seed)

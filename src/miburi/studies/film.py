@@ -132,10 +132,7 @@ def _real_shapes(robot: Robot) -> tuple[dict[tuple[str, str], str] | None, dict[
 def camera(robot: Robot, width: int = 640, height: int = 480) -> Iterator[Camera]:
     """Open a camera on the robot; width and height are even numbers of pixels.
 
-    Raises
-    ------
-    DrawingError
-        This machine cannot draw; the message names the missing packages.
+    Raises DrawingError if this machine cannot draw; the message names the missing packages.
     """
     try:
         opened = Camera(robot, width, height)
@@ -167,12 +164,7 @@ def write_film(
     Return the file: ``path`` with the suffix ``.mp4``; without ffmpeg a sheet of twelve pictures,
     with the suffix ``.sheet.png``.
 
-    Raises
-    ------
-    DrawingError
-        This machine cannot draw.
-    OutputError
-        ffmpeg fails.
+    Raises DrawingError if this machine cannot draw; OutputError if ffmpeg fails.
     """
     with camera(robot, *size) as opened:
         program = shutil.which("ffmpeg")

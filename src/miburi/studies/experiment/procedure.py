@@ -140,10 +140,7 @@ def conduct(
     ``recorder`` takes states, feelings, commands and contacts as they happen, and ``progress`` the
     robot's time after each step.
 
-    Raises
-    ------
-    InputError
-        The body is not a simulation.
+    Raises InputError if the body is not a simulation.
     """
     set_to = setup or Setup()
     robot = body.robot

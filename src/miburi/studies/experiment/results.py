@@ -31,10 +31,7 @@ def write_experiment(
     with ``film``, ``experiment.mp4`` and ``experiment-strip.png``. A machine that cannot draw
     leaves these two out, and the summary says so. With ``face`` the phone shows its face in them.
 
-    Raises
-    ------
-    OutputError
-        The folder cannot be written to, or ffmpeg fails.
+    Raises OutputError if the folder cannot be written to, or ffmpeg fails.
     """
     bars = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
     with whole_files(out) as draft, Progress(*bars, console=Console(stderr=True)) as progress:

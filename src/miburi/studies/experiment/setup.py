@@ -19,10 +19,7 @@ class Setup:
     Emotion and mood are held. The temperament's time constant of the mood sets how fast it
     recovers. ``settings`` are those of the inverse kinematics; see :func:`miburi.ik.solve`.
 
-    Raises
-    ------
-    InputError
-        A value is outside its range.
+    Raises InputError if a value is outside its range.
     """
 
     seed: int = 1  #: 0 or more; chooses which arm the hand blocks, when, and where

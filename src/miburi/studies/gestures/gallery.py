@@ -45,10 +45,7 @@ def write_gallery(
     Return ``index.html``, with its pictures beside it; ``overview.png`` has the strips at mood 0.9,
     at half their size.
 
-    Raises
-    ------
-    OutputError
-        The folder cannot be written to, or this machine cannot draw.
+    Raises OutputError if the folder cannot be written to, or this machine cannot draw.
     """
     gestures: dict[str, list[Pictures]] = {}
     with whole_files(out) as draft, camera_on(robot) as camera:

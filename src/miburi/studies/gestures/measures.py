@@ -48,12 +48,8 @@ def measure(positions: Array, period: float) -> Measures:
     ``positions`` (n, 9) m are those of right hand, left hand and head, ``period`` s apart; n is at
     least 5.
 
-    Raises
-    ------
-    InputError
-        The shape is wrong, a value is not finite, or the period is not positive.
-    MiburiError
-        SciPy is not installed.
+    Raises InputError if the shape is wrong, a value is not finite, or the period is not positive;
+    MiburiError if SciPy is not installed.
     """
     if positions.ndim != 2 or positions.shape[1] != 9 or len(positions) < 5:
         raise InputError(f"positions must have the shape (n, 9), n >= 5, got {positions.shape}.")

@@ -34,10 +34,7 @@ def write_paper(
 
     ``targets``, ``seeds`` and ``trials`` are those of :class:`~miburi.studies.paper.runs.Runs`.
 
-    Raises
-    ------
-    OutputError
-        The folder cannot be written to.
+    Raises OutputError if the folder cannot be written to.
     """
     with whole_files(out) as draft, whole_files(out / "images") as images:
         runs = Runs(robot, progress, targets, seeds, trials)

@@ -43,12 +43,8 @@ def draw_missing(
 ) -> dict[str, Path]:
     """Draw the films that are missing, each whole or not at all; return every film's file by name.
 
-    Raises
-    ------
-    InputError
-        A film that the study supplies itself is not in its folder.
-    OutputError
-        The folder cannot be written to, or this machine cannot draw.
+    Raises InputError if a film that the study supplies itself is not in its folder; OutputError if
+    the folder cannot be written to, or this machine cannot draw.
     """
     there = find_films(study, folder)
     missing = [film for film in study.films if not film.live and film.name not in there]

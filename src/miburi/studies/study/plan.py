@@ -366,10 +366,7 @@ def pick(text: dict[Language, str], language: str) -> str:
 def load_study(folder: Path) -> Study:
     """Read and check ``study.toml`` in a folder.
 
-    Raises
-    ------
-    DescriptionError
-        It cannot be read, or a key is missing, unknown or out of range.
+    Raises DescriptionError if it cannot be read, or a key is missing, unknown or out of range.
     """
     return load_table(Study, folder / FILE)
 

@@ -67,14 +67,8 @@ def write_report(study: Study, folder: Path, out: Path, *, rehearsal: bool = Fal
     Return the page, ``index.html``; ``findings.json``, ``answers.csv``, ``answers.parquet`` and
     figures are beside it. The same answers give the same page, JSON and CSV, byte for byte.
 
-    Raises
-    ------
-    InputError
-        There are no answers yet.
-    OutputError
-        The answers belong to another study, or the folder cannot be written to.
-    MiburiError
-        PyArrow or SciPy is not installed.
+    Raises InputError if there are no answers yet; OutputError if the answers belong to another
+    study, or the folder cannot be written to; MiburiError if PyArrow or SciPy is not installed.
     """
     for library in ("pyarrow", "scipy"):
         need(library, "studies")

@@ -38,10 +38,7 @@ def serve_study(
     On a loopback address only this computer can connect. On any other, anybody who can reach it may
     take part.
 
-    Raises
-    ------
-    InputError
-        The address or the port cannot be used.
+    Raises InputError if the address or the port cannot be used.
     """
     try:
         listener = socket.create_server((host, port))

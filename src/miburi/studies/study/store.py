@@ -314,10 +314,7 @@ class Store:
 def open_store(path: Path, study: Study) -> Store:
     """Open the answers of a study, making the file if there is none.
 
-    Raises
-    ------
-    OutputError
-        The file cannot be used, or holds the answers to another study.
+    Raises OutputError if the file cannot be used, or holds the answers to another study.
     """
     store = Store(path)
     with store._connection() as database:

@@ -84,10 +84,8 @@ def in_state(
 ) -> Subject:
     """Return a calibrated robot with servos in one of ``STATES``, and its rule by ``judged``.
 
-    Raises
-    ------
-    BodyError
-        It cannot be calibrated; see :func:`miburi.studies.trials.workshop.calibrate_servos`.
+    Raises BodyError if it cannot be calibrated; see
+    :func:`miburi.studies.trials.workshop.calibrate_servos`.
     """
     state, servo = STATES[name], robot.servo.model
     motor = servo.motor.model_copy(update={"resistance": servo.motor.resistance * state.resistance})

@@ -42,10 +42,7 @@ class Plan:
     Trial i uses servo i modulo the number of servos. A file of trials has the command line's
     options, ``chosen``, in its metadata.
 
-    Raises
-    ------
-    InputError
-        There is no servo or no trial, or a number is negative.
+    Raises InputError if there is no servo or no trial, or a number is negative.
     """
 
     servos: tuple[Subject, ...]

@@ -58,15 +58,9 @@ def carry_out_plan(
     ``ray``; ``auto`` finds a local one. ``progress`` is called with the number of finished trials,
     and of all. An interrupted run with the same Parquet file, ``out``, is continued.
 
-    Raises
-    ------
-    InputError
-        ``workers`` is not positive.
-    OutputError
-        ``out`` cannot be written, or its journal belongs to another run.
-    MiburiError
-        ``ray`` is given and Ray is not installed or does not answer, or ``out`` is given and
-        PyArrow is not installed.
+    Raises InputError if ``workers`` is not positive; OutputError if ``out`` cannot be written, or
+    its journal belongs to another run; MiburiError if ``ray`` is given and Ray is not installed or
+    does not answer, or ``out`` is given and PyArrow is not installed.
     """
     if workers < 1:
         raise InputError(f"--workers must be 1 or more, got {workers}.")
@@ -258,12 +252,8 @@ def _read_journal(path: Path, plan: Plan) -> tuple[dict[Chunk, list[Outcome]], i
 def write_parquet(plan: Plan, outcomes: list[Outcome], out: Path) -> None:
     """Write a Parquet file with a row for each trial: whole, or not at all.
 
-    Raises
-    ------
-    OutputError
-        The folder cannot be written to, or the disk is full.
-    MiburiError
-        PyArrow is not installed.
+    Raises OutputError if the folder cannot be written to, or the disk is full; MiburiError if
+    PyArrow is not installed.
     """
     pa, pq = _arrow()
     columns = {f.name: [getattr(o, f.name) for o in outcomes] for f in fields(Outcome)}
@@ -276,12 +266,8 @@ def write_parquet(plan: Plan, outcomes: list[Outcome], out: Path) -> None:
 def read_parquet(path: Path) -> list[Outcome]:
     """Return the trials of a file that :func:`carry_out_plan` wrote.
 
-    Raises
-    ------
-    InputError
-        The file cannot be read, or holds something else.
-    MiburiError
-        PyArrow is not installed.
+    Raises InputError if the file cannot be read, or holds something else; MiburiError if PyArrow is
+    not installed.
     """
     pa, pq = _arrow()
     try:

@@ -124,10 +124,7 @@ def trial(
 ) -> Outcome:
     """Carry out one trial; it depends only on robot, rule, repertoire, seed, kind and number.
 
-    Raises
-    ------
-    InputError
-        No drawn gesture brings this robot into contact with a person.
+    Raises InputError if no drawn gesture brings this robot into contact with a person.
     """
     return measure(enact(plant, rule, seed, kind, index, repertoire), kind, index, servo)
 

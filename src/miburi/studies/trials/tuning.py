@@ -87,10 +87,7 @@ def tune(
     free one calibrates a candidate's guards; the candidate then judges the other free runs and all
     blocked ones. ``progress`` is called with the number of rules tried.
 
-    Raises
-    ------
-    InputError
-        The bound is not from 0 to 1, or free or blocked runs are missing.
+    Raises InputError if the bound is not from 0 to 1, or free or blocked runs are missing.
     """
     if not 0 <= bound <= 1:
         raise InputError(f"the bound on false stops must be from 0 to 1, got {bound!r}.")

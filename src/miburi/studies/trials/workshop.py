@@ -63,11 +63,8 @@ def calibrate_servos(robot: Robot, seed: int, true: Robot | None = None) -> Cali
     ``true`` is the robot as it is, by default as described. If the P gain makes servos too soft or
     stiff, it is changed first, and the moves are made again.
 
-    Raises
-    ------
-    BodyError
-        With the gains that were tried, a servo is too soft or too stiff; or the rule stopped a
-        gesture.
+    Raises BodyError if a servo is too soft or too stiff with the gains that were tried, or the rule
+    stopped a gesture.
     """
     true = true or robot
     seconds = 0.0
