@@ -280,8 +280,9 @@ def _subjects(
     workers: int,
 ) -> list["Subject"]:
     from miburi.safety.free import FreeRule
-    from miburi.studies.trials.ablation import RULES, STATES, WITHOUT, in_state, undriven
+    from miburi.studies.trials.ablation import RULES, STATES, WITHOUT, in_state
     from miburi.studies.trials.plan import Subject
+    from miburi.studies.trials.workshop import driven
 
     for option, given, allowed in (
         ("--rule", rule, RULES),
@@ -297,7 +298,7 @@ def _subjects(
             "--calibration."
         )
     if without is not None:
-        body = undriven(body, without)
+        body = driven(body, **WITHOUT[without])
     watched, judged = list[Subject](), RULES[rule]
     if built:
         for done in _calibrations(body, seed, built, workers):

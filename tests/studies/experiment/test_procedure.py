@@ -122,4 +122,4 @@ def test_a_body_in_whose_way_no_hand_can_be_put_is_refused(
     with pytest.raises(
         InputError, match="puts a hand in the robot's way, and this body is not a simulation"
     ):
-        experiment.conduct(Simulated(robot))
+        experiment.conduct(Simulated(robot), experiment.Setup())

@@ -1,6 +1,5 @@
 """Each claim that holds stops holding when the thing that it is about is broken."""
 
-import itertools
 from collections.abc import Callable
 from copy import copy
 from dataclasses import replace
@@ -10,13 +9,10 @@ import numpy as np
 import pytest
 
 from miburi.emulation.firmware import EmulatedCard
-from miburi.feelings import FEELINGS, EmotionalModel, Expression
+from miburi.feelings import EmotionalModel
 from miburi.robot import JOINTS, Robot, iphonoid
 from miburi.safety.controller import Controller
 from miburi.safety.stop import Phase
-from miburi.studies.experiment import procedure
-from miburi.studies.gestures.check import perform
-from miburi.studies.paper import denavit, gesture_claims
 from miburi.studies.paper import runs as paper_runs
 from miburi.studies.paper.claim import ClaimVerdict
 from miburi.studies.paper.claims import CLAIMS
@@ -84,29 +80,6 @@ def stays(self: Controller, positions: np.ndarray, time: int) -> None:
     self.start(Phase.RETURNING, self.origin, np.ones_like(positions), positions, time)
 
 
-class ByMood(EmotionalModel):
-    """Chooses the gesture by the mood."""
-
-    def express(self) -> Expression | None:
-        best = int(np.argmax(self.mood))
-        return Expression(FEELINGS[best], float(self.mood[best]))
-
-
-class Even(EmotionalModel):
-    """No repetition makes a mood."""
-
-    @property
-    def mood(self) -> np.ndarray:
-        return np.full(len(FEELINGS), 0.5)
-
-
-pass_time = EmotionalModel.step
-
-
-def twice_as_fast(self: EmotionalModel, dt: float) -> None:
-    pass_time(self, 2 * dt)
-
-
 def outcomes(change: Callable[[Outcome], Outcome]) -> Break:
     """Change what trials with somebody in the way find."""
 
@@ -123,26 +96,9 @@ def unnoticed(patch: pytest.MonkeyPatch) -> Runs:
     return without_rule_while(Phase.MOVING)(patch)
 
 
-def other_limits(_: pytest.MonkeyPatch) -> Runs:
-    robot = iphonoid()
-    waist = robot.joints.waist.model_copy(update={"max": 1.745})
-    return small(
-        robot.model_copy(update={"joints": robot.joints.model_copy(update={"waist": waist})})
-    )
-
-
-def slow_clock(patch: pytest.MonkeyPatch) -> Runs:
-    patch.setattr(procedure, "perf_counter", itertools.count(0.0, 1.5).__next__)
-    patch.setattr(Runs, "printed_solver", property(lambda runs: runs.experiments[0]))
-    return small()
-
-
-WAIST, *ROWS = denavit.TABLES["right"]
-TURNED = (replace(WAIST, tilt=-WAIST.tilt), *ROWS)
 SLOW = paper_runs.OnCard(None, 0.0, np.array([0.02, 0.12]))
-MIDDLE = lambda robot, function, _: perform(robot, function, 0.5)  # noqa: E731
 
-#: For each claim that holds, one fault or more of the product that it must notice.
+#: For each claim about contacts that holds, one fault or more of the body that it must notice.
 BREAKS: dict[str, list[Break]] = {
     "always-active": [
         without_rule_while(phase) for phase in (Phase.MOVING, Phase.RETURNING, Phase.IDLE)
@@ -152,17 +108,8 @@ BREAKS: dict[str, list[Break]] = {
     "stops-at-once": [outcomes(lambda one: replace(one, latency=one.latency + 1.0))],
     "period-and-card": [patched(Runs, "on_card", SLOW)],
     "effort": [outcomes(lambda one: replace(one, sustained_force=3 * one.sustained_force))],
-    "table-1": [other_limits],
-    "denavit-hartenberg": [patched(denavit, "TABLES", denavit.TABLES | {"right": TURNED})],
-    "within-a-second": [slow_clock],
-    "emotion-before-mood": [patched(gesture_claims, "EmotionalModel", Even)],
-    "repetition": [patched(gesture_claims, "EmotionalModel", Even)],
-    "strongest-emotion": [patched(gesture_claims, "EmotionalModel", ByMood)],
-    "mood-changes-no-gesture": [patched(gesture_claims, "EmotionalModel", ByMood)],
-    "space-and-time": [patched(paper_runs, "perform", MIDDLE)],
     "twenty-percent": [patched(EmotionalModel, "contact", lambda _self: None)],
     "back-to-neutral": [patched(Controller, "release", stays)],
-    "healing": [patched(EmotionalModel, "step", twice_as_fast)],
     "whenever-and-only-when": [
         outcomes(lambda one: replace(one, stopped=False, sustained_force=2.5)), unnoticed
     ],

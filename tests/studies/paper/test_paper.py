@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.studies.paper.test_claims import BREAKS
 
 from miburi.robot import Robot, forward, load_robot
 from miburi.studies.paper.claim import ClaimVerdict
@@ -69,7 +68,6 @@ def test_every_claim_has_a_verdict_and_a_number(page: Path) -> None:
         "period-and-limit", "upper-arms", "equations", "one-solution", "levenberg-marquardt",
         "promise",
     }  # fmt: skip
-    assert {name for name, verdict in verdicts.items() if verdict == "holds"} <= set(BREAKS)
     pictures = re.findall(r"\]\((images/[a-z-]+\.png)\)", page.read_text(encoding="utf-8"))
     assert len(pictures) == 8
     for picture in pictures:

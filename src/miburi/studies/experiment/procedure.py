@@ -130,25 +130,24 @@ class Experiment:
 
 def conduct(
     body: Body,
-    setup: Setup | None = None,
+    setup: Setup,
     *,
     recorder: Recorder | None = None,
     progress: Callable[[float], None] = lambda _: None,
 ) -> Experiment:
-    """Conduct an experiment in simulation, by default the paper's; ``body`` must be at neutral.
+    """Conduct an experiment in simulation; ``body`` must be at neutral.
 
     ``recorder`` takes states, feelings, commands and contacts as they happen, and ``progress`` the
     robot's time after each step.
 
     Raises InputError if the body is not a simulation.
     """
-    set_to = setup or Setup()
     robot = body.robot
-    result = Experiment(set_to, robot.servo.model.name)
+    result = Experiment(setup, robot.servo.model.name)
 
     def timed_solve(robot: Robot, target: Array, start: Array) -> ik.Solution:
         began = perf_counter()
-        solution = ik.solve(robot, target, start=start, settings=set_to.settings)
+        solution = ik.solve(robot, target, start=start, settings=setup.settings)
         result.solve_seconds.append(perf_counter() - began)
         result.solutions.append(solution)
         return solution
@@ -159,16 +158,16 @@ def conduct(
             "the experiment puts a hand in the robot's way, and this body is not a simulation: use "
             "the simulated body or an emulated card."
         )
-    feelings = set_to.feelings()
+    feelings = setup.feelings()
     partner = Partner(
-        body, feelings, repertoire=set_to.repertoire, period=set_to.period, solve=timed_solve
+        body, feelings, repertoire=setup.repertoire, period=setup.period, solve=timed_solve
     )
-    visitor = Visitor(robot, touchable, np.random.default_rng(set_to.seed)) if set_to.hand else None
+    visitor = Visitor(robot, touchable, np.random.default_rng(setup.seed)) if setup.hand else None
     # The first call compiles or loads the kernel, so it is not timed.
-    ik.solve(robot, forward(robot, robot.neutral), start=robot.neutral, settings=set_to.settings)
+    ik.solve(robot, forward(robot, robot.neutral), start=robot.neutral, settings=setup.settings)
     observer = _Observer(result, robot)
     began = perf_counter()
-    for index in range(round(set_to.seconds / STEP)):
+    for index in range(round(setup.seconds / STEP)):
         events = partner.step(STEP)
         if visitor is not None:
             visitor.step(body.state.angles, events, STEP)
@@ -180,8 +179,8 @@ def conduct(
         progress(body.state.time)
     result.wall_seconds = perf_counter() - began
     observer.finish()
-    if set_to.heal:
-        result.healing = _heal(set_to, feelings)
+    if setup.heal:
+        result.healing = _heal(setup, feelings)
     return result
 
 

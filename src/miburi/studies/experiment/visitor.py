@@ -14,10 +14,10 @@ from miburi.partner import Event, GestureStarted, MoveSent, Stopped
 from miburi.robot import Array, Robot, forward
 from miburi.robot.geometry import shoulders
 
-__all__ = ["REACH", "Visitor"]
+__all__ = ["Visitor", "in_the_way"]
 
 #: Seconds in which the hand reaches in, at about 1 m/s (our choice).
-REACH = 0.16
+_REACH = 0.16
 #: The distance from which the hand comes, in m, and the directions to choose from: outwards,
 #: forwards and up from the place where it blocks (our choice).
 _APPROACH = 0.16
@@ -40,6 +40,21 @@ class _Visit:
     along: Array  # (3,), direction of its fingers
     age: float = 0.0
     leaves_at: float = _PATIENCE
+
+
+def in_the_way(
+    robot: Robot, start: Array, end: Array, arm: int, part: float, reach: float
+) -> tuple[Array, Array]:
+    """Return where a hand blocks an arm after a part of a move, (3,) m, and the hand's direction.
+
+    ``reach`` is the share of the way from shoulder to fingertip at which they meet.
+    """
+    here, ahead = (
+        forward(robot, start + share * (end - start))[3 * arm : 3 * arm + 3]
+        for share in (part, part + 0.05)
+    )
+    shoulder = shoulders(robot)[arm]
+    return shoulder + reach * (here - shoulder), np.cross(ahead - here, here - shoulder)
 
 
 class Visitor:
@@ -94,15 +109,11 @@ class Visitor:
         end = event.move.angles
         # Aim at the later part of the way, so that the hand is there before the arm.
         part = self._rng.uniform(0.5, 0.8)
-        ways = [forward(self._robot, angles + f * (end - angles)) for f in (part, part + 0.05)]
         travel = self._travel(angles, event)
         arms = np.flatnonzero(travel >= 0.6 * travel.max())
         arm = int(self._rng.choice(arms))
-        here, ahead = (way[3 * arm : 3 * arm + 3] for way in ways)
-        shoulder = shoulders(self._robot)[arm]
-        radial, motion = here - shoulder, ahead - here
-        along = np.cross(motion, radial)
-        place = shoulder + self._rng.uniform(0.5, 0.95) * radial
+        reach = self._rng.uniform(0.5, 0.95)
+        place, along = in_the_way(self._robot, angles, end, arm, part, reach)
         outside = self._free_way(angles, end, part, arm, place)
         return _Visit(place, outside, along)
 
@@ -124,7 +135,7 @@ class Visitor:
 
     def _move_hand(self, visit: _Visit, dt: float) -> None:
         visit.age += dt
-        inside = min(visit.age / REACH, 1.0, 1.0 - (visit.age - visit.leaves_at) / REACH)
+        inside = min(visit.age / _REACH, 1.0, 1.0 - (visit.age - visit.leaves_at) / _REACH)
         if inside <= 0.0 and visit.age > visit.leaves_at:
             self._body.remove_hand()
             self._visit = None

@@ -23,6 +23,7 @@ from miburi.safety.free import FreeRule
 from miburi.safety.move import Move, plan_move
 from miburi.safety.stop import Phase, Stop
 from miburi.studies import experiment
+from miburi.studies.experiment.visitor import in_the_way
 from miburi.studies.gestures.check import Measured, perform
 from miburi.studies.trials.plan import Plan, Subject
 from miburi.studies.trials.runs import carry_out_plan
@@ -172,7 +173,7 @@ class Runs:
     def moving(self) -> Blocked:
         """A body that raises both arms, with a hand in the way of its right arm."""
         body = Simulated(self.robot)
-        body.place_hand(*_across_the_way(self.robot, self.robot.neutral, self._raise.angles))
+        _block(body, self.robot.neutral, self._raise.angles)
         body.move(self._raise)
         return _watch(body, Phase.MOVING)
 
@@ -185,7 +186,7 @@ class Runs:
             body.step(READING)
         body.stop()
         body.step(1.0)
-        body.place_hand(*_across_the_way(self.robot, body.state.angles, self.robot.neutral))
+        _block(body, body.state.angles, self.robot.neutral)
         body.release()
         return _watch(body, Phase.RETURNING)
 
@@ -210,7 +211,7 @@ class Runs:
         body = EmulatedBody(self.robot)
         readings = _readings(body)
         try:
-            body.place_hand(*_across_the_way(self.robot, self.robot.neutral, self._raise.angles))
+            _block(body, self.robot.neutral, self._raise.angles)
             body.move(self._raise)
             told = body.emulation.now()
             body.emulation.wait(told + _PATIENCE)  # the host neither speaks nor listens
@@ -289,13 +290,6 @@ def _from_line(start: Array, end: Array, points: Array) -> Array:
     return gaps
 
 
-def _across_the_way(robot: Robot, start: Array, end: Array) -> tuple[Array, Array]:
-    """Return the point where a hand blocks the right arm in a move, and the hand's direction."""
-    here, ahead = (forward(robot, start + part * (end - start))[:3] for part in (_SHARE, 0.65))
-    shoulder = shoulders(robot)[0]
-    return shoulder + 0.9 * (here - shoulder), np.cross(ahead - here, here - shoulder)
-
-
 def _readings(body: EmulatedBody) -> list[float]:
     """Return a list that collects the times, s, at which the card asks for the servos' places."""
     heard: list[float] = []
@@ -309,6 +303,11 @@ def _readings(body: EmulatedBody) -> list[float]:
 
     body.emulation.bus.spoil = hear
     return heard
+
+
+def _block(body: Simulated | EmulatedBody, start: Array, end: Array) -> None:
+    """Put a hand in the way of the right arm in a move."""
+    body.place_hand(*in_the_way(body.robot, start, end, 0, _SHARE, 0.9))
 
 
 def _watch(body: Simulated, phase: Phase) -> Blocked:

@@ -18,7 +18,7 @@ from miburi.studies.trials.plan import Subject
 from miburi.studies.trials.replay import DeafRule
 from miburi.studies.trials.workshop import calibrate_servos
 
-__all__ = ["PROFILE_GUARDS", "RULES", "STATES", "WITHOUT", "ServoState", "in_state", "undriven"]
+__all__ = ["PROFILE_GUARDS", "RULES", "STATES", "WITHOUT", "ServoState", "in_state"]
 
 _SLACK = np.array([20, 16, 16, 16, 16, 16, 16, 16])
 #: The narrowest guards, µs and steps, with which the rule that compares with a delayed profile
@@ -45,13 +45,6 @@ RULES: dict[str, Callable[[FreeRule], Rule]] = {
 #: Parts of the servos' drive that can be switched off: the lift, which raises goals against
 #: sagging, and the ceiling, which limits the motors' torque.
 WITHOUT = {"lift": {"lift": 0.0}, "ceiling": {"headroom": 1000.0}}
-
-
-def undriven(robot: Robot, name: str) -> Robot:
-    """Return a robot whose servos lack one of the parts in ``WITHOUT``."""
-    servo = robot.servo.model
-    drive = servo.drive.model_copy(update=WITHOUT[name])
-    return robot.with_servo(servo.model_copy(update={"drive": drive}))
 
 
 @dataclass(frozen=True)

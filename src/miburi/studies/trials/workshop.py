@@ -33,7 +33,7 @@ from miburi.studies.trials.plant import TrialPlant, Variation
 from miburi.studies.trials.replay import DeafRule
 from miburi.studies.trials.trial import trace_of
 
-__all__ = ["USUAL", "Calibrated", "calibrate_servos", "record_free_moves"]
+__all__ = ["USUAL", "Calibrated", "calibrate_servos", "driven", "record_free_moves"]
 
 #: Readings that are recorded after each move: longer than the rule waits for a motor to arrive.
 _AFTER = 30
@@ -78,7 +78,7 @@ def calibrate_servos(robot: Robot, seed: int, true: Robot | None = None) -> Cali
         if not after or proposed_gain(robot, found) == round(robot.servo.model.drive.gain):
             break
         robot = fitted(robot, found)
-        true = _with_gain(true, robot.servo.model.drive.gain)
+        true = driven(true, gain=robot.servo.model.drive.gain)
     # A ceiling for the motors' push that suits new gears would hold worn ones back, and make them
     # seem softer than they are.
     robot, found, _ = worn(robot, found, traces)
@@ -166,9 +166,10 @@ def _test(plant: TrialPlant, rule: FreeRule, seed: int) -> list[Trace]:
     return traces
 
 
-def _with_gain(robot: Robot, gain: float) -> Robot:
+def driven(robot: Robot, **values: float) -> Robot:
+    """Return a robot whose servos are driven with other values, such as another gain."""
     servo = robot.servo.model
-    drive = servo.drive.model_copy(update={"gain": gain})
+    drive = servo.drive.model_copy(update=values)
     return robot.with_servo(servo.model_copy(update={"drive": drive}))
 
 
