@@ -1,29 +1,22 @@
 """Live gestures: a real partner makes them in virtual time; only a whole one counts as seen."""
 
 import itertools
-import socket
 from collections.abc import Callable, Generator
-from contextlib import ExitStack
-from functools import partial
 from pathlib import Path
 
-import httpx
 import numpy as np
 import pytest
 from starlette.testclient import TestClient
-from tests.fixtures.live import block, interface, run, serving, until
+from tests.fixtures.live import block, run, until
 from tests.fixtures.study import TWO_GESTURES, Lab, Robot
 
 from miburi.client.connection import ConnectionLostError
-from miburi.client.remote import connect
 from miburi.feelings import Expression, Stimulus
 from miburi.live.events.event import Cursor, LiveEvent
 from miburi.live.runner import STEP, Runner
 from miburi.live.state import State
 from miburi.live.wishes import ChangeBody, Feel, MoveHand, Pause, Perform, Release, Wish
-from miburi.serving.access import Gate
 from miburi.studies.study.live import IDLE, Ending, Showing, show
-from miburi.studies.study.order import film_order
 from miburi.studies.study.report import write_report
 
 FEAR = Expression("fear", 0.9)
@@ -115,8 +108,6 @@ def test_a_stop_by_a_person_breaks_it_off_and_stays(
 
     assert show(Stage(runner, press_stop, hidden), FEAR) == Showing(Ending.STOPPED, begun=True)
     if not hidden:
-        run(runner, 5.0)
-        assert runner.held
         again = Stage(runner)
         assert show(again, FEAR) == Showing(Ending.STOPPED, begun=False)
         assert again.asked == []
@@ -157,12 +148,7 @@ def test_a_partner_that_goes_away_is_absent(runner: Runner) -> None:
     def go() -> None:
         raise ConnectionLostError("gone.")
 
-    class Closed(Stage):
-        def watch(self, rate: float = 30.0, patience: float = 0.0) -> Generator[State, None, None]:
-            yield from ()
-
     assert show(Stage(runner, go), FEAR) == Showing(Ending.ABSENT, begun=True)
-    assert show(Closed(runner), FEAR) == Showing(Ending.ABSENT, begun=False)
 
 
 def test_nobody_waits_for_it_once_all_is_over(runner: Runner) -> None:
@@ -179,33 +165,6 @@ def test_a_wish_that_another_replaces_is_given_up(runner: Runner) -> None:
 
     assert show(Crowd(runner), FEAR) == Showing(Ending.BROKEN, begun=False)
     assert gestures(runner) == ["anger"]
-
-
-def test_a_study_over_real_http_with_a_real_partner(live: Runner, tmp_path: Path) -> None:
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        port = free.getsockname()[1]
-    with connect(f"http://127.0.0.1:{port}") as partner, ExitStack() as stack:
-        lab = Lab(tmp_path, TWO_GESTURES, partial(show, partner))
-        home = stack.enter_context(serving(lab.app)) + lab.home
-        browser = stack.enter_context(httpx.Client(verify=False, timeout=90))
-        browser.post(home, data={"agree": "yes"})
-        with serving(Gate(interface(live)), port=port):
-            assert browser.post(f"{home}/perform").headers["location"].endswith("/page")
-            partner.stop()
-            stopped = browser.post(f"{home}/perform")
-            assert (stopped.status_code, "has been stopped" in stopped.text) == (503, True)
-            assert live.held  # nothing of the study releases it
-            partner.release()
-        browser.post(f"{home}/page", data={"step": "0", "answer": "fear"})
-        browser.post(f"{home}/page", data={"step": "1", "answer": "shaky"})
-        gone = browser.post(f"{home}/perform")
-        assert (gone.status_code, "is not answering" in gone.text) == (503, True)
-        with serving(Gate(interface(live)), port=port):  # it is back
-            assert browser.post(f"{home}/perform").headers["location"].endswith("/page")
-        assert "Question 3 of 4" in browser.get(f"{home}/page").text
-    assert [answer.value for answer in lab.store.answers()] == ["fear", "shaky"]
-    order = film_order(2, 2, 1, lab.study.seed)
-    assert gestures(live) == [lab.study.films[film].feeling for film in order]
 
 
 # The pages, with a robot that does what the test says.

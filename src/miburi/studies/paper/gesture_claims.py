@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from miburi.feelings import FEELINGS, EmotionalModel, Stimulus
-from miburi.robot import forward
+from miburi.robot import Array, forward
 from miburi.studies.paper.claim import Claims, ClaimVerdict, Finding, claim, holds
 from miburi.studies.paper.runs import Runs
 
@@ -59,16 +59,17 @@ def _repetition(_: Runs) -> Finding:
     )
 
 
+def _named(levels: Array) -> dict[str, float]:
+    return dict(zip(FEELINGS, levels, strict=True))
+
+
 @_claim("The strongest emotion chooses the movement function; its mood μ is the input (Fig. 6).")
 def _strongest_emotion(_: Runs) -> Finding:
     """Draw emotions and moods at random, and look at the gestures shown."""
     right = 0
     for emotions, moods in np.random.default_rng(0).uniform(0.1, 1.0, (_DRAWN, 2, len(FEELINGS))):
         model = EmotionalModel()
-        model.set_state(
-            emotion=dict(zip(FEELINGS, emotions, strict=True)),
-            mood=dict(zip(FEELINGS, moods, strict=True)),
-        )
+        model.set_state(emotion=_named(emotions), mood=_named(moods))
         shown, strongest = model.express(), int(emotions.argmax())
         right += shown is not None and shown.feeling == FEELINGS[strongest] and bool(
             np.isclose(shown.mood, moods[strongest])
@@ -83,12 +84,11 @@ def _mood_changes_no_gesture(_: Runs) -> Finding:
     """Draw emotions at random, and compare the gestures shown at two random moods each."""
     rng, same = np.random.default_rng(1), 0
     for _draw in range(_DRAWN):
-        emotions = dict(zip(FEELINGS, rng.uniform(0.1, 1.0, len(FEELINGS)), strict=True))
+        emotions = _named(rng.uniform(0.1, 1.0, len(FEELINGS)))
         shown = set()
         for _mood in range(2):
             model = EmotionalModel()
-            moods = dict(zip(FEELINGS, rng.uniform(0.0, 1.0, len(FEELINGS)), strict=True))
-            model.set_state(emotion=emotions, mood=moods)
+            model.set_state(emotion=emotions, mood=_named(rng.uniform(0.0, 1.0, len(FEELINGS))))
             expressed = model.express()
             shown.add(expressed and expressed.feeling)
         same += len(shown) == 1 and None not in shown

@@ -116,7 +116,10 @@ class _Pages:
         self._seen: dict[int, float] = {}  # when somebody last asked for a page
         self._began = clock()
         # A film's URL must not reveal what the film is meant to show.
-        self._keys = {name: _key(study, name) for name in films}
+        self._keys = {
+            name: hashlib.sha256(f"{study.digest} {name}".encode()).hexdigest()[:20]
+            for name in films
+        }
         self._films = {self._keys[name]: path for name, path in films.items()}
 
     def welcome(self, request: Request) -> Response:
@@ -375,10 +378,6 @@ def preferred(study: Study, wishes: str) -> str:
 
 def _paragraphs(text: str) -> list[str]:
     return text.strip().split("\n\n")
-
-
-def _key(study: Study, film: str) -> str:
-    return hashlib.sha256(f"{study.digest} {film}".encode()).hexdigest()[:20]
 
 
 def _asker(request: Request) -> str:

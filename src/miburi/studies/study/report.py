@@ -4,7 +4,7 @@ import csv
 import hashlib
 import json
 from collections.abc import Collection, Mapping
-from dataclasses import asdict, astuple, dataclass
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -28,37 +28,31 @@ from miburi.studies.study.store import (
 )
 from miburi.version import __version__
 
-__all__ = ["AnswerRow", "write_report"]
+__all__ = ["write_report"]
 
 _PAGE = Path(__file__).with_suffix(".html")
 
 
-@dataclass(frozen=True)
-class AnswerRow:
-    """One value of one answer, and the film that it is about; a participant is only a number here.
-
-    ``whole`` counts how often a live gesture was shown to its end in that trial, and ``broken`` how
-    often it was interrupted; both are None for a film. ``seconds`` is how long the page took, and
-    ``plays`` how often its film was started; None where that is not known. ``left_out`` says
-    whether the findings leave the participant out.
-    """
-
-    participant: int
-    language: str
-    step: int
-    film: str | None
-    feeling: str | None
-    mood: float | None
-    face: bool | None
-    whole: int | None
-    broken: int | None
-    question: str
-    item: str
-    value: str
-    practice: bool
-    seconds: float | None
-    plays: int | None
-    left_out: bool
+#: The columns of answers.csv and answers.parquet; a participant is only a number here.
+_COLUMNS = {
+    "participant": "int32",
+    "language": "string",
+    "step": "int32",
+    "film": "string",
+    "feeling": "string",
+    "mood": "float64",
+    "face": "bool",
+    "whole": "int32",  # how often a live gesture was shown to its end in that trial;
+    "broken": "int32",  # how often it was interrupted. Both are None for a film
+    "question": "string",
+    "item": "string",
+    "value": "string",
+    "practice": "bool",
+    "seconds": "float64",  # how long the page took, or None
+    "plays": "int32",  # how often its film was started, or None
+    "left_out": "bool",  # whether the findings leave the participant out
+}
+Row = tuple[object, ...]
 
 
 def write_report(study: Study, folder: Path, out: Path, *, rehearsal: bool = False) -> Path:
@@ -118,13 +112,13 @@ def _row(
     showings: Mapping[tuple[int, int], Shown],
     paces: Mapping[tuple[int, int], AnswerPace],
     gone: Collection[int],
-) -> AnswerRow:
+) -> Row:
     pace = paces.get((answer.participant, answer.step), AnswerPace())
     film = next((film for film in study.films if film.name == answer.film), None)
     trial = study.steps[answer.step].trial
     live = film is not None and film.live and trial is not None
     shown = showings.get((answer.participant, trial or 0), Shown()) if live else None
-    return AnswerRow(
+    return (
         answer.participant,
         answer.language,
         answer.step,
@@ -144,28 +138,25 @@ def _row(
     )
 
 
-def _write_rows(rows: list[AnswerRow], folder: Path) -> None:
+def _write_rows(rows: list[Row], folder: Path) -> None:
     import pyarrow
     import pyarrow.parquet
 
-    names = list(AnswerRow.__dataclass_fields__)
     with (folder / "answers.csv").open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow(names)
-        writer.writerows(_safe(astuple(row)) for row in rows)
-    text, whole = pyarrow.string(), pyarrow.int32()
-    number, truth = pyarrow.float64(), pyarrow.bool_()
-    types = [whole, text, whole, text, text, number, truth, whole, whole, text, text, text]
-    types += [truth, number, whole, truth]
-    columns = zip(*map(astuple, rows), strict=True) if rows else [[] for _ in names]
+        writer.writerow(_COLUMNS)
+        writer.writerows(map(_safe, rows))
+    columns = zip(*rows, strict=True) if rows else [()] * len(_COLUMNS)
     table = pyarrow.table(
-        [pyarrow.array(list(column), kind) for column, kind in zip(columns, types, strict=True)],
-        names=names,
+        {
+            name: pyarrow.array(column, pyarrow.type_for_alias(kind))
+            for (name, kind), column in zip(_COLUMNS.items(), columns, strict=True)
+        }
     )
     pyarrow.parquet.write_table(table, folder / "answers.parquet", compression="zstd")
 
 
-def _safe(cells: tuple[object, ...]) -> list[object]:
+def _safe(cells: Row) -> list[object]:
     """Keep a spreadsheet from reading somebody's word as a formula."""
     return [
         f"'{cell}" if isinstance(cell, str) and cell[:1] in ("=", "+", "-", "@") else cell
