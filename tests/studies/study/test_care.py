@@ -30,7 +30,7 @@ unplayed = 0.5
 
 [[show]]
 feelings = ["happiness", "sadness", "fear", "anger"]
-moods = [0.5, 0.9]
+moods = [0.9]
 
 [[question]]
 name = "age"
@@ -98,31 +98,31 @@ def test_careless_participants_are_left_out_and_named(tmp_path: Path) -> None:
     lab = Lab(tmp_path, CAREFUL, clock=tell)
     hasty = participant()
     careless = [participant(plays="0"), participant("fear"), participant(check="fear"), hasty]
-    for behaviour in [participant()] * 2 + careless:
+    for behaviour in [participant(), *careless]:
         seconds = 0.1 if behaviour is hasty else 3.0
         Person(lab, behaviour).finish()
     found = report(lab)
     assert {one["participant"]: one["reasons"] for one in found["left_out"]} == {
-        3: ["0 of 8 films started"],
-        4: ["fear in 8 of 8 films"],
-        5: ["1 checks wrong"],
-        6: ["a median of 0.1 s for a page"],
+        2: ["0 of 4 films started"],
+        3: ["fear in 4 of 4 films"],
+        4: ["1 checks wrong"],
+        5: ["a median of 0.1 s for a page"],
     }
     # Practice and those who are left out count in no figure.
-    assert found["choices"][0]["right"]["of"] == 2 * 8
-    assert found["ratings"][0]["all"]["answers"] == 2 * 8
+    assert found["choices"][0]["right"]["of"] == 4
+    assert found["ratings"][0]["all"]["answers"] == 4
     assert found["people"] == [
-        {"question": "robots", "counts": {"no": 2, "yes": 0}, "quartiles": None, "silent": 0},
+        {"question": "robots", "counts": {"no": 1, "yes": 0}, "quartiles": None, "silent": 0},
         {"question": "age", "counts": {}, "quartiles": [71, 71, 71], "silent": 0},
     ]
     page = (tmp_path / "report" / "index.html").read_text(encoding="utf-8")
-    assert "participant 4 (fear in 8 of 8 films)" in page
+    assert "participant 3 (fear in 4 of 4 films)" in page
     assert set(found["made_with"]["films"]) == {film.name for film in lab.study.films}
 
 
 def test_none_of_these_is_no_carelessness_and_has_no_strength(tmp_path: Path) -> None:
     lab = Lab(tmp_path, CAREFUL.replace("fastest = 2.0\n", ""))
-    chosen = iter(["fear"] * 4 + ["none"] * 5)  # the first for practice
+    chosen = iter(["fear"] * 3 + ["none"] * 2)  # the first for practice
     asked: list[str] = []
 
     def behave(question: str, film: str | None) -> dict[str, str]:
@@ -131,9 +131,9 @@ def test_none_of_these_is_no_carelessness_and_has_no_strength(tmp_path: Path) ->
 
     Person(lab, behave).finish()
     found = report(lab)
-    assert asked.count("strength") == 4
+    assert asked.count("strength") == 3
     assert (found["left_out"], found["counts"]["finished"]) == ([], 1)
-    assert found["ratings"][0]["all"]["answers"] == 3
+    assert found["ratings"][0]["all"]["answers"] == 2
 
 
 def test_what_need_not_be_said_may_be_left_out(tmp_path: Path) -> None:

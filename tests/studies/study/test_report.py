@@ -2,6 +2,7 @@
 
 import csv
 import json
+import sqlite3
 from pathlib import Path
 
 import pyarrow.parquet
@@ -70,14 +71,18 @@ def given(number: int, question: str, film: str | None) -> dict[str, str]:
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory: pytest.TempPathFactory) -> Lab:
     """Twenty people answer all questions."""
-    lab = Lab(tmp_path_factory.mktemp("study"), STUDY)
+    lab, rows = Lab(tmp_path_factory.mktemp("study"), STUDY), []
     for number in range(20):
         place = lab.store.enter(f"{number}", "en").place
         order = film_order(12, 12, place, lab.study.seed)
         for index, step in enumerate(lab.study.steps):
             film = None if step.trial is None else lab.study.films[order[step.trial]].name
             question = step.question.name
-            lab.store.keep(f"{number}", index, film, question, given(number, question, film))
+            values = given(number, question, film).items()
+            rows += [(number + 1, index, film, question, *pair) for pair in values]
+    with sqlite3.connect(lab.folder / ANSWERS) as database:  # at once: each page is synced
+        database.executemany("INSERT INTO answer VALUES (?, ?, ?, ?, ?, ?)", rows)
+    database.close()
     return lab
 
 
