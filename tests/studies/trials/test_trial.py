@@ -116,7 +116,7 @@ def test_judging_a_recording_is_as_good_as_being_there(
 
 def test_after_a_persons_stop_the_way_back_is_no_contact(robot: Robot, plant: TrialPlant) -> None:
     """Stopped at any moment of any gesture, and released: loads must not look like a touch."""
-    for index in range(15):
+    for index in range(16, 30):  # 20, 23 and 25 notice a rule that forgets the loads
         rng = np.random.default_rng([5, index])
         conditions = draw(robot, rng, moves=1)
         plant.begin(conditions.start, conditions.variation, rng)
