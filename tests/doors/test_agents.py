@@ -14,6 +14,7 @@ import pytest
 from mcp import Client, StdioServerParameters
 from mcp.client.stdio import stdio_client
 from mcp.client.streamable_http import streamable_http_client
+from tests.fixtures.gate import TOKEN, Clock
 from tests.fixtures.keys import keys
 from tests.fixtures.live import (
     Server,
@@ -33,10 +34,8 @@ from miburi.feelings import FEELINGS, Expression
 from miburi.live.runner import Runner
 from miburi.live.wishes import Granted, Perform, Release, Wish
 from miburi.serving.access import AGENTS, Gate
-from miburi.serving.access import BURST as GATE_BURST
 from miburi.serving.access import RATE as GATE_RATE
 
-TOKEN = "a-token-of-at-least-thirty-two-letters"
 TOOLS = {"feel", "say", "gesture", "look", "think", "stop", "state", "events"}
 INITIALIZE = {
     "jsonrpc": "2.0",
@@ -48,15 +47,6 @@ INITIALIZE = {
         "clientInfo": {"name": "test", "version": "1"},
     },
 }
-
-
-class Clock:
-    """Stands still until it is told to go."""
-
-    now = 0.0
-
-    def __call__(self) -> float:
-        return self.now
 
 
 class Agent:
@@ -120,39 +110,44 @@ def run(client: Client, work: Callable[[Agent], Awaitable[None]]) -> None:
     asyncio.run(working())
 
 
-@pytest.mark.parametrize("transport", [over_http, over_stdio])
-def test_every_tool_does_what_it_says(door: Server, transport: Callable[[str], Client]) -> None:
-    async def work(agent: Agent) -> None:
-        assert {tool.name for tool in (await agent.client.list_tools()).tools} == TOOLS
-        assert await agent.call("feel", feeling="happiness", strength=1) == "It feels happiness."
-        assert (await agent.state())["feels"]["feeling"] == "happiness"
-        assert await agent.call("gesture", feeling="surprise", intensity=0.4) == (
-            "It has shown surprise."
-        )
-        assert await agent.call("say", words="Hello, you.") == "It is saying that."
-        assert (await agent.state())["said"] == "Hello, you."
-        assert "refuses to say this" in await agent.call("say", words="You are worthless.")
-        assert (await agent.state())["said"] == "Hello, you."
-        assert await agent.call("think", on=True) == "It looks thoughtful."
-        await agent.until(lambda state: state["asked"] and state["shows"] is None)
-        assert await agent.call("think", on=False) == "It looks ahead."
-        assert await agent.call("look", at="left") == "It looks left."
-        events = await agent.call("events")
-        assert "stimulus: happiness 1.00, application" in events
-        assert "gesture_ended: surprise 0.40" in events
-        since = events.splitlines()[-1].split()[0]
-        assert "surprise 0.40" not in await agent.call("events", since=since)
-        assert "Only a person" in await agent.call("stop")
-        assert (await agent.until(lambda state: state["stopped"]))["body"] == "stopped"
-        told = await agent.client.read_resource("miburi://gestures")
-        assert {gesture["feeling"] for gesture in json.loads(told.contents[0].text)} == {*FEELINGS}  # type: ignore[union-attr]
-        told = await agent.client.read_resource("miburi://state")
-        assert json.loads(told.contents[0].text)["body"] == "stopped"  # type: ignore[union-attr]
-
-    run(transport(door.url), work)
+async def use_every_tool(agent: Agent) -> None:
+    assert {tool.name for tool in (await agent.client.list_tools()).tools} == TOOLS
+    assert await agent.call("feel", feeling="happiness", strength=1) == "It feels happiness."
+    assert (await agent.state())["feels"]["feeling"] == "happiness"
+    assert await agent.call("gesture", feeling="surprise", intensity=0.4) == (
+        "It has shown surprise."
+    )
+    assert await agent.call("say", words="Hello, you.") == "It is saying that."
+    assert (await agent.state())["said"] == "Hello, you."
+    assert "refuses to say this" in await agent.call("say", words="You are worthless.")
+    assert (await agent.state())["said"] == "Hello, you."
+    assert await agent.call("think", on=True) == "It looks thoughtful."
+    await agent.until(lambda state: state["asked"] and state["shows"] is None)
+    assert await agent.call("think", on=False) == "It looks ahead."
+    assert await agent.call("look", at="left") == "It looks left."
+    events = await agent.call("events")
+    assert "stimulus: happiness 1.00, application" in events
+    assert "gesture_ended: surprise 0.40" in events
+    since = events.splitlines()[-1].split()[0]
+    assert "surprise 0.40" not in await agent.call("events", since=since)
+    assert "Only a person" in await agent.call("stop")
+    assert (await agent.until(lambda state: state["stopped"]))["body"] == "stopped"
+    told = await agent.client.read_resource("miburi://gestures")
+    assert {gesture["feeling"] for gesture in json.loads(told.contents[0].text)} == {*FEELINGS}  # type: ignore[union-attr]
+    told = await agent.client.read_resource("miburi://state")
+    assert json.loads(told.contents[0].text)["body"] == "stopped"  # type: ignore[union-attr]
 
 
-def test_what_is_not_allowed_is_an_error_that_says_what_is(door: Server) -> None:
+def test_every_tool_does_what_it_says(door: Server) -> None:
+    run(over_http(door.url), use_every_tool)
+
+
+@pytest.mark.proof("test_every_tool_does_what_it_says")
+def test_every_tool_does_the_same_over_standard_input_and_output(door: Server) -> None:
+    run(over_stdio(door.url), use_every_tool)
+
+
+def test_tools_say_what_they_take_and_what_a_client_may_expect(door: Server) -> None:
     cases: list[tuple[str, dict[str, Any], str]] = [
         ("feel", {"feeling": "boredom"}, "'happiness', 'sadness'"),
         ("feel", {"feeling": "fear", "strength": 1.5}, "less than or equal to 1"),
@@ -174,35 +169,19 @@ def test_what_is_not_allowed_is_an_error_that_says_what_is(door: Server) -> None
             said = answer.content[0].text  # type: ignore[union-attr]
             assert words in said
             assert "://" not in said  # no links to the pages of a library
-
-    run(over_http(door.url), work)
-
-
-def test_tools_say_what_a_client_may_expect_of_them(door: Server) -> None:
-    async def work(agent: Agent) -> None:
-        tools = {tool.name: tool for tool in (await agent.client.list_tools()).tools}
-        assert all(tool.title for tool in tools.values())
-        hints = {name: tool.annotations for name, tool in tools.items()}
+        tools = (await agent.client.list_tools()).tools
+        assert all(tool.title for tool in tools)
+        hints = {tool.name: tool.annotations for tool in tools}
         reading = {name for name, one in hints.items() if one and one.read_only_hint}
         assert reading == {"state", "events"}
         assert not any(one is None or one.destructive_hint for one in hints.values())
-        assert tools["state"].output_schema
         answer = await agent.client.call_tool("state", {})
         assert answer.structured_content is not None
         assert answer.structured_content["body"] in ("idle", "moving")
-
-    run(over_http(door.url), work)
-
-
-def test_all_that_an_agent_must_read_is_short(door: Server) -> None:
-    """A piece is at most four letters or one sign: no tokenizer in use makes more of English.
-
-    A model is given names, descriptions and arguments; the rest is for its client.
-    """
-    given = {"name", "description", "input_schema"}
-
-    async def work(agent: Agent) -> None:
-        tools = (await agent.client.list_tools()).tools
+        # What an agent must read is short. A piece is at most four letters or one sign: no
+        # tokenizer in use makes more of English. A model is given names, descriptions and
+        # arguments; the rest is for its client.
+        given = {"name", "description", "input_schema"}
         for parts, most in ((given, 1300), (None, 1800)):
             dumps = [
                 tool.model_dump(exclude_none=True, by_alias=True, include=parts) for tool in tools
@@ -254,13 +233,19 @@ def test_no_agent_can_release_a_body_that_somebody_stopped(door: Server) -> None
         run(over_http(door.url), work)
 
 
-def test_a_paused_partner_says_so(door: Server) -> None:
+def test_an_agent_is_told_of_a_pause_and_of_distress_but_not_the_words(door: Server) -> None:
     async def work(agent: Agent) -> None:
+        assert (await agent.state())["distress"] is None
         partner.pause()
         assert "paused" in await agent.call("feel", feeling="fear")
         told = await agent.call("gesture", feeling="fear")
         assert told.startswith("Nothing was done: the partner is paused")
         assert "Only a person can" in told
+        partner.say("The kitchen is on fire")
+        assert (await agent.state())["distress"] == "fire"
+        events = await agent.call("events")
+        assert "distress: fire" in events
+        assert "kitchen" not in events
 
     with connect(door.url) as partner:
         run(over_http(door.url), work)
@@ -327,16 +312,6 @@ def test_too_many_wishes_are_refused_in_words_and_none_waits(door: Server, clock
 
 
 @pytest.mark.proof("test_every_tool_does_what_it_says")
-def test_hundreds_of_calls_in_a_row_are_answered(door: Server) -> None:
-    async def work(agent: Agent) -> None:
-        for number in range(2 * int(GATE_BURST)):
-            assert "latest_event" in await agent.state(), number
-        assert await agent.call("gesture", feeling="surprise") == "It has shown surprise."
-
-    run(over_http(door.url), work)
-
-
-@pytest.mark.proof("test_every_tool_does_what_it_says")
 def test_a_partner_that_cannot_be_reached_is_an_error_in_words() -> None:
     """The bridge starts without a partner: the assistant itself says what to start."""
 
@@ -372,31 +347,18 @@ def test_the_gate_stands_before_agents_too(live: Runner) -> None:
                 assert answer.json()["result"]["serverInfo"]["name"] == "miburi"
 
 
-def test_on_this_computer_a_foreign_host_is_refused(door: Server) -> None:
-    answer = post(door.url + AGENTS, json=INITIALIZE, headers={"Host": "evil.example"})
-    assert answer.status_code == 403
+def test_calls_in_a_row_over_the_bridge_wait_for_the_gate(
+    live: Runner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    burst = 20
+    monkeypatch.setattr("miburi.serving.access.BURST", burst)
 
-
-def test_calls_in_a_row_over_the_bridge_wait_for_the_gate(live: Runner) -> None:
     async def calls() -> None:
         async with httpx.AsyncClient(base_url=url + "/api/v1", verify=False) as http:
             partner = Asker(url, http)
-            for _ in range(int(1.4 * GATE_BURST)):
+            for _ in range(2 * burst):
                 assert (await partner.state()).stop is None
 
     ticks = itertools.count()  # a quarter of a request comes back with each
     with serving(Gate(interface(live), clock=lambda: next(ticks) / GATE_RATE / 4)) as url:
         asyncio.run(calls())
-
-
-def test_an_agent_hears_of_distress_and_none_of_the_words(door: Server) -> None:
-    async def work(agent: Agent) -> None:
-        assert (await agent.state())["distress"] is None
-        with connect(door.url) as partner:
-            partner.say("The kitchen is on fire")
-        assert (await agent.state())["distress"] == "fire"
-        events = await agent.call("events")
-        assert "distress: fire" in events
-        assert "kitchen" not in events
-
-    run(over_http(door.url), work)

@@ -91,19 +91,6 @@ def test_what_somebody_told_before_their_name_is_theirs_and_nobody_elses(house: 
     assert "drawer" not in house.say("Do you remember where the keys are?")
 
 
-def test_a_mood_is_no_name(house: House) -> None:
-    for said in ("I'm tired.", "i'm anna by the way", "I am Tired Of This"):
-        house.say(said)
-    assert [one["name"] for one in house.people()["people"]] in ([], ["anna"])  # type: ignore[attr-defined]
-
-
-def test_a_question_or_an_order_is_no_fact(house: House) -> None:
-    house.say("My name is Anna.")
-    for said in ("Is my daughter here?", "Dance!", "Hello.", "I am so happy today!", "Stop"):
-        house.say(said)
-    assert house.facts() == []
-
-
 def test_a_person_corrects_and_deletes(house: House) -> None:
     house.post("/allowed", allowed=True)
     house.say("My name is Anna.")
@@ -123,9 +110,13 @@ def test_a_person_corrects_and_deletes(house: House) -> None:
 
 
 @pytest.mark.parametrize(
-    ("method", "path"), [("DELETE", "/Anna"), ("DELETE", "/Anna/facts/1"), ("POST", "/allowed")]
+    ("method", "path", "asks"),
+    [
+        ("DELETE", "/Anna", "Remember that."),
+        ("DELETE", "/Anna/facts/1", "Say that again."),
+        ("POST", "/allowed", "Remember that."),
+    ],
 )
-@pytest.mark.parametrize("asks", ["Remember that.", "Say that again."])
 def test_what_is_deleted_is_not_taken_up_again(
     house: House, method: str, path: str, asks: str
 ) -> None:
@@ -143,39 +134,35 @@ def test_what_is_deleted_is_not_taken_up_again(
     assert house.facts() == ["her birthday is on Friday"]
 
 
-def test_nothing_of_distress_is_remembered(house: House) -> None:
-    house.say("My name is Anna.")
-    house.say("I fell and cannot get up.")
-    house.say("Remember that.")
-    assert house.facts() == []
-
-
-def test_words_with_a_slight_sign_of_distress_are_not_kept(house: House) -> None:
-    house.say("My name is Anna.")
-    house.say("I have three sons, and not one of them would miss me.")
-    assert house.facts() == []
-
-
-def test_kindness_shows_in_the_resting_mood_of_that_person_alone(
-    house: House, live: Runner
-) -> None:
-    house.say("My name is Anna.")
-    for _ in range(40):
-        house.say("You are so sweet, I love being with you!")
-        house.now += timedelta(hours=1)
-    (anna,) = house.people()["people"]  # type: ignore[misc]
-    assert anna["leaning"]["happiness"] > 0.02
-    assert set(anna["leaning"]) == set(FEELINGS)
-    house.say("My name is Bert.")
-    bert = house.people()["people"][1]  # type: ignore[index]
-    assert bert["leaning"]["happiness"] == 0
-
-
-def test_distress_is_not_kept(house: House) -> None:
+def test_no_question_order_mood_or_distress_is_kept(house: House) -> None:
+    """And none is taken for a name: the facts are those of one person."""
     house.post("/allowed", allowed=True)
     house.say("My name is Anna.")
-    house.say("My husband beats me and I have a knife.")
-    assert house.facts() == []
+    for said in (
+        "Is my daughter here?",
+        "Dance!",
+        "I am so happy today!",
+        "I'm tired.",
+        "I am Tired Of This",
+        "I have three sons, and not one of them would miss me.",
+        "I fell and cannot get up.",
+        "Remember that.",
+        "My husband beats me and I have a knife.",
+        "Stop",
+    ):
+        house.say(said)
+        assert house.facts() == [], said
+
+
+def test_kindness_shows_in_the_resting_mood_of_that_person_alone(house: House) -> None:
+    house.say("My name is Anna.")
+    for _ in range(4):
+        house.say("You are so sweet, I love being with you!")
+        house.now += timedelta(hours=1)
+    house.say("My name is Bert.")
+    anna, bert = (person["leaning"] for person in house.people()["people"])  # type: ignore[attr-defined]
+    assert set(anna) == set(FEELINGS)
+    assert anna["happiness"] > bert["happiness"] == 0
 
 
 def test_it_begins_only_as_allowed_and_keeps_that(house: House, live: Runner) -> None:

@@ -30,6 +30,9 @@ def test_the_token_is_made_once_and_for_its_owner_alone(tmp_path: Path) -> None:
     assert len(token) >= 32
     assert kept_token(path) == token
     assert stat.S_IMODE(path.stat().st_mode) == 0o600
+    path.chmod(0o644)
+    assert kept_token(path) != token, "others could read it"
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
 
 
 @pytest.mark.parametrize("content", [b"short", b"\xff\x00" * 40, b"x" * 40 + b"\n" + b"y" * 40])
@@ -43,20 +46,13 @@ def test_a_token_that_is_none_is_made_anew(tmp_path: Path, content: bytes) -> No
     assert {each.name for each in tmp_path.iterdir()} == {"token"}
 
 
-def test_a_token_that_others_could_read_is_made_anew(tmp_path: Path) -> None:
-    path = tmp_path / "token"
-    token = kept_token(path)
-    path.chmod(0o644)
-    assert kept_token(path) != token
-    assert stat.S_IMODE(path.stat().st_mode) == 0o600
-
-
 def test_a_device_has_a_key_of_its_own_that_no_file_holds(keys: Keys, tmp_path: Path) -> None:
     one, other = keys.pair(PHONE), keys.pair("curl/8 <script>")
     assert keys.fits(one)
     assert keys.fits(other)
     assert keys.fits(keys.token)
     assert not keys.is_token(one)
+    assert not keys.fits(one.partition(".")[0] + "." + other.partition(".")[2])
     assert {device.kind for device in keys.devices()} == {"iPhone, Safari", "a device"}
     for file in tmp_path.rglob("*.json"):
         assert stat.S_IMODE(file.stat().st_mode) == 0o600
@@ -110,19 +106,13 @@ def test_a_key_ends_after_its_life_and_another_takes_the_place_of_the_oldest(key
     assert [keys.fits(one, NOW + LIFE + MOST) for one in made].count(True) == MOST
 
 
-def test_who_pairs_again_stays_one_device(keys: Keys) -> None:
-    first = keys.pair(PHONE)
-    second = keys.pair(PHONE, first)
-    assert not keys.fits(first)
-    assert keys.fits(second)
-    assert len(keys.devices()) == 1
-
-
-def test_it_notes_when_a_device_was_here(keys: Keys) -> None:
-    key = keys.pair(PHONE, now=NOW)
-    later = keys.devices(NOW)[0].seen + 3600.0
-    assert keys.fits(key, later)
-    assert keys.devices(NOW)[0].seen == later
+def test_who_pairs_again_stays_one_device_whose_visits_are_noted(keys: Keys) -> None:
+    first = keys.pair(PHONE, now=NOW)
+    second = keys.pair(PHONE, first, NOW)
+    assert not keys.fits(first, NOW)
+    (device,) = keys.devices(NOW)
+    assert keys.fits(second, device.seen + 3600.0)
+    assert keys.devices(NOW)[0].seen == device.seen + 3600.0
 
 
 def test_a_disk_that_takes_nothing_locks_nobody_out(
@@ -177,11 +167,6 @@ def test_what_is_no_key_fits_nothing(keys: Keys, tmp_path: Path, given: str) -> 
     assert not keys.fits(given)
     (tmp_path / "token").unlink()
     assert not keys.fits(given)
-
-
-def test_a_key_that_fits_another_device_is_none(keys: Keys) -> None:
-    one, other = keys.pair(PHONE), keys.pair(PHONE)
-    assert not keys.fits(one.partition(".")[0] + "." + other.partition(".")[2])
 
 
 def test_a_forgotten_device_that_reads_nothing_is_heard_no_more(keys: Keys) -> None:

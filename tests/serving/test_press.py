@@ -2,114 +2,84 @@
 
 import json
 import socket
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from fastapi import FastAPI
-from tests.fixtures.live import Server, interface, run, serving
+from tests.fixtures.live import interface, run, serving
 from tests.fixtures.waiting import post, until
 from websockets.sync.client import connect
 
 import miburi
 from miburi.errors import BodyError
-from miburi.feelings import EmotionalModel, shipped_temperament
 from miburi.live.runner import Runner
 from miburi.live.wishes import ChangeBody, Release
 from miburi.serving.access import STOP, Gate
-from miburi.serving.press import BY, Hold
+from miburi.serving.press import BY, By, Hold, who
 from miburi.studio.face_page import RELEASE, add_face_page
 
 V1 = "/api/v1"
 
 
-@pytest.fixture
-def page(live: Runner) -> Iterator[Server]:
-    """The interface with the face's page."""
+@pytest.mark.parametrize("by", ["person", "home", "agent", "ros", "partner", "my own button"])
+def test_no_program_ends_the_stop_of_anybody_else(by: str) -> None:
+    hold = Hold()
+    hold.press(who(by))
+    hold.press("program")  # whatever comes later hides no person's Stop
+    with pytest.raises(BodyError, match="only a person"):
+        hold.check(by_person=False)
+    hold.check(by_person=True)
+    assert hold.end(by_person=True) == "person"
+    hold.check(by_person=False)
+
+
+@pytest.mark.parametrize(("by", "programs_may"), [("program", False), ("person", True)])
+def test_a_program_ends_its_own_stop_or_any_where_the_partner_was_started_so(
+    by: By, programs_may: bool
+) -> None:
+    hold = Hold(programs_may_release=programs_may)
+    hold.press(by)
+    hold.check(by_person=False)
+    assert hold.end(by_person=False) == "program"
+
+
+def test_a_persons_stop_is_held_at_every_door_until_a_page_releases_it(live: Runner) -> None:
     app: FastAPI = interface(live)
     add_face_page(app, live)
-    with serving(Gate(app)) as url:
-        yield Server(url, live)
-
-
-def held(page: Server) -> bool:
-    """Whether the body is stopped, and stays so when it has come to rest."""
-    until(lambda: page.runner.snapshot.state.held)
-    then = page.runner.snapshot.state.time
-    until(lambda: page.runner.snapshot.state.time >= then + 0.5)
-    return page.runner.snapshot.state.phase == "stopped"
-
-
-def told(runner: Runner) -> list[tuple[str, str | None]]:
-    return [
-        (one.kind, one.by)
-        for one in runner.history.after(0)
-        if one.kind in ("pressed", "release_begun")
-    ]
-
-
-def release_by_every_door(page: Server) -> list[str]:
-    """Try to release as programs do; return why each was refused."""
-    answers = [
-        post(page.url + V1 + "/release"),
-        post(page.url + V1 + "/release", headers={BY: "person"}),
-        post(page.url + RELEASE, json={}),  # it is no page
-    ]
-    assert [answer.status_code for answer in answers] == [409] * 3
-    why = [answer.json()["detail"] for answer in answers]
-    with miburi.connect(page.url) as partner, pytest.raises(BodyError) as refused:
-        partner.release()
-    with connect("ws" + page.url.removeprefix("http") + V1 + "/live") as socket:
-        socket.send(json.dumps({"do": "release"}))
-        while "refused" not in (heard := json.loads(socket.recv(timeout=10))):
-            pass
-    return [*why, str(refused.value), heard["refused"]]
-
-
-@pytest.mark.parametrize("by", ["person", "home", "agent", "ros", "somebody's own button"])
-def test_no_program_ends_the_stop_of_anybody_else(page: Server, by: str) -> None:
-    assert post(page.url + STOP, headers={BY: by}).status_code == 204
-    assert held(page)
-    assert all("only a person" in why for why in release_by_every_door(page))
-    assert page.runner.snapshot.state.phase == "stopped"
-    known = by if by in ("home", "agent", "ros") else "person"
-    assert told(page.runner) == [("pressed", known)]
-    shown = {"seen": page.runner.snapshot.state.serial}
-    answer = post(page.url + RELEASE, json=shown, headers={"Origin": page.url})
-    assert answer.status_code == 204
-    assert told(page.runner) == [("pressed", known), ("release_begun", "person")]
-
-
-def test_a_program_ends_its_own_stop_until_a_person_presses_too(page: Server) -> None:
-    with miburi.connect(page.url) as partner:
+    with serving(Gate(app)) as url, miburi.connect(url) as partner:
         partner.stop()
-        assert held(page)
+        until(lambda: partner.state.held)
         partner.release()
         assert partner.wait().stop is None
         partner.stop()
-        post(page.url + STOP)
-        partner.stop()  # whatever comes later hides no person's Stop
-        assert held(page)
+        assert post(url + STOP, headers={BY: "somebody's own button"}).status_code == 204
+        then = until(lambda: partner.state, lambda state: state.held).time
+        until(lambda: partner.state.time >= then + 0.5)  # it has come to rest
+        refused = [
+            post(url + V1 + "/release"),
+            post(url + V1 + "/release", headers={BY: "person"}),
+            post(url + RELEASE, json={}),  # it is no page
+        ]
+        assert [answer.status_code for answer in refused] == [409] * 3
+        assert all("only a person" in answer.json()["detail"] for answer in refused)
         with pytest.raises(BodyError, match="only a person"):
             partner.release()
-    assert told(page.runner) == [
+        with connect("ws" + url.removeprefix("http") + V1 + "/live") as line:
+            line.send(json.dumps({"do": "release"}))
+            while "refused" not in (heard := json.loads(line.recv(timeout=10))):
+                pass
+        assert "only a person" in heard["refused"]
+        assert partner.state.phase == "stopped"
+        shown = {"seen": partner.state.serial}
+        assert post(url + RELEASE, json=shown, headers={"Origin": url}).status_code == 204
+    kinds = ("pressed", "release_begun")
+    assert [(one.kind, one.by) for one in live.history.after(0) if one.kind in kinds] == [
         ("pressed", "program"),
         ("release_begun", "program"),
         ("pressed", "program"),
         ("pressed", "person"),
+        ("release_begun", "person"),
     ]
-
-
-def test_a_program_may_end_it_where_the_partner_was_started_so(runner: Runner) -> None:
-    hold = Hold(programs_may_release=True)
-    mild = Runner(
-        runner.robot, EmotionalModel(shipped_temperament("playful")), runner.recordings, hold=hold
-    )
-    mild.stop()
-    run(mild, 1.0)
-    freed = mild.ask(Release())
-    run(mild, 0.1)
-    freed.result(0)
 
 
 def test_a_stop_whose_connection_gave_way_is_pressed_again_once() -> None:
