@@ -9,12 +9,13 @@ import pytest
 from fastapi import FastAPI
 from tests.fixtures.live import serving
 
+from miburi.serving.beside import live_beside
 from miburi.version import __version__
 
 zeroconf = pytest.importorskip("zeroconf")
 aio = pytest.importorskip("zeroconf.asyncio")
 
-from miburi.serving.announce import KIND, add_announcement, announce  # noqa: E402
+from miburi.serving.announce import KIND, announce  # noqa: E402
 
 NAME = f"kitchen-{token_hex(4)}"
 
@@ -47,6 +48,6 @@ def test_it_is_found_with_its_address_and_its_pages_and_leaves() -> None:
 def test_without_an_address_nobody_is_told_and_it_lives_on() -> None:
     """A computer that has no network yet knows its own name alone."""
     app = FastAPI()
-    add_announcement(app, "kitchen", "http://raspberrypi:8080")
+    live_beside(app, lambda: announce("kitchen", "http://raspberrypi:8080"))
     with serving(app, lifespan=True) as url:
         assert httpx.get(url).status_code == 404

@@ -18,6 +18,7 @@ from miburi.client.connection import PATIENCE, ConnectionLostError, accepted
 from miburi.client.trusting import distrust, trust
 from miburi.live.events.event import LiveEvent
 from miburi.live.state import MotorsOut, State
+from miburi.senses.tone import Tone
 from miburi.serving.press import BY, By
 from miburi.talk.said import SayOut
 from miburi.wire.messages import GestureOut, SayIn, WishOut
@@ -37,12 +38,7 @@ _STREAM_TIME = 30.0
 class Asker:
     """Asks one partner; every method raises what :class:`miburi.RemotePartner` raises.
 
-    Parameters
-    ----------
-    url
-        The partner's address, for messages.
-    http
-        Sends the requests; its base address ends with ``/api/v1``.
+    ``url`` is the partner's address, for messages; that of ``http`` ends with ``/api/v1``.
     """
 
     def __init__(self, url: str, http: httpx.AsyncClient) -> None:
@@ -72,17 +68,18 @@ class Asker:
         return cls(url, httpx.AsyncClient(base_url=url + "/api/v1", headers=headers, verify=verify))
 
     async def state(self) -> State:
-        """Return the partner's present state."""
+        """Return everything about the partner, now."""
         return State.model_validate_json(await self._ask("GET", "/state"))
 
     async def log(self, after: str | None = None) -> list[LiveEvent]:
-        """Return the events after the one with this id; without an id, the latest."""
+        """Return up to 1,000 events after the one with this id; without an id, the latest."""
         known = "" if after is None else f"?after={after}"
         return _EVENTS.validate_json(await self._ask("GET", f"/log{known}"))
 
-    async def say(self, said: SayIn) -> SayOut:
-        """Say something to the partner; return what it heard and answered."""
-        return SayOut.model_validate_json(await self._ask("POST", "/say", said.model_dump_json()))
+    async def say(self, text: str, tone: Tone = "plain") -> SayOut:
+        """Say something to the partner; return the feeling it heard, the reason, and its answer."""
+        said = SayIn(text=text, tone=tone).model_dump_json()
+        return SayOut.model_validate_json(await self._ask("POST", "/say", said))
 
     @asynccontextmanager
     async def stream(self, path: str) -> AsyncIterator[AsyncIterator[str]]:

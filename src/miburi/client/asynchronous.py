@@ -23,9 +23,6 @@ from miburi.feelings import Expression, Stimulus
 from miburi.gestures import Direction
 from miburi.live.attention import Turn
 from miburi.live.events.event import EndOfWish, LiveEvent
-from miburi.live.state import State
-from miburi.senses.tone import Tone
-from miburi.talk.said import SayOut
 from miburi.wire.messages import (
     AnyAct,
     AttendIn,
@@ -34,7 +31,6 @@ from miburi.wire.messages import (
     PauseIn,
     PerformanceIn,
     PosesIn,
-    SayIn,
     SenseIn,
     SpeakIn,
     StimulusIn,
@@ -59,19 +55,16 @@ def connect_async(
         The address does not start with ``http://`` or ``https://``, or the file is not a
         certificate.
     """
-    return AsyncPartner(Asker.at(url, token, authority, by="program"))
+    return AsyncPartner.at(url, token, authority, by="program")
 
 
-class AsyncPartner:
+class AsyncPartner(Asker):
     """A live partner at the other end of a connection; made by :func:`miburi.connect_async`.
 
     Use it as an asynchronous context manager, or call :meth:`close`. Its methods raise the same
     errors as those of :class:`miburi.RemotePartner`. A method that returns a ``str`` returns the
     request's id, which events carry as ``wish``.
     """
-
-    def __init__(self, asker: Asker) -> None:
-        self._asker = asker
 
     async def __aenter__(self) -> Self:
         return self
@@ -84,18 +77,6 @@ class AsyncPartner:
     ) -> None:
         await self.close()
 
-    async def close(self) -> None:
-        """Close the connection."""
-        await self._asker.close()
-
-    async def state(self) -> State:
-        """Return everything about the partner, now."""
-        return await self._asker.state()
-
-    async def log(self, after: str | None = None) -> list[LiveEvent]:
-        """Return up to 1,000 events after the one with this id; without an id, the latest."""
-        return await self._asker.log(after)
-
     async def events(
         self, after: str | None = None, patience: float = 60.0
     ) -> AsyncGenerator[LiveEvent, None]:
@@ -106,7 +87,7 @@ class AsyncPartner:
         while True:
             failure: Exception = ConnectionLostError("the connection was closed")
             try:
-                async with self._asker.stream(f"/events?after={cursor}") as lines:
+                async with self.stream(f"/events?after={cursor}") as lines:
                     async for line in lines:
                         heard = loop.time()
                         if line.startswith(_DATA):
@@ -130,53 +111,49 @@ class AsyncPartner:
 
     async def stimulate(self, stimulus: Stimulus) -> str:
         """Make the partner feel something."""
-        return await self._asker.wish("/stimulus", StimulusIn.model_validate(fields_of(stimulus)))
+        return await self.wish("/stimulus", StimulusIn.model_validate(fields_of(stimulus)))
 
     async def sense(self, kind: str, clearness: float = 1.0) -> None:
         """Report something that has happened; see :meth:`RemotePartner.sense`."""
-        await self._asker.tell("/sense", SenseIn.model_construct(kind=kind, clearness=clearness))
-
-    async def say(self, text: str, tone: Tone = "plain") -> SayOut:
-        """Say something to the partner; return the feeling it heard, the reason, and its answer."""
-        return await self._asker.say(SayIn(text=text, tone=tone))
+        await self.tell("/sense", SenseIn.model_construct(kind=kind, clearness=clearness))
 
     async def speak(self, text: str) -> str:
         """Have the partner say something through pages whose voice is switched on."""
-        return await self._asker.wish("/speak", SpeakIn(text=text))
+        return await self.wish("/speak", SpeakIn(text=text))
 
     async def express(self, expression: Expression) -> str:
         """Perform a gesture once."""
         shown = {"feeling": expression.feeling, "mood": expression.mood}
-        return await self._asker.wish("/express", ExpressIn.model_validate(shown))
+        return await self.wish("/express", ExpressIn.model_validate(shown))
 
     async def look(self, at: Direction, seconds: float = 2.0) -> str:
         """Look at the ``user`` (ahead), left, right, up, down or ``aside`` for ``seconds`` s."""
-        return await self._asker.wish("/look", LookIn(at=at, seconds=seconds))
+        return await self.wish("/look", LookIn(at=at, seconds=seconds))
 
     async def attend(self, turn: Turn = "listening") -> None:
         """Turn to somebody who will speak, or (``thinking``) show that an answer is on its way."""
-        await self._asker.tell("/attend", AttendIn(turn=turn))
+        await self.tell("/attend", AttendIn(turn=turn))
 
     async def poses(self, poses: PosesIn) -> str:
         """Perform your own key poses once, written as in a gesture file."""
-        return await self._asker.wish("/poses", poses)
+        return await self.wish("/poses", poses)
 
     async def perform(self, *acts: AnyAct, now: bool = False) -> str:
         """Perform gestures, looks, key poses and sentences together, each at its offset."""
         wish = PerformanceIn(acts=list(acts), when="now" if now else "next")
-        return await self._asker.wish("/performance", wish)
+        return await self.wish("/performance", wish)
 
     async def stop(self) -> None:
         """Stop all motors until :meth:`release`."""
-        await self._asker.tell("/stop")
+        await self.tell("/stop")
 
     async def release(self) -> None:
         """Release a stopped body: it returns to neutral and continues.
 
         By default, only a person can end a Stop that a person pressed.
         """
-        await self._asker.tell("/release")
+        await self.tell("/release")
 
     async def pause(self, paused: bool = True) -> None:
         """Pause the partner at neutral, or let it continue."""
-        await self._asker.tell("/pause", PauseIn(paused=paused))
+        await self.tell("/pause", PauseIn(paused=paused))

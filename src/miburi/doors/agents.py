@@ -16,7 +16,7 @@ import time
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from functools import wraps
-from typing import Annotated, Any, Literal, ParamSpec, TypeVar
+from typing import Annotated, Any, Concatenate, Literal, ParamSpec, TypeVar
 
 from fastapi import FastAPI
 from pydantic import Field, ValidationError
@@ -197,14 +197,19 @@ def _in_words(
 
 
 def _wish(
-    work: Callable[Parameters, Awaitable[str]],
-) -> Callable[Parameters, Awaitable[str]]:
-    """Return an answer where the body cannot do something now: it is not the agent's mistake."""
+    work: Callable[Concatenate["_Tools", Parameters], Awaitable[str]],
+) -> Callable[Concatenate["_Tools", Parameters], Awaitable[str]]:
+    """Limit the rate of wishes, and answer where the body cannot do something now.
+
+    That is not the agent's mistake.
+    """
 
     @wraps(work)
-    async def answer(*args: Parameters.args, **kwargs: Parameters.kwargs) -> str:
+    async def answer(tools: "_Tools", *args: Parameters.args, **kwargs: Parameters.kwargs) -> str:
+        if not tools.wishes.take("all"):
+            return _TOO_FAST
         try:
-            return await work(*args, **kwargs)
+            return await work(tools, *args, **kwargs)
         except BodyError as error:
             return f"Nothing was done: {error} Only a person can do that."
 
@@ -215,13 +220,11 @@ class _Tools:
     """What agents can call; they read each docstring as the tool's description."""
 
     def __init__(self, partner: Asker, wishes: Allowance) -> None:
-        self._partner, self._wishes = partner, wishes
+        self._partner, self.wishes = partner, wishes
 
     @_wish
     async def feel(self, feeling: FeelingName, strength: Strength = 0.7) -> str:
         """Make the partner feel something; its temperament decides how much it shows."""
-        if not self._wishes.take("all"):
-            return _TOO_FAST
         await self._partner.tell("/stimulus", StimulusIn(feeling=feeling, strength=strength))
         state = await self._partner.state()
         return f"It feels {feeling}.{hindrance(state)}"
@@ -229,8 +232,6 @@ class _Tools:
     @_wish
     async def gesture(self, feeling: FeelingName, intensity: Strength = 0.7) -> str:
         """Show a feeling's gesture once and wait for its end, or say why it stopped."""
-        if not self._wishes.take("all"):
-            return _TOO_FAST
         before = await self._partner.state()
         wish = await self._partner.wish("/express", ExpressIn(feeling=feeling, mood=intensity))
         if before.stop is not None and not passes_by_itself(before, before.stop):
@@ -240,8 +241,6 @@ class _Tools:
     @_wish
     async def say(self, words: Annotated[str, Field(min_length=1, max_length=300)]) -> str:
         """Have the partner say something; it is shown, and heard on pages with the voice on."""
-        if not self._wishes.take("all"):
-            return _TOO_FAST
         if not await asyncio.to_thread(may_be_said, words):
             return _UNSAID
         await self._partner.tell("/speak", SpeakIn(text=words))
@@ -259,7 +258,7 @@ class _Tools:
             return await self._look("aside", 30.0, "It looks thoughtful.")
         return await self._look("user", 0.0, "It looks ahead.")
 
-    @_wish
+    @_in_words
     async def stop(self) -> str:
         """Stop all motors at once. Only a person can release them."""
         await self._partner.tell("/stop")
@@ -304,8 +303,6 @@ class _Tools:
         return json.dumps([gesture.model_dump(include={*shown}) for gesture in gestures])
 
     async def _look(self, at: Direction, seconds: float, told: str) -> str:
-        if not self._wishes.take("all"):
-            return _TOO_FAST
         await self._partner.tell("/look", LookIn(at=at, seconds=seconds))
         state = await self._partner.state()
         if state.stop is not None:

@@ -70,12 +70,8 @@ def find_broker(
 ) -> Broker:
     """Return the broker at an address, with the password that the environment gives.
 
-    Parameters
-    ----------
-    address
-        ``[mqtt://|mqtts://][USER@]HOST[:PORT][/GROUP]``; mqtts means TLS.
-    ca
-        A file with the certificates to trust; by default those of the system.
+    The address is ``[mqtt://|mqtts://][USER@]HOST[:PORT][/GROUP]``; mqtts means TLS. The file
+    ``ca`` has the certificates to trust; by default those of the system.
 
     Raises
     ------
@@ -121,18 +117,8 @@ async def stay_at(
 ) -> None:
     """Stay connected to a broker until cancelled; say why a connection ended, and reconnect.
 
-    Parameters
-    ----------
-    broker
-        The broker.
-    identifier
-        Our client identifier; with None, the library chooses one.
-    live
-        What to do with each connection.
-    will
-        What the broker publishes if we vanish without disconnecting.
-    admit
-        Called before each connection; raises an error if we must not connect.
+    Before each connection, ``admit`` raises an error if we must not connect; then we ``live`` on
+    it. If we vanish without disconnecting, the broker publishes our ``will``.
     """
     pause = _FIRST_PAUSE
     while True:

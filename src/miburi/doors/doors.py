@@ -28,42 +28,18 @@ _OTHERS = "miburi.doors"
 
 @dataclass(frozen=True)
 class Doors:
-    """Which doors are open, with their settings.
+    """Which doors are open, with their settings."""
 
-    Attributes
-    ----------
-    agents
-        Whether agents may come in (MCP).
-    broker
-        A home's broker; None: the partner reports to none.
-    name
-        The partner's name there.
-    talk
-        The language model that writes the partner's answers; None: its built-in answers.
-    ros
-        The network of ROS 2 nodes; None: the partner is in none.
-    voice
-        What turns its words into sound; None: the devices that show its pages do so.
-    care
-        How it cares for somebody in distress.
-    origins
-        The other origins whose pages may use the interface.
-    seed
-        The seed for choosing among built-in answers.
-    packages
-        The names of doors that other packages ship.
-    """
-
-    agents: bool = False
-    broker: Broker | None = None
-    name: str = "miburi"
-    talk: Endpoint | None = None
-    ros: RosNetwork | None = None
-    voice: Synthesizer | None = None
-    care: Care = field(default_factory=Care)
-    origins: frozenset[str] = frozenset()
-    seed: int = 0
-    packages: tuple[str, ...] = ()
+    agents: bool = False  # whether agents may come in (MCP)
+    broker: Broker | None = None  # a home's broker; None: the partner reports to none
+    name: str = "miburi"  # the partner's name there
+    talk: Endpoint | None = None  # the language model that answers; None: its built-in answers
+    ros: RosNetwork | None = None  # the network of ROS 2 nodes; None: the partner is in none
+    voice: Synthesizer | None = None  # makes its words sound; None: the pages' devices do so
+    care: Care = field(default_factory=Care)  # how it cares for somebody in distress
+    origins: frozenset[str] = frozenset()  # other origins whose pages may use the interface
+    seed: int = 0  # for choosing among built-in answers
+    packages: tuple[str, ...] = ()  # the names of doors that other packages ship
 
     def need(self) -> None:
         """Raise if a library of an open door is missing.
@@ -104,9 +80,10 @@ class Doors:
 
             app.include_router(voice_router(partner, self.voice))
         if studio is not None and find_spec("zeroconf") is not None:
-            from miburi.serving.announce import add_announcement
+            from miburi.serving.announce import announce
+            from miburi.serving.beside import live_beside
 
-            add_announcement(app, self.name, studio)
+            live_beside(app, lambda: announce(self.name, studio))
         if self.agents:
             from miburi.doors.agents import add_agents
 

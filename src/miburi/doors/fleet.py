@@ -52,13 +52,9 @@ class FleetOut(BaseModel):
 
 
 class Fleet:
-    """What is known of the partners at a broker.
+    """What is known of the partners at a broker, or in its group.
 
-    Parameters
-    ----------
-    broker
-        The broker, and the group to listen to; without one, a partner that is in a group is
-        named ``GROUP/NAME``.
+    Without a group, a partner that is in one is named ``GROUP/NAME``.
     """
 
     def __init__(self, broker: Broker) -> None:
@@ -179,11 +175,7 @@ async def listening_to(fleet: Fleet) -> AsyncIterator[None]:
 
 
 async def stop_and_look(broker: Broker, name: str = ALL) -> tuple[list[str], list[str]]:
-    """Stop one partner or all, and see whether they have stopped.
-
-    Returns
-    -------
-    The names of those that report a stop, and of those that do not or are lost.
+    """Stop one partner or all; return who reports a stop, and who does not or is lost.
 
     Raises
     ------

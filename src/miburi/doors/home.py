@@ -28,9 +28,9 @@ from miburi.doors.topics import (
     DistressNews,
     GapNews,
     HomeReport,
+    StopNews,
     Topics,
     make_report,
-    make_stop_news,
 )
 from miburi.errors import InputError, MiburiError, needs_extra
 from miburi.live.events.event import Cursor, LiveEvent
@@ -46,7 +46,7 @@ except ModuleNotFoundError as error:
     raise needs_extra("mqtt", error) from error
 
 
-__all__ = ["BIRTH", "BURST", "RATE", "add_home", "check_free", "is_taken", "live_at_home"]
+__all__ = ["BIRTH", "BURST", "RATE", "add_home", "check_free"]
 
 #: Where Home Assistant says that it has come back.
 BIRTH = "homeassistant/status"
@@ -76,50 +76,32 @@ def add_home(
     studio: str | None = None,
     clock: Callable[[], float] = time.monotonic,
 ) -> None:
-    """Connect a partner to a home's broker while the server runs.
-
-    ``studio`` is the address at which other devices reach its pages.
-    """
-    asker = Asker.within(app, "home")
-    about = About(broker.path(name), partner.robot.name, studio)
-    live_beside(app, lambda: live_at_home(asker, partner.history, broker, about, clock))
-
-
-async def live_at_home(
-    partner: Asker,
-    history: History,
-    broker: Broker,
-    about: About,
-    clock: Callable[[], float] = time.monotonic,
-    today: Callable[[], date] = date.today,
-) -> None:
-    """Tell a broker about a partner until cancelled; reconnect whenever the broker was away.
+    """Connect a partner to a home's broker while the server runs; reconnect whenever it was away.
 
     Parameters
     ----------
-    partner
-        The partner.
-    history
-        Remembers across restarts which events the home has been told of.
-    broker
-        The broker.
-    about
-        The identity under which the home knows the partner; its name must be unique.
-    clock, today
-        ``clock`` gives the time in s, for the rates of wishes and reports; ``today`` gives the day
-        whose stops are counted.
+    app, partner
+        The application, and the partner that it serves.
+    broker, name
+        The broker, and the partner's name there, which must be unique.
+    studio
+        The address at which other devices reach the partner's pages.
+    clock
+        Gives the time in s, for the rates of wishes and reports.
     """
-    home, name = _Home(partner, history, about, clock, today), about.name
+    about = About(broker.path(name), partner.robot.name, studio)
+    home = _Home(Asker.within(app, "home"), partner.history, about, clock)
 
     async def admit() -> None:
         # Two with the same name would keep disconnecting each other; Stop would reach one of them.
-        if await is_taken(broker, name, home.instance):
+        if await _is_taken(broker, about.name, home.instance):
             raise InputError(
-                f"another partner has taken the name {name!r} there, so this one is not connected "
-                "to it, and the home's Stop does not reach it. Start it with another --name."
+                f"another partner has taken the name {about.name!r} there, so this one is not "
+                "connected to it, and the home's Stop does not reach it. Start it with another "
+                "--name."
             )
 
-    await stay_at(broker, f"miburi-{about.key}", home.live, home.will, admit)
+    live_beside(app, lambda: stay_at(broker, f"miburi-{about.key}", home.live, home.will, admit))
 
 
 async def check_free(broker: Broker, name: str) -> None:
@@ -134,7 +116,7 @@ async def check_free(broker: Broker, name: str) -> None:
     try:
         async with asyncio.timeout(_PATIENCE):
             names = map(broker.path, (name, *others))
-            first, *rest = await asyncio.gather(*(is_taken(broker, one) for one in names))
+            first, *rest = await asyncio.gather(*(_is_taken(broker, one) for one in names))
     except (MqttError, OSError, TimeoutError):
         return
     if first:
@@ -146,14 +128,8 @@ async def check_free(broker: Broker, name: str) -> None:
         )
 
 
-async def is_taken(broker: Broker, name: str, instance: str = "") -> bool:
-    """Return whether a running partner other than ``instance`` uses a name.
-
-    Raises
-    ------
-    MqttError
-        The broker cannot be reached.
-    """
+async def _is_taken(broker: Broker, name: str, instance: str = "") -> bool:
+    """Return whether a running partner other than ``instance`` uses a name."""
     topics = Topics(name)
     async with broker.client(None) as client:
         await client.subscribe(topics.here, qos=1)
@@ -170,17 +146,12 @@ class _Home:
     """One partner at one broker, across all reconnections."""
 
     def __init__(
-        self,
-        partner: Asker,
-        history: History,
-        about: About,
-        clock: Callable[[], float],
-        today: Callable[[], date],
+        self, partner: Asker, history: History, about: About, clock: Callable[[], float]
     ) -> None:
         self._partner, self._history, self._about = partner, history, about
         self._urgent = Allowance(_URGENT_RATE, _REPORT_BURST, clock)
         self._reports = Allowance(_REPORT_RATE, _REPORT_BURST, clock)
-        self._wishes, self._today = Allowance(RATE, BURST, clock), today
+        self._wishes = Allowance(RATE, BURST, clock)
         self._refusals, self._unsaid = Allowance(_TOLD_RATE, _TOLD_BURST, clock), 0
         self._topics = Topics(about.name)
         group, _, _ = about.name.rpartition("/")
@@ -190,7 +161,7 @@ class _Home:
         self.instance = secrets.token_hex(8)
         self._contradicted = False  # whether somebody has said that it is not online
         self._told: Cursor | None = None  # the last event that the broker knows
-        self._day, self._stops = today(), 0
+        self._day, self._stops = date.today(), 0
         self._stopping: asyncio.Task[None] | None = None
         self._online = False
         self._reported: HomeReport | None = None
@@ -249,8 +220,8 @@ class _Home:
         for event in events:
             await self._tell(client, event)
             self._told = event.cursor
-        if self._day != self._today():
-            self._day, self._stops = self._today(), 0
+        if self._day != (today := date.today()):
+            self._day, self._stops = today, 0
         report = report_of.model_copy(update={"stops_today": self._stops})
         if self._may_report(report):
             content = report.model_copy(update={"wall": datetime.now(UTC)}).model_dump_json()
@@ -273,17 +244,17 @@ class _Home:
         about = {"id": event.id, "wall": event.wall}
         match event.kind:
             case "distress":
-                content = {"event_type": event.name, "words": event.text, **about}
+                content: dict[str, object] = {"event_type": event.name, "words": event.text}
                 topic = self._topics.distress
-                news: BaseModel = DistressNews.model_validate(content)
+                news: BaseModel = DistressNews.model_validate(content | about)
             case "stop" if event.stop is not None:
-                self._stops += event.wall.astimezone().date() == self._today()
-                topic, news = self._topics.stops, make_stop_news(event, event.stop)
+                self._stops += event.wall.astimezone().date() == date.today()
+                stop = event.stop
+                content = {"event_type": stop.reason, "motor": stop.motor, "force": stop.force}
+                topic, news = self._topics.stops, StopNews.model_validate(content | about)
             case "gap":
-                topic, news = (
-                    self._topics.gaps,
-                    GapNews.model_validate({"why": event.detail, **about}),
-                )
+                topic = self._topics.gaps
+                news = GapNews.model_validate({"why": event.detail} | about)
             case _:
                 return
         await client.publish(topic, news.model_dump_json(), qos=1)

@@ -3,10 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from miburi.doors.topics import (
-    NEUTRAL,
-    Topics,
-)
+from miburi.doors.topics import NEUTRAL, Topics
 from miburi.feelings import FEELINGS
 from miburi.feelings.catalogue import CATALOGUE
 from miburi.safety.stop import StopReason
@@ -27,21 +24,11 @@ _WHY_STOPPED = (
 
 @dataclass(frozen=True)
 class About:
-    """How the partner identifies itself to Home Assistant.
+    """How the partner identifies itself to Home Assistant."""
 
-    Attributes
-    ----------
-    name
-        Its name, or ``GROUP/NAME`` if it is in a group.
-    model
-        The robot's name.
-    studio
-        Its studio's address, if other devices can reach it.
-    """
-
-    name: str
-    model: str
-    studio: str | None = None
+    name: str  # its name, or ``GROUP/NAME`` if it is in a group
+    model: str  # the robot's name
+    studio: str | None = None  # its studio's address, if other devices can reach it
 
     @property
     def key(self) -> str:
@@ -63,14 +50,8 @@ def discovery_topic(about: About) -> str:
 def discovery(about: About, joints: list[str]) -> dict[str, Any]:
     """Return the message that describes a partner to Home Assistant.
 
-    Parameters
-    ----------
-    about
-        The identity under which the home knows the partner.
-    joints
-        The joints whose motors report a temperature.
-
-    The message's keys are those of Home Assistant's MQTT device discovery (2024.11 and later).
+    The motors of ``joints`` report a temperature. The message's keys are those of Home Assistant's
+    MQTT device discovery (2024.11 and later).
     """
     topics, key = Topics(about.name), f"miburi_{about.key}"
 

@@ -62,7 +62,7 @@ try:
 except ModuleNotFoundError as error:
     raise needs_extra("ros", error) from error
 
-__all__ = ["BURST", "RATE", "add_ros", "live_in_ros"]
+__all__ = ["BURST", "RATE", "add_ros"]
 
 #: Commands per second, and the largest burst, not counting Stop (our choice).
 RATE, BURST = 5.0, 10.0
@@ -108,40 +108,27 @@ def add_ros(
     network: RosNetwork,
     clock: Callable[[], float] = time.monotonic,
 ) -> None:
-    """Connect a partner to a ROS network while the server runs."""
-    live_beside(app, lambda: live_in_ros(Asker.within(app, "ros"), partner, network, clock))
+    """Publish a partner's state on a ROS network, and take wishes there, while the server runs.
 
-
-async def live_in_ros(
-    asker: Asker,
-    partner: LivePartner,
-    network: RosNetwork,
-    clock: Callable[[], float] = time.monotonic,
-) -> None:
-    """Publish a partner's state on a ROS network until cancelled; log failures and try again.
-
-    Parameters
-    ----------
-    asker
-        Passes wishes on.
-    partner
-        The partner to publish; it is not changed.
-    network
-        The network.
-    clock
-        Gives the time in s, for the rate of wishes.
+    Failures are logged, and the door is opened again. ``clock`` gives the time in s, for the rate
+    of wishes.
     """
-    while True:
-        try:
-            domain = Domain(network.domain, network.config)
+    asker = Asker.within(app, "ros")
+
+    async def live() -> None:
+        while True:
             try:
-                await _Door(asker, partner, network, Allowance(RATE, BURST, clock)).live()
-            finally:
-                del domain  # this closes it and everything in it
-        except Exception as error:  # whatever fails here, the rest keeps running
-            known = isinstance(error, MiburiError)
-            _LOG.error("ROS 2: %s. Trying again.", error, exc_info=not known)
-        await asyncio.sleep(_PAUSE)
+                domain = Domain(network.domain, network.config)
+                try:
+                    await _Door(asker, partner, network, Allowance(RATE, BURST, clock)).live()
+                finally:
+                    del domain  # this closes it and everything in it
+            except Exception as error:  # whatever fails here, the rest keeps running
+                known = isinstance(error, MiburiError)
+                _LOG.error("ROS 2: %s. Trying again.", error, exc_info=not known)
+            await asyncio.sleep(_PAUSE)
+
+    live_beside(app, live)
 
 
 class _Inlet(Generic[_Message]):

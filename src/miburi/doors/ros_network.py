@@ -34,24 +34,12 @@ _HERE = (
 
 @dataclass(frozen=True)
 class RosNetwork:
-    """A DDS domain, and a partner's namespace in it.
-
-    Attributes
-    ----------
-    domain
-        The domain's number.
-    everywhere
-        Whether the whole network hears it, or this computer alone.
-    name
-        The partner's name; None: its topics have no namespace.
-    more
-        Further configuration of Cyclone DDS, as CYCLONEDDS_URI has it.
-    """
+    """A DDS domain, and a partner's namespace in it."""
 
     domain: int = 0
-    everywhere: bool = False
-    name: str | None = None
-    more: str = ""
+    everywhere: bool = False  # whether the whole network hears it, or this computer alone
+    name: str | None = None  # the partner's name; None: its topics have no namespace
+    more: str = ""  # further configuration of Cyclone DDS, as CYCLONEDDS_URI has it
 
     @property
     def config(self) -> str:
@@ -92,10 +80,7 @@ def _peers() -> str:
 def find_ros(name: str | None = None, environment: Mapping[str, str] = os.environ) -> RosNetwork:
     """Return the network that ROS's variables describe.
 
-    Parameters
-    ----------
-    name
-        The partner's name; it becomes the namespace, with _ for -.
+    The partner's ``name`` becomes the namespace, with _ for -.
 
     Raises
     ------

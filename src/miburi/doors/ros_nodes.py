@@ -4,13 +4,13 @@ This module needs the extra ``ros`` and is imported only when the door is opened
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
+from miburi.doors.ros_types import ros_message
 from miburi.errors import needs_extra
 
 try:
     from cyclonedds.core import Entity
-    from cyclonedds.idl import IdlStruct, annotations
+    from cyclonedds.idl import IdlStruct
     from cyclonedds.idl.types import array, bounded_str, sequence, uint8
 except ModuleNotFoundError as error:
     raise needs_extra("ros", error) from error
@@ -31,18 +31,14 @@ DISCOVERY, ENCLAVE = "ros_discovery_info", b"enclave=/;"
 NODE = "miburi"
 
 
-@dataclass
-@annotations.final
-@annotations.autoid("sequential")
+@ros_message
 class GidMsg(IdlStruct, typename="rmw_dds_common.msg.dds_.Gid_"):
     """rmw_dds_common/Gid, since Iron: what names a participant, a reader or a writer."""
 
     data: array[uint8, 16]
 
 
-@dataclass
-@annotations.final
-@annotations.autoid("sequential")
+@ros_message
 class NodeEntitiesInfoMsg(IdlStruct, typename="rmw_dds_common.msg.dds_.NodeEntitiesInfo_"):
     """rmw_dds_common/NodeEntitiesInfo: a node, and what belongs to it."""
 
@@ -52,9 +48,7 @@ class NodeEntitiesInfoMsg(IdlStruct, typename="rmw_dds_common.msg.dds_.NodeEntit
     writer_gid_seq: sequence[GidMsg]
 
 
-@dataclass
-@annotations.final
-@annotations.autoid("sequential")
+@ros_message
 class ParticipantEntitiesInfoMsg(
     IdlStruct, typename="rmw_dds_common.msg.dds_.ParticipantEntitiesInfo_"
 ):

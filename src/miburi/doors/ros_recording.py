@@ -86,14 +86,7 @@ def convert_recording(recording: Path, robot: Robot, out: Path) -> int:
     Joint states come with the frames that follow from them; the description and the fixed frames
     come first. Commands are joint states, too: where the joints are to go, and how fast.
 
-    Parameters
-    ----------
-    recording
-        One of our recordings; if it is cut off, it is read up to that point.
-    robot
-        The robot that moved.
-    out
-        The file to write.
+    A recording that is cut off is read up to that point.
 
     Raises
     ------

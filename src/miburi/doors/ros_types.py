@@ -9,7 +9,7 @@ This module needs the extra ``ros``; it is loaded only when needed.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TypeGuard, get_args, get_type_hints
+from typing import TypeGuard, TypeVar, dataclass_transform, get_args, get_type_hints
 
 from miburi.errors import needs_extra
 
@@ -35,10 +35,12 @@ __all__ = [
     "TransformStampedMsg",
     "Vector3Msg",
     "definition",
+    "ros_message",
     "ros_name",
     "type_hash",
 ]
 
+_Message = TypeVar("_Message", bound=IdlStruct)
 _RULE = "=" * 80
 #: REP-2016's hashes of the messages that have a topic; since Iron, nodes exchange them.
 _HASHES = {
@@ -57,12 +59,17 @@ _HASHES = {
     "tf2_msgs/msg/TFMessage": "e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087",
 }
 
-# ROS 2 sends plain CDR with members in order, that is, final types with consecutive ids.
+
+@dataclass_transform()
+def ros_message(kind: type[_Message]) -> type[_Message]:
+    """Make a class a message as ROS 2 sends it: plain CDR with its members in order.
+
+    That is a final type with consecutive ids.
+    """
+    return annotations.final(annotations.autoid("sequential")(dataclass(kind)))
 
 
-@dataclass
-@annotations.final
-@annotations.autoid("sequential")
+@ros_message
 class TimeMsg(IdlStruct, typename="builtin_interfaces.msg.dds_.Time_"):
     """builtin_interfaces/Time."""
 
@@ -70,9 +77,7 @@ class TimeMsg(IdlStruct, typename="builtin_interfaces.msg.dds_.Time_"):
     nanosec: uint32
 
 
-@dataclass
-@annotations.final
-@annotations.autoid("sequential")
+@ros_message
 class HeaderMsg(IdlStruct, typename="std_msgs.msg.dds_.Header_"):
     """std_msgs/Header."""
 
@@ -80,27 +85,21 @@ class HeaderMsg(IdlStruct, typename="std_msgs.msg.dds_.Header_"):
     frame_id: str
 
 
-@dataclass
-@annotations.final
-@annotations.autoid("sequential")
+@ros_message
 class EmptyMsg(IdlStruct, typename="std_msgs.msg.dds_.Empty_"):
     """std_msgs/Empty; every message needs at least one byte."""
 
     structure_needs_at_least_one_member: uint8 = 0
 
 
-@dataclass
-@annotations.final
-@annotations.autoid("sequential")
+@ros_message
 class StringMsg(IdlStruct, typename="std_msgs.msg.dds_.String_"):
     """std_msgs/String."""
 
     data: str
 
 
-@dataclass
-@annotations.final
-@annotations.autoid("sequential")
+@ros_message
 class JointStateMsg(IdlStruct, typename="sensor_msgs.msg.dds_.JointState_"):
     """sensor_msgs/JointState: rad, rad/s, Nm."""
 
@@ -111,9 +110,7 @@ class JointStateMsg(IdlStruct, typename="sensor_msgs.msg.dds_.JointState_"):
     effort: sequence[float64]
 
 
-@dataclass
-@annotations.final
-@annotations.autoid("sequential")
+@ros_message
 class Vector3Msg(IdlStruct, typename="geometry_msgs.msg.dds_.Vector3_"):
     """geometry_msgs/Vector3."""
 
@@ -122,9 +119,7 @@ class Vector3Msg(IdlStruct, typename="geometry_msgs.msg.dds_.Vector3_"):
     z: float64
 
 
-@dataclass
-@annotations.final
-@annotations.autoid("sequential")
+@ros_message
 class QuaternionMsg(IdlStruct, typename="geometry_msgs.msg.dds_.Quaternion_"):
     """geometry_msgs/Quaternion."""
 
@@ -134,9 +129,7 @@ class QuaternionMsg(IdlStruct, typename="geometry_msgs.msg.dds_.Quaternion_"):
     w: float64
 
 
-@dataclass
-@annotations.final
-@annotations.autoid("sequential")
+@ros_message
 class TransformMsg(IdlStruct, typename="geometry_msgs.msg.dds_.Transform_"):
     """geometry_msgs/Transform."""
 
@@ -144,9 +137,7 @@ class TransformMsg(IdlStruct, typename="geometry_msgs.msg.dds_.Transform_"):
     rotation: QuaternionMsg
 
 
-@dataclass
-@annotations.final
-@annotations.autoid("sequential")
+@ros_message
 class TransformStampedMsg(IdlStruct, typename="geometry_msgs.msg.dds_.TransformStamped_"):
     """geometry_msgs/TransformStamped."""
 
@@ -155,18 +146,14 @@ class TransformStampedMsg(IdlStruct, typename="geometry_msgs.msg.dds_.TransformS
     transform: TransformMsg
 
 
-@dataclass
-@annotations.final
-@annotations.autoid("sequential")
+@ros_message
 class TFMessageMsg(IdlStruct, typename="tf2_msgs.msg.dds_.TFMessage_"):
     """tf2_msgs/TFMessage."""
 
     transforms: sequence[TransformStampedMsg]
 
 
-@dataclass
-@annotations.final
-@annotations.autoid("sequential")
+@ros_message
 class KeyValueMsg(IdlStruct, typename="diagnostic_msgs.msg.dds_.KeyValue_"):
     """diagnostic_msgs/KeyValue."""
 
@@ -174,9 +161,7 @@ class KeyValueMsg(IdlStruct, typename="diagnostic_msgs.msg.dds_.KeyValue_"):
     value: str
 
 
-@dataclass
-@annotations.final
-@annotations.autoid("sequential")
+@ros_message
 class DiagnosticStatusMsg(IdlStruct, typename="diagnostic_msgs.msg.dds_.DiagnosticStatus_"):
     """diagnostic_msgs/DiagnosticStatus: level 0 ok, 1 warning, 2 error, 3 stale."""
 
@@ -187,9 +172,7 @@ class DiagnosticStatusMsg(IdlStruct, typename="diagnostic_msgs.msg.dds_.Diagnost
     values: sequence[KeyValueMsg]
 
 
-@dataclass
-@annotations.final
-@annotations.autoid("sequential")
+@ros_message
 class DiagnosticArrayMsg(IdlStruct, typename="diagnostic_msgs.msg.dds_.DiagnosticArray_"):
     """diagnostic_msgs/DiagnosticArray."""
 
@@ -197,9 +180,7 @@ class DiagnosticArrayMsg(IdlStruct, typename="diagnostic_msgs.msg.dds_.Diagnosti
     status: sequence[DiagnosticStatusMsg]
 
 
-@dataclass
-@annotations.final
-@annotations.autoid("sequential")
+@ros_message
 class ExpressionMsg(IdlStruct, typename="hri_msgs.msg.dds_.Expression_"):
     """hri_msgs/Expression (ROS4HRI): valence and arousal −1 to 1, confidence 0 to 1."""
 

@@ -2,8 +2,8 @@
 
 from pydantic import BaseModel, Field
 
-from miburi.live.events.event import LiveEvent, Wall
-from miburi.live.state import MotorsOut, State, StopOut
+from miburi.live.events.event import Wall
+from miburi.live.state import MotorsOut, State
 from miburi.safety.stop import StopReason
 from miburi.senses.kinds import Distress
 
@@ -16,7 +16,6 @@ __all__ = [
     "StopNews",
     "Topics",
     "make_report",
-    "make_stop_news",
 ]
 
 #: The name to report when no feeling is strong enough.
@@ -109,11 +108,4 @@ def make_report(state: State, motors: MotorsOut, studio: str | None = None) -> H
             for motor in motors.motors
             if motor.temperature is not None
         },
-    )
-
-
-def make_stop_news(event: LiveEvent, stop: StopOut) -> StopNews:
-    """Return the message about a stop."""
-    return StopNews(
-        event_type=stop.reason, id=event.id, wall=event.wall, motor=stop.motor, force=stop.force
     )

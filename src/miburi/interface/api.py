@@ -4,8 +4,9 @@ import asyncio
 from collections.abc import Callable
 from datetime import datetime
 from functools import partial
+from http import HTTPStatus
 from pathlib import Path as FilePath
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from fastapi import APIRouter, Depends, FastAPI, Header, HTTPException, Request, Response
@@ -13,7 +14,7 @@ from fastapi.routing import APIRoute
 
 from miburi.feelings import Expression, Stimulus
 from miburi.interface.acting import acts_of, look_of, poses_of, shown_by
-from miburi.interface.description import describe
+from miburi.interface.description import describe, describe_interface
 from miburi.interface.events import add_events
 from miburi.interface.people import add_people
 from miburi.interface.recordings import add_recordings
@@ -42,6 +43,7 @@ from miburi.senses.happenings import notice
 from miburi.serving.access import CAME
 from miburi.serving.allowance import Allowance
 from miburi.serving.beside import live_beside
+from miburi.serving.heads import asker
 from miburi.serving.press import BY, PRESS, press, who
 from miburi.talk.care import Care
 from miburi.talk.dates import local_time
@@ -62,7 +64,6 @@ from miburi.wire.messages import (
     PerformanceIn,
     PosesAct,
     PosesIn,
-    Refusal,
     SayIn,
     SenseIn,
     SpeakIn,
@@ -100,7 +101,7 @@ _PLAIN = Care()
 #: Limits for touches, sounds, faces and turns from one address: per second, and in a burst (ours).
 NOTICED_RATE, NOTICED_BURST = 5.0, 10.0
 #: Refusals that any request but Stop may get.
-_OFTEN: Refusals = {429: {"model": Refusal, "description": "Too many requests."}}
+_OFTEN: Refusals = {429: {"description": "Too many requests."}}
 _BY = "`program` if programs may release it again; otherwise it counts as a person's Stop."
 #: Limits for requests with key poses from one address: per second, and in a burst (our numbers).
 _REHEARSED_RATE, _REHEARSED_BURST = 0.5, 5.0
@@ -149,7 +150,7 @@ def make_api(
     speech = Speech(runner, endpoint, care, clock, seed, folder)
     _add_requests(app, runner, speech, clock)
     live_beside(app, speech.live)
-    _describe(app)
+    describe_interface(app)
     refuse_in_words(app)
     return app
 
@@ -176,7 +177,7 @@ def _add_requests(
         part = APIRouter(
             prefix="/api/v1",
             tags=[tag],
-            responses={422: {"model": Refusal}, **({} if stop else _OFTEN)},
+            responses={422: {}, **({} if stop else _OFTEN)},
             dependencies=[] if stop else [Depends(known_queries)],
             generate_unique_id_function=_route_name,
         )
@@ -185,18 +186,15 @@ def _add_requests(
         app.router.routes += part.routes
 
 
-def _describe(app: FastAPI) -> None:
-    """Add to the description what FastAPI cannot know: the token, and the WebSocket."""
-    described = app.openapi
+def _limited(rate: float, burst: float, words: str) -> Callable[[Request], None]:
+    """Return a check that refuses an address's requests beyond ``rate`` a second, and a burst."""
+    allowance = Allowance(rate, burst)
 
-    def whole() -> dict[str, Any]:
-        schema = described()
-        key = {"type": "http", "scheme": "bearer", "description": "Needed from other computers."}
-        schema["components"]["securitySchemes"] = {"token": key}
-        schema["security"] = [{}, {"token": []}]
-        return schema
+    def check(request: Request) -> None:
+        if not allowance.take(asker(request.scope)):
+            raise HTTPException(HTTPStatus.TOO_MANY_REQUESTS, words)
 
-    app.openapi = whole  # type: ignore[method-assign]
+    return check
 
 
 def _stopping(router: APIRouter, runner: LivePartner) -> None:
@@ -275,11 +273,8 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
         """
         return await speech.take(wish.text, tone=wish.tone, by=by)
 
-    noticing = Allowance(NOTICED_RATE, NOTICED_BURST)
-
-    def not_too_often(request: Request) -> None:
-        if not noticing.take(request.client.host if request.client else ""):
-            raise HTTPException(429, f"too many requests; at most {NOTICED_RATE:g} a second.")
+    often = f"too many requests; at most {NOTICED_RATE:g} a second."
+    not_too_often = _limited(NOTICED_RATE, NOTICED_BURST, often)
 
     @router.post("/sense", status_code=NOTHING, responses=REFUSED)
     async def sense(wish: SenseIn, request: Request) -> None:
@@ -354,11 +349,8 @@ def _showing(router: APIRouter, runner: LivePartner) -> None:
         poses = look_of(runner, wish)
         return WishOut(id=await granted(runner, Perform(None, poses, "look", who(by))))
 
-    rehearsing = Allowance(_REHEARSED_RATE, _REHEARSED_BURST)
-
-    def rehearsed_seldom(request: Request) -> None:
-        if not rehearsing.take(request.client.host if request.client else ""):
-            raise HTTPException(429, "too many key poses to rehearse at once; wait a moment.")
+    often = "too many key poses to rehearse at once; wait a moment."
+    rehearsed_seldom = _limited(_REHEARSED_RATE, _REHEARSED_BURST, often)
 
     @router.post("/poses", responses=REFUSED)
     async def poses(wish: PosesIn, request: Request, by: _Asker = "person") -> WishOut:

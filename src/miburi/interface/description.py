@@ -1,15 +1,21 @@
-"""A robot's description for programs: what a viewer needs to draw it."""
+"""Descriptions for programs: of a robot, from which a viewer draws it, and of the interface."""
+
+from dataclasses import asdict
+from http import HTTPStatus
+from typing import Any
 
 import numpy as np
+from fastapi import FastAPI
 
 from miburi.feelings import FEELINGS, SOURCES
 from miburi.live.view import LivePartner
 from miburi.robot import JOINTS
 from miburi.robot.mjcf import HAND_AWAY, HAND_SIZE
 from miburi.robot.shape import COLOURS, links, parts
+from miburi.wire.messages import Refusal
 from miburi.wire.robot import LinkOut, PartOut, RobotOut
 
-__all__ = ["describe"]
+__all__ = ["describe", "describe_interface"]
 
 
 def describe(runner: LivePartner) -> RobotOut:
@@ -28,27 +34,33 @@ def describe(runner: LivePartner) -> RobotOut:
         threshold=runner.motors.rule.ratio,
         hand=list(HAND_SIZE),
         hand_away=list(HAND_AWAY),
-        links=[
-            LinkOut(
-                name=link.name,
-                parent=link.parent,
-                joint=link.joint,
-                position=list(link.position),
-                axis=list(link.axis),
-            )
-            for link in links(robot)
-        ],
+        links=[LinkOut.model_validate(link, from_attributes=True) for link in links(robot)],
         parts=[
-            PartOut(
-                link=part.link,
-                name=part.name,
-                kind=part.kind,
-                size=list(part.size),
-                position=list(part.position),
-                end=None if part.end is None else list(part.end),
-                tilt=part.tilt,
-                colour=list(COLOURS[part.colour]),
-            )
+            PartOut.model_validate(asdict(part) | {"colour": COLOURS[part.colour]})
             for part in parts(robot)
         ],
     )
+
+
+def describe_interface(app: FastAPI) -> None:
+    """Add to the description the token, and what a refusal looks like.
+
+    A model for each of a route's refusals would take FastAPI as long as all else.
+    """
+    described = app.openapi
+    refusal = {"application/json": {"schema": {"$ref": "#/components/schemas/Refusal"}}}
+
+    def whole() -> dict[str, Any]:
+        schema = described()
+        key = {"type": "http", "scheme": "bearer", "description": "Needed from other computers."}
+        schema["components"]["securitySchemes"] = {"token": key}
+        schema["security"] = [{}, {"token": []}]
+        schema["components"]["schemas"]["Refusal"] = Refusal.model_json_schema()
+        for operations in schema["paths"].values():
+            for operation in operations.values():
+                for status, answer in operation["responses"].items():
+                    if int(status) >= HTTPStatus.BAD_REQUEST:
+                        answer.setdefault("content", refusal)
+        return schema
+
+    app.openapi = whole  # type: ignore[method-assign]

@@ -16,7 +16,6 @@ from miburi.errors import InputError
 from miburi.live.events.event import Cursor, EventKind, LiveEvent, without_words
 from miburi.live.view import LivePartner
 from miburi.serving.access import EVENTS
-from miburi.wire.messages import Refusal
 
 __all__ = ["ENDING", "MOST", "AfterCursor", "add_events", "events_after", "follow"]
 
@@ -48,10 +47,7 @@ def add_events(router: APIRouter, partner: LivePartner) -> None:
         operation_id="log",
         response_model=list[LiveEvent],
         responses={
-            400: {
-                "model": Refusal,
-                "description": "The cursor is not of the form `BOOT:NUMBER` or `NUMBER`.",
-            }
+            400: {"description": "The cursor is not of the form `BOOT:NUMBER` or `NUMBER`."}
         },
     )
     async def log(after: AfterCursor = None) -> list[LiveEvent]:
@@ -71,11 +67,10 @@ def add_events(router: APIRouter, partner: LivePartner) -> None:
         responses={
             200: {"content": {"text/event-stream": {"example": _EXAMPLE}}},
             400: {
-                "model": Refusal,
                 "description": "There is no such kind, or the cursor is not of the form "
-                "`BOOT:NUMBER` or `NUMBER`.",
+                "`BOOT:NUMBER` or `NUMBER`."
             },
-            503: {"model": Refusal, "description": "Too many streams are open."},
+            503: {"description": "Too many streams are open."},
         },
     )
     async def events(

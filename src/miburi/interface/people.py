@@ -15,7 +15,7 @@ from miburi.people import Acquaintance, Memory
 from miburi.talk.beginning import Beginning
 from miburi.talk.dates import due_of
 from miburi.talk.initiative import Manners
-from miburi.wire.messages import Message, Refusal
+from miburi.wire.messages import Message
 
 __all__ = [
     "AllowPeopleIn",
@@ -28,11 +28,8 @@ __all__ = [
 ]
 
 _REFUSED: Refusals = {
-    400: {
-        "model": Refusal,
-        "description": "There is no such person or fact, or the value is not allowed.",
-    },
-    507: {"model": Refusal, "description": "The disk is full, or cannot be written to."},
+    400: {"description": "There is no such person or fact, or the value is not allowed."},
+    507: {"description": "The disk is full, or cannot be written to."},
 }
 _Name = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=40)]
 _NamePath = Annotated[str, Path(min_length=1, max_length=40, description="The person's name.")]
@@ -153,14 +150,7 @@ def add_people(
 
 
 def _describe(memory: Memory, person: Acquaintance) -> PersonOut:
-    facts = [FactOut.model_validate(fact.model_dump()) for fact in person.facts]
-    leaning = memory.leaning_of(person)
-    return PersonOut(
-        name=person.name,
-        since=person.since,
-        seen=person.seen,
-        facts=facts,
-        leaning={
-            name: round(float(value), 3) for name, value in zip(FEELINGS, leaning, strict=True)
-        },
+    leaning = [round(float(value), 3) for value in memory.leaning_of(person)]
+    return PersonOut.model_validate(
+        person.model_dump() | {"leaning": dict(zip(FEELINGS, leaning, strict=True))}
     )

@@ -2,18 +2,18 @@
 
 from typing import Annotated
 
-from fastapi import APIRouter, Path, Response
-from fastapi.responses import FileResponse, JSONResponse
+from fastapi import APIRouter, HTTPException, Path
+from fastapi.responses import FileResponse
 
 from miburi.errors import InputError
 from miburi.interface.refusing import NOTHING, REFUSED, Refusals
 from miburi.live.view import LivePartner
-from miburi.wire.messages import RecordingIn, RecordingOut, Refusal
+from miburi.wire.messages import RecordingIn, RecordingOut
 
 __all__ = ["add_recordings"]
 
-_NONE: Refusals = {404: {"model": Refusal, "description": "Nothing has that name."}}
-_NO_ROOM: Refusals = {507: {"model": Refusal, "description": "The folder is full or read-only."}}
+_NONE: Refusals = {404: {"description": "Nothing has that name."}}
+_NO_ROOM: Refusals = {507: {"description": "The folder is full or read-only."}}
 _RecordingName = Annotated[str, Path(max_length=60, description="The name of its file.")]
 
 
@@ -39,24 +39,21 @@ def add_recordings(router: APIRouter, runner: LivePartner) -> None:
     @router.get(
         "/recordings/{name}",
         response_class=FileResponse,
-        responses={
-            **_NONE,
-            200: {"content": {"application/octet-stream": {}}, "description": "An MCAP file."},
-        },
+        responses=_NONE
+        | {200: {"content": {"application/octet-stream": {}}, "description": "An MCAP file."}},
     )
-    def recording(name: _RecordingName) -> Response:
+    def recording(name: _RecordingName) -> FileResponse:
         """Download a recording (MCAP)."""
         try:
             path = kept.find(name)
         except InputError as error:
-            return JSONResponse({"detail": str(error)}, 404)
+            raise HTTPException(404, str(error)) from error
         return FileResponse(path, filename=name, media_type="application/octet-stream")
 
     @router.delete("/recordings/{name}", status_code=NOTHING, responses=_NONE | _NO_ROOM)
-    def delete(name: _RecordingName) -> Response:
+    def delete(name: _RecordingName) -> None:
         """Delete a recording."""
         try:
             kept.delete(name)
         except InputError as error:
-            return JSONResponse({"detail": str(error)}, 404)
-        return Response(status_code=NOTHING)
+            raise HTTPException(404, str(error)) from error

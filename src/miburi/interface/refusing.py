@@ -11,18 +11,24 @@ from starlette.requests import HTTPConnection
 from miburi.errors import BodyError, InputError, MiburiError, OutputError
 from miburi.live.commands import BusyError
 from miburi.live.view import UnreachableError
-from miburi.wire.messages import Refusal
 
 __all__ = ["NOTHING", "REFUSED", "Refusals", "known_queries", "refuse_in_words"]
 
 #: The status of an answer without content.
 NOTHING = 204
-#: How OpenAPI describes refusals: for each status a model and a description.
+#: How OpenAPI describes refusals: for each status a description.
 Refusals = dict[int | str, dict[str, Any]]
 REFUSED: Refusals = {
-    400: {"model": Refusal, "description": "A value is not allowed."},
-    409: {"model": Refusal, "description": "The body cannot do that now."},
-    503: {"model": Refusal, "description": "Too much at once, or the robot cannot be reached."},
+    400: {"description": "A value is not allowed."},
+    409: {"description": "The body cannot do that now."},
+    503: {"description": "Too much at once, or the robot cannot be reached."},
+}
+_STATUSES = {
+    BodyError: 409,
+    InputError: 400,
+    BusyError: 503,
+    UnreachableError: 503,
+    OutputError: 507,
 }
 
 
@@ -51,15 +57,7 @@ def known_queries(asked: HTTPConnection) -> None:
 
 
 async def _say(_request: Request, error: Exception) -> JSONResponse:
-    """Turn one of Miburi's errors into a status and its message."""
-    statuses = {
-        BodyError: 409,
-        InputError: 400,
-        BusyError: 503,
-        UnreachableError: 503,
-        OutputError: 507,
-    }
-    status = next((statuses[kind] for kind in statuses if isinstance(error, kind)), 500)
+    status = next((_STATUSES[kind] for kind in _STATUSES if isinstance(error, kind)), 500)
     return JSONResponse({"detail": str(error)}, status)
 
 

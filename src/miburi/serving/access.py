@@ -30,7 +30,7 @@ from miburi.serving.heads import (
     tokens_of,
 )
 from miburi.serving.keys import Keys
-from miburi.serving.origins import Headers, allowed_origin, cors, permit
+from miburi.serving.origins import API, Headers, cors, permit
 from miburi.serving.policy import NICEGUI, POLICY
 
 __all__ = [
@@ -159,17 +159,19 @@ class Gate:
         if scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return
-        origin = self.origin_of(scope["path"], headers := headers_of(scope))
+        origin = self.origin_of(scope["path"], given := headers_of(scope))
         if origin is not None:
             if scope.get("method") == "OPTIONS":
-                await _tell(HTTPStatus.NO_CONTENT, permit(origin, headers), send)
+                await _tell(HTTPStatus.NO_CONTENT, permit(origin, given), send)
                 return
             send = _with(cors(origin), send)
         try:
             key = self.check(scope)
         except RefusedError as refused:
             if refused.status in (401, 426) and _wants_page(scope):
-                await _lead(f"{PAIRING}#{scope['path']}", send)
+                where = f"{PAIRING}#{scope['path']}".encode()
+                headers = [(b"location", where), (b"content-length", b"0")]
+                await _tell(HTTPStatus.SEE_OTHER, headers, send)
                 return
             await _refuse(scope, receive, send, refused)
             return
@@ -238,8 +240,9 @@ class Gate:
             self._next_page = loop.time() + PAGE_BREATH
 
     def origin_of(self, path: str, headers: Mapping[bytes, str]) -> str | None:
-        """Return the origin of another site's page, if it may use the interface."""
-        return allowed_origin(path, headers, self._origins)
+        """Return the origin of another site's page, if it may use this path."""
+        origin = headers.get(b"origin")
+        return origin if origin in self._origins and path.startswith(API) else None
 
     def check(self, scope: Scope) -> str | None:
         """Let a request pass, and return the key that it needed.
@@ -340,16 +343,11 @@ def _wants_page(scope: Scope) -> bool:
     return scope.get("method") == "GET" and scope["path"] in _PAGES and b"text/html" in accepted
 
 
-async def _lead(where: str, send: Send) -> None:
-    headers = [(b"location", where.encode()), (b"content-length", b"0")]
-    await _tell(HTTPStatus.SEE_OTHER, headers, send)
-
-
-async def _tell(status: int, headers: Headers, send: Send) -> None:
-    """Answer with headers alone."""
+async def _tell(status: int, headers: Headers, send: Send, body: bytes = b"") -> None:
+    """Send an answer of the gate's own."""
     start = {"type": "http.response.start", "status": status, "headers": [*headers, *SAFE_HEADERS]}
     await send(start)
-    await send({"type": "http.response.body"})
+    await send({"type": "http.response.body", "body": body})
 
 
 def _with(headers: Headers, send: Send) -> Send:
@@ -377,10 +375,8 @@ async def _refuse(scope: Scope, receive: Receive, send: Send, refused: RefusedEr
     headers = [
         (b"content-type", b"application/json"),
         (b"content-length", str(len(body)).encode()),
-        *SAFE_HEADERS,
         *_farewell(scope),
     ]
     if refused.status == HTTPStatus.UNAUTHORIZED:
         headers.append((b"www-authenticate", b'Bearer realm="miburi"'))
-    await send({"type": "http.response.start", "status": refused.status, "headers": headers})
-    await send({"type": "http.response.body", "body": body})
+    await _tell(refused.status, headers, send, body)

@@ -73,18 +73,10 @@ def _leading() -> str | None:
 
 @dataclass(frozen=True)
 class Listeners:
-    """Sockets that listen.
+    """Sockets that listen."""
 
-    Attributes
-    ----------
-    plain
-        The sockets for http; the first is for this computer.
-    encrypted
-        The sockets for https; None if there is no https.
-    """
-
-    plain: tuple[socket.socket, ...]
-    encrypted: socket.socket | None = None
+    plain: tuple[socket.socket, ...]  # for http; the first is for this computer
+    encrypted: socket.socket | None = None  # for https, if there is any
 
     @property
     def url(self) -> str:

@@ -10,19 +10,11 @@ __all__ = ["Allowance"]
 
 @dataclass
 class Allowance:
-    """A token bucket for each of many keys.
+    """A token bucket for each of many keys."""
 
-    Attributes
-    ----------
-    rate, burst
-        How many tokens are added a second, and how many a bucket holds.
-    clock
-        Returns the time, s.
-    """
-
-    rate: float
-    burst: float
-    clock: Callable[[], float] = time.monotonic
+    rate: float  # how many tokens are added a second
+    burst: float  # how many a bucket holds
+    clock: Callable[[], float] = time.monotonic  # returns the time, s
     _left: OrderedDict[str, tuple[float, float]] = field(default_factory=OrderedDict)
 
     def take(self, key: str, amount: float = 1.0) -> bool:

@@ -9,11 +9,8 @@ from ipaddress import ip_address
 from secrets import token_hex
 from urllib.parse import urlsplit
 
-from fastapi import FastAPI
-
 from miburi.errors import needs_extra
 from miburi.ground.log import log_once
-from miburi.serving.beside import live_beside
 from miburi.version import __version__
 
 try:
@@ -22,26 +19,17 @@ try:
 except ModuleNotFoundError as error:
     raise needs_extra("https", error) from error
 
-__all__ = ["KIND", "add_announcement", "announce"]
+__all__ = ["KIND", "announce"]
 
 #: The service's type.
 KIND = "_miburi._tcp.local."
 
 
-def add_announcement(app: FastAPI, name: str, address: str) -> None:
-    """Tell the network about a partner, for as long as the server serves."""
-    live_beside(app, lambda: announce(name, address))
-
-
 async def announce(name: str, address: str) -> None:
-    """Announce a partner on the network until cancelled; a failure is logged.
+    """Announce a partner, and the URL of its pages, until cancelled; a failure is logged.
 
-    Parameters
-    ----------
-    name
-        The partner's name; if another partner has it, a number is added.
-    address
-        The URL of its pages. If its host is not an IP address, nothing is announced.
+    If another partner has the name, a number is added. If the URL's host is not an IP address,
+    nothing is announced.
     """
     url = urlsplit(address)
     service = None

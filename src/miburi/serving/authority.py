@@ -18,6 +18,7 @@ from ipaddress import ip_address, ip_network
 from pathlib import Path
 
 from miburi.errors import InputError, OutputError, needs_extra
+from miburi.ground.files import write_whole
 
 try:
     from cryptography import x509
@@ -80,24 +81,12 @@ _BOUNDS = {
 
 @dataclass(frozen=True)
 class Certificates:
-    """Where the certificates are.
+    """Where the certificates are."""
 
-    Attributes
-    ----------
-    server
-        The server's key and certificate, PEM; only their owner can read the file.
-    authority
-        The authority's certificate, PEM: what a phone or a program may learn to trust.
-    fingerprint
-        SHA-256 of the authority, as phones show it.
-    news
-        A message for the user if an existing authority had to be replaced; else None.
-    """
-
-    server: Path
-    authority: Path
-    fingerprint: str
-    news: str | None
+    server: Path  # the server's key and certificate, PEM; only their owner can read the file
+    authority: Path  # the authority's certificate, PEM: what a phone or a program may trust
+    fingerprint: str  # SHA-256 of the authority, as phones show it
+    news: str | None  # a message for the user if an existing authority had to be replaced
 
 
 @dataclass(frozen=True)
@@ -132,14 +121,7 @@ def kept_certificates(folder: Path, hosts: Iterable[str], now: datetime) -> Cert
     The authority is made once, and replaced only if its file is broken, not ours, open to others,
     or near its end. The server's certificate is also replaced when the hosts change.
 
-    Parameters
-    ----------
-    folder
-        Where they are kept.
-    hosts
-        The names and addresses at which this computer is reached.
-    now
-        The time, with its zone.
+    ``hosts`` are the names and addresses at which this computer is reached; ``now`` has its zone.
 
     Raises
     ------
@@ -160,13 +142,13 @@ def kept_certificates(folder: Path, hosts: Iterable[str], now: datetime) -> Cert
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         authority, news = _authority(kept, now)
-        shown = authority.certificate.public_bytes(Encoding.PEM)
-        if not public.is_file() or public.read_bytes() != shown:
-            _write(public, shown, 0o644)
+        shown = authority.certificate.public_bytes(Encoding.PEM).decode()
+        if not public.is_file() or public.read_bytes() != shown.encode():
+            write_whole(public, shown, private=True)
         try:
             _check_server(_load(server), authority, names, now)
         except (FileNotFoundError, _UnfitError):
-            _write(server, _pem(_sign_server(authority, names, now)), 0o600)
+            write_whole(server, _pem(_sign_server(authority, names, now)), private=True)
     except OSError as error:
         raise OutputError(
             f"{error.filename or folder}: the certificates cannot be kept there: {error.strerror}."
@@ -191,7 +173,7 @@ def _authority(path: Path, now: datetime) -> tuple[_Identity, str | None]:
     else:
         return found, None
     made = _sign_authority(now)
-    _write(path, _pem(made), 0o600)
+    write_whole(path, _pem(made), private=True)
     return made, news
 
 
@@ -302,17 +284,6 @@ def _name(host: str) -> x509.GeneralName:
         return x509.DNSName(host)
 
 
-def _pem(identity: _Identity) -> bytes:
+def _pem(identity: _Identity) -> str:
     key = identity.key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption())
-    return key + identity.certificate.public_bytes(Encoding.PEM)
-
-
-def _write(path: Path, content: bytes, mode: int) -> None:
-    """Write a file atomically, with permissions never wider than ``mode``."""
-    draft = path.with_name(f".{path.name}.new")
-    draft.unlink(missing_ok=True)
-    with os.fdopen(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode), "wb") as file:
-        file.write(content)
-        file.flush()
-        os.fsync(file.fileno())
-    draft.replace(path)
+    return (key + identity.certificate.public_bytes(Encoding.PEM)).decode()

@@ -141,12 +141,8 @@ class _Handshake(SSLProtocol):
 def configure(app: ASGIApp, *, lifespan: bool = True) -> uvicorn.Config:
     """Return the configuration of an application's server; all our servers use it.
 
-    Parameters
-    ----------
-    app
-        The application, behind its :class:`~miburi.serving.access.Gate`.
-    lifespan
-        Whether it is told of the server's start and end.
+    ``app`` is behind its :class:`~miburi.serving.access.Gate`; with ``lifespan`` it is told of the
+    server's start and end.
     """
 
     async def known(scope: Scope, receive: Receive, send: Send) -> None:
@@ -203,14 +199,7 @@ async def listen_encrypted(
 class Passage:
     """The server's end of the socket that connects it to a reception.
 
-    Parameters
-    ----------
-    end
-        A Unix socket that never blocks.
-    server
-        The server, already started.
-    context
-        Encrypts https connections; None without https.
+    That is a Unix socket that never blocks. The server has started; ``context`` encrypts https.
     """
 
     def __init__(

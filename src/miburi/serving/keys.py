@@ -70,33 +70,16 @@ def kept_token(path: Path) -> str:
 
 @dataclass(frozen=True)
 class Device:
-    """A device that was paired.
+    """A device that was paired; times are in s since 1970."""
 
-    Attributes
-    ----------
-    name
-        Eight hexadecimal digits, by which `miburi devices forget` knows it.
-    kind
-        Machine and browser, in our words, from the browser's User-Agent.
-    paired, seen
-        Times of the pairing and of the last visit, s since 1970; the latter is exact to ten
-        minutes.
-    """
-
-    name: str
-    kind: str
+    name: str  # eight hexadecimal digits, by which `miburi devices forget` knows it
+    kind: str  # machine and browser, in our words, from the browser's User-Agent
     paired: float
-    seen: float
+    seen: float  # its last visit, to ten minutes
 
 
 class Keys:
-    """The keys that are kept in a folder.
-
-    Parameters
-    ----------
-    folder
-        Where the token and the devices are kept. The token must be there: see :func:`kept_token`.
-    """
+    """The keys that are kept in a folder; the token must be there: see :func:`kept_token`."""
 
     def __init__(self, folder: Path) -> None:
         self._token, self._devices = folder / "token", folder / "devices"
@@ -139,16 +122,7 @@ class Keys:
         return True
 
     def pair(self, agent: str, earlier: str = "", now: float | None = None) -> str:
-        """Return a new device's key.
-
-        Parameters
-        ----------
-        agent
-            The browser's User-Agent.
-        earlier
-            The key that the device had before; it is forgotten.
-        now
-            The time, s since 1970.
+        """Return the key of a new device with this User-Agent; forget its ``earlier`` key.
 
         Raises
         ------
@@ -192,9 +166,7 @@ class Keys:
     def forget(self, name: str | None = None) -> int:
         """Forget a device, or all (None), and replace the token, which they may have seen.
 
-        Returns
-        -------
-        How many were forgotten.
+        Return how many were forgotten.
 
         Raises
         ------

@@ -5,12 +5,12 @@ from collections.abc import Mapping
 
 from miburi.errors import InputError
 
-__all__ = ["Headers", "allowed_origin", "check_origin", "cors", "permit"]
+__all__ = ["API", "Headers", "check_origin", "cors", "permit"]
 
 Headers = list[tuple[bytes, bytes]]
 
 #: The only paths that pages of other origins may request.
-_PATH = "/api/v1/"
+API = "/api/v1/"
 _PERMITTED = [
     (b"access-control-allow-methods", b"GET, POST, DELETE"),
     (b"access-control-allow-headers", b"authorization, content-type, last-event-id, miburi-by"),
@@ -36,12 +36,6 @@ def check_origin(text: str) -> str:
         )
     default = {"http": ":80", "https": ":443"}[origin.partition(":")[0]]
     return origin.removesuffix(default)  # browsers leave it out
-
-
-def allowed_origin(path: str, headers: Mapping[bytes, str], allowed: frozenset[str]) -> str | None:
-    """Return the request's cross-site origin, if it may use this path of the interface."""
-    origin = headers.get(b"origin")
-    return origin if origin and origin in allowed and path.startswith(_PATH) else None
 
 
 def cors(origin: str) -> Headers:

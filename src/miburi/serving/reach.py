@@ -15,23 +15,13 @@ __all__ = ["Reach", "pairing_url", "qr_for_terminal", "qr_svg"]
 class Reach:
     """How other devices reach the server; it is updated in place while the server runs.
 
-    Attributes
-    ----------
-    addresses
-        The server's addresses, those most likely to work first; none if it listens only to this
-        computer.
-    keys
-        Keys, one for each device; None if the server listens only to this computer.
-    authority
-        The certificate of the local authority, PEM, if other devices connect over https; else None.
-    fingerprint
-        Its SHA-256, as phones show it.
+    Without keys, the server listens only to this computer.
     """
 
-    addresses: tuple[str, ...] = ()
-    keys: Keys | None = None
-    authority: bytes | None = None
-    fingerprint: str = ""
+    addresses: tuple[str, ...] = ()  # those most likely to work first
+    keys: Keys | None = None  # one for each device
+    authority: bytes | None = None  # the local authority's certificate, PEM, if there is https
+    fingerprint: str = ""  # its SHA-256, as phones show it
 
     @property
     def token(self) -> str | None:

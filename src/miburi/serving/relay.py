@@ -67,38 +67,19 @@ def frame(head: bytes) -> Framing:
 
 @dataclass(eq=False)
 class Guest:
-    """An open connection.
+    """An open connection."""
 
-    Attributes
-    ----------
-    line
-        The client's socket, which never blocks.
-    client, kind
-        The client's address, and what it speaks.
-    since
-        When the connection opened, or last began or ended a request, s.
-    silent
-        Whether it has not yet sent what comes first: the head of a request or, over https, the
-        message that ends the handshake.
-    known
-        Whether it has been answered before.
-    stop
-        The length in bytes of a Stop that has not been answered; it is still in the socket.
-    ends
-        Whether the connection will be closed after the response.
-    origin
-        The cross-site origin of a Stop, if it may press Stop.
-    """
-
-    line: socket.socket
+    line: socket.socket  # the client's, which never blocks
     client: Address
-    kind: bytes
-    since: float
+    kind: bytes  # what the client speaks
+    since: float  # when the connection opened, or last began or ended a request, s
+    #: Whether it has not yet sent what comes first: the head of a request or, over https, the
+    #: message that ends the handshake.
     silent: bool = True
-    known: bool = False
-    stop: int = 0
-    ends: bool = False
-    origin: str | None = None
+    known: bool = False  # whether it has been answered before
+    stop: int = 0  # length of a Stop that has not been answered, bytes; it is still in the socket
+    ends: bool = False  # whether the connection will be closed after the response
+    origin: str | None = None  # the cross-site origin of a Stop, if it may press Stop
     apart: bool = False  # a WebSocket or a stream of events: it is counted by the gate
     seen: int = 0  # bytes of a head that has not ended yet
     head: bytes = b""  # bytes of a request that waits for the server

@@ -25,14 +25,7 @@ EVERY = 60.0
 def reach_of(listeners: Listeners, folder: Path, now: datetime) -> tuple[Reach, Path | None]:
     """Return the addresses, with keys and authority, and with https the certificate's file.
 
-    Parameters
-    ----------
-    listeners
-        Where it listens.
-    folder
-        Where the token and the certificates are kept; missing ones are made.
-    now
-        The time, with its zone.
+    Token and certificates are kept in ``folder``; missing ones are made.
 
     Raises
     ------
@@ -58,18 +51,9 @@ def reach_of(listeners: Listeners, folder: Path, now: datetime) -> tuple[Reach, 
 
 
 class Renewal:
-    """Keeps a running server's reach and certificate up to date.
+    """Keeps a running server's ``reach`` (in place) and certificate up to date.
 
-    Parameters
-    ----------
-    listeners, folder
-        As in :func:`reach_of`.
-    reach
-        What the pages show; it is changed in place.
-    context
-        What encrypts new connections; None without https.
-    certificate
-        The file that the context was made from.
+    ``context``, made from ``certificate``, encrypts new connections; both are None without https.
     """
 
     def __init__(
