@@ -1,7 +1,7 @@
 import asyncio
 import ssl
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -81,7 +81,7 @@ def test_a_partner_of_another_version_is_refused_in_words(runner: Runner) -> Non
         _ = partner.state
 
 
-def test_recordings_come_home(partner: RemotePartner, tmp_path: Path) -> None:
+def test_recordings_come_home(partner: RemotePartner, live: Runner, tmp_path: Path) -> None:
     partner.record()
     partner.record(False)
     (listed,) = partner.recordings()
@@ -89,32 +89,24 @@ def test_recordings_come_home(partner: RemotePartner, tmp_path: Path) -> None:
     assert saved.stat().st_size == listed.bytes
     partner.delete(listed.name)
     assert partner.recordings() == []
-    with pytest.raises(InputError, match="there is no recording"):
-        partner.delete(listed.name)
-
-
-def test_a_full_folder_is_an_output_error(partner: RemotePartner, live: Runner) -> None:
     live.recordings.limit = 0
     with pytest.raises(OutputError, match="delete old ones"):
         partner.record()
 
 
-def test_refusals_are_the_librarys_errors(partner: RemotePartner) -> None:
-    with pytest.raises(BodyError, match="only a stopped body"):
-        partner.release()
-    with pytest.raises(InputError, match="default, calm"):
-        partner.temperament("wild")
-    with pytest.raises(InputError, match="marble"):
-        partner.use_body("marble")
-    with pytest.raises(InputError, match="there is no recording"):
-        partner.download("miburi-0042.mcap", "nowhere")
-
-
-def test_a_mistake_in_a_call_is_said_in_words(partner: RemotePartner) -> None:
-    with pytest.raises(InputError, match=r"0\.1 to 50"):
-        next(iter(partner.watch(rate=60)))
-    with pytest.raises(InputError, match="Stimulus"):
-        partner.stimulate("happiness")  # type: ignore[arg-type]
+def test_refusals_and_mistakes_are_the_librarys_errors(partner: RemotePartner) -> None:
+    cases: list[tuple[Callable[[], object], type[Exception], str]] = [
+        (partner.release, BodyError, "only a stopped body"),
+        (lambda: partner.temperament("wild"), InputError, "default, calm"),
+        (lambda: partner.use_body("marble"), InputError, "marble"),
+        (lambda: partner.delete("miburi-0042.mcap"), InputError, "there is no recording"),
+        (lambda: partner.download("miburi-0042.mcap", "x"), InputError, "there is no recording"),
+        (lambda: next(partner.watch(rate=60)), InputError, r"0\.1 to 50"),
+        (lambda: partner.stimulate("happiness"), InputError, "Stimulus"),  # type: ignore[arg-type]
+    ]
+    for attempt, kind, words in cases:
+        with pytest.raises(kind, match=words):
+            attempt()
 
 
 def test_a_mistake_in_one_wish_loses_no_later_one(partner: RemotePartner) -> None:
@@ -174,29 +166,21 @@ def test_a_partner_with_feelings_of_its_own_is_understood(server: Server) -> Non
         assert partner.gestures()[0].feeling == "pride"
 
 
-def test_the_token_opens_the_door(live: Runner) -> None:
-    token = "t" * 40
-    with serving(Gate(interface(live), keys(token))) as url:
-        with miburi.connect(url, token) as friend:
-            assert friend.state.body == "simulated"
+@pytest.mark.parametrize("scheme", ["http", "https"])
+def test_the_token_opens_the_door(live: Runner, certificates: Certificates, scheme: str) -> None:
+    https = scheme == "https"
+    gate = Gate(interface(live), keys("t" * 40), https=https)
+    authority = certificates.authority if https else None
+    with serving(gate, certificate=certificates.server if https else None) as url:
+        with miburi.connect(url, "t" * 40, authority) as friend:
             assert next(iter(friend.watch())).body == "simulated"
-        with miburi.connect(url) as stranger:
+            friend.stop()  # answered as soon as it is done, a step before the state shows it
+            until(lambda: friend.state.phase, "stopped".__eq__)
+        with miburi.connect(url, None, authority) as stranger:
             with pytest.raises(ConnectionLostError, match="token"):
                 _ = stranger.state
             with pytest.raises(ConnectionLostError):
                 next(iter(stranger.watch()))
-
-
-def test_by_https_it_takes_the_home_authority(live: Runner, certificates: Certificates) -> None:
-    token = "t" * 40
-    gate = Gate(interface(live), keys(token), https=True)
-    with (
-        serving(gate, certificate=certificates.server) as url,
-        miburi.connect(url, token, certificates.authority) as friend,
-    ):
-        assert next(iter(friend.watch())).body == "simulated"
-        friend.stop()  # answered as soon as it is done, a step before the state shows it
-        until(lambda: friend.state.phase, "stopped".__eq__)
 
 
 def test_without_the_authority_it_says_what_to_do(live: Runner, certificates: Certificates) -> None:
