@@ -167,18 +167,6 @@ def test_another_certificate_is_made_by_the_same_authority(
     assert days(again.server) <= 396
 
 
-def garbage(path: Path) -> None:
-    path.write_bytes(b"\xff\x00 nonsense")
-
-
-def cut(path: Path) -> None:
-    path.write_bytes(path.read_bytes()[:-200])
-
-
-def opened(path: Path) -> None:
-    path.chmod(0o644)
-
-
 def mixed(path: Path) -> None:
     """Another's key before the certificate."""
     other = ec.generate_private_key(ec.SECP256R1())
@@ -202,12 +190,18 @@ def unbound(path: Path) -> None:
     path.write_bytes(pem + made.public_bytes(Encoding.PEM))
 
 
-SPOILS = [garbage, cut, opened, mixed, unbound]
+SPOILS: dict[str, Callable[[Path], object]] = {
+    "garbage": lambda path: path.write_bytes(b"\xff\x00 nonsense"),
+    "cut": lambda path: path.write_bytes(path.read_bytes()[:-200]),
+    "open to others": lambda path: path.chmod(0o644),
+    "mixed": mixed,
+    "unbound": unbound,
+}
 
 
-@pytest.mark.parametrize("spoil", SPOILS)
+@pytest.mark.parametrize("spoil", SPOILS.values(), ids=SPOILS)
 def test_what_serves_no_longer_is_made_anew_and_a_new_authority_is_said(
-    tmp_path: Path, spoil: Callable[[Path], None]
+    tmp_path: Path, spoil: Callable[[Path], object]
 ) -> None:
     first = kept_certificates(tmp_path, HOSTS, NOW)
     spoil(first.server)
@@ -237,18 +231,18 @@ def test_an_authority_out_of_its_time_is_made_anew(tmp_path: Path, later: timede
 def test_a_public_certificate_that_somebody_changed_is_written_anew(tmp_path: Path) -> None:
     kept = kept_certificates(tmp_path, HOSTS, NOW)
     right = kept.authority.read_bytes()
-    garbage(kept.authority)
+    kept.authority.write_bytes(b"nonsense")
     kept_certificates(tmp_path, HOSTS, NOW)
     assert kept.authority.read_bytes() == right
 
 
-def test_an_address_of_the_internet_is_refused(tmp_path: Path) -> None:
+def test_an_address_of_the_internet_or_a_folder_that_cannot_be_written_is_refused(
+    tmp_path: Path,
+) -> None:
+    folder = tmp_path / "https"
     with pytest.raises(InputError, match=r"for addresses at home .*got 203\.0\.113\.7"):
-        kept_certificates(tmp_path / "https", [*HOSTS, "203.0.113.7"], NOW)
-    assert not (tmp_path / "https").exists()
-
-
-def test_a_folder_that_cannot_be_written_is_said(tmp_path: Path) -> None:
-    (tmp_path / "https").write_text("a file")
+        kept_certificates(folder, [*HOSTS, "203.0.113.7"], NOW)
+    assert not folder.exists()
+    folder.write_text("a file")
     with pytest.raises(OutputError, match="cannot be kept there"):
-        kept_certificates(tmp_path / "https", HOSTS, NOW)
+        kept_certificates(folder, HOSTS, NOW)

@@ -89,18 +89,17 @@ _REPLACED = "It did not begin: a newer wish has taken its place."
 Parameters = ParamSpec("Parameters")
 Answer = TypeVar("Answer")
 Strength = Annotated[Share, Field(description="0 to 1")]
-#: The title and the hints of each tool. Hints that repeat MCP's defaults are left out, because a
-#: model may read every word of them.
-_READS, _ACTS = {"read_only_hint": True}, {"destructive_hint": False}
-_HINTS: dict[str, tuple[str, dict[str, bool]]] = {
-    "feel": ("Feel", _ACTS),
-    "say": ("Say", _ACTS),
-    "gesture": ("Gesture", _ACTS),
-    "look": ("Look", _ACTS),
-    "think": ("Think", _ACTS),
-    "stop": ("Stop", _ACTS),
-    "state": ("State", _READS),
-    "events": ("Events", _READS),
+#: The tools, in the order in which an agent reads of them; whether each only reads. Hints that
+#: repeat MCP's defaults are left out, because a model may read every word of them.
+_TOOLS = {
+    "feel": False,
+    "say": False,
+    "gesture": False,
+    "look": False,
+    "think": False,
+    "stop": False,
+    "state": True,
+    "events": True,
 }
 
 
@@ -110,12 +109,13 @@ class _StrictTool(Tool):
     @classmethod
     def of(cls, work: Callable[..., Awaitable[object]]) -> Tool:
         """Return the tool made from a method."""
-        title, hints = _HINTS[work.__name__]
+        name = work.__name__
+        reads = ToolAnnotations(read_only_hint=True)
         tool = cls.from_function(
             work,
-            title=title,
-            annotations=ToolAnnotations.model_validate(hints),
-            structured_output=work.__name__ == "state",
+            title=name.capitalize(),
+            annotations=reads if _TOOLS[name] else ToolAnnotations(destructive_hint=False),
+            structured_output=name == "state",
         )
         arguments = tool.fn_metadata.arg_model
         arguments.model_config["extra"] = "forbid"
@@ -147,7 +147,7 @@ def make_agents(partner: Asker, clock: Callable[[], float] = time.monotonic) -> 
         instructions=_INSTRUCTIONS,
         version=__version__,
         log_level="CRITICAL",
-        tools=[_StrictTool.of(getattr(tools, name)) for name in _HINTS],
+        tools=[_StrictTool.of(getattr(tools, name)) for name in _TOOLS],
     )
 
     async def state() -> str:

@@ -9,10 +9,9 @@ from collections.abc import Sequence
 
 from pydantic import ValidationError
 
-from miburi import gestures
 from miburi.errors import InputError
 from miburi.feelings import FEELINGS, Expression
-from miburi.gestures import KeyPose, MovementFunction, blend, key_poses, misfits
+from miburi.gestures import KeyPose, MovementFunction, blend, key_poses, look, misfits
 from miburi.gestures.effort import Effort
 from miburi.live.stage import Act
 from miburi.live.view import LivePartner
@@ -20,14 +19,13 @@ from miburi.wire.messages import (
     ExpressIn,
     GestureAct,
     LookAct,
-    LookIn,
     PerformanceIn,
     PosesAct,
     PosesIn,
     SpeechAct,
 )
 
-__all__ = ["LONGEST", "acts_of", "look_of", "poses_of", "shown_by"]
+__all__ = ["LONGEST", "acts_of", "poses_of", "shown_by"]
 
 #: The greatest duration of custom key poses, s (our number).
 LONGEST = 30.0
@@ -55,11 +53,6 @@ def shown_by(partner: LivePartner, wish: ExpressIn) -> list[KeyPose] | None:
         lead = lead.model_copy(update={"effort": Effort(**wish.effort.model_dump())})
     others = [(partner.repertoire.of(name)[0], mood) for name, mood in wish.blend.items()]
     return blend(partner.robot, [(lead, wish.mood), *others])
-
-
-def look_of(partner: LivePartner, wish: LookIn) -> list[KeyPose]:
-    """Return the key poses of a glance in a direction."""
-    return gestures.look(partner.robot, wish.at, wish.seconds)
 
 
 def poses_of(partner: LivePartner, wish: PosesIn) -> list[KeyPose]:
@@ -105,7 +98,7 @@ def _act(partner: LivePartner, act: GestureAct | LookAct | PosesAct | SpeechAct)
             shown = Expression(act.feeling, act.mood)
             return Act(act.offset, expression=shown, poses=shown_by(partner, act))
         case LookAct():
-            return Act(act.offset, poses=look_of(partner, act))
+            return Act(act.offset, poses=look(partner.robot, act.at, act.seconds))
         case PosesAct():
             shown_or_none = None if act.feeling is None else Expression(act.feeling, act.mood)
             return Act(act.offset, expression=shown_or_none, poses=poses_of(partner, act))

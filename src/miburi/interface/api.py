@@ -13,7 +13,8 @@ from fastapi import APIRouter, Depends, FastAPI, Header, HTTPException, Request,
 from fastapi.routing import APIRoute
 
 from miburi.feelings import Expression, Stimulus
-from miburi.interface.acting import acts_of, look_of, poses_of, shown_by
+from miburi.gestures import look as glance
+from miburi.interface.acting import acts_of, poses_of, shown_by
 from miburi.interface.description import describe, describe_interface
 from miburi.interface.events import add_events
 from miburi.interface.people import add_people
@@ -346,7 +347,7 @@ def _showing(router: APIRouter, runner: LivePartner) -> None:
     @router.post("/look", responses=REFUSED)
     async def look(wish: LookIn, by: _Asker = "person") -> WishOut:
         """Look somewhere for a while, as soon as the body is at rest; the next wish ends it."""
-        poses = look_of(runner, wish)
+        poses = glance(runner.robot, wish.at, wish.seconds)
         return WishOut(id=await granted(runner, Perform(None, poses, "look", who(by))))
 
     often = "too many key poses to rehearse at once; wait a moment."

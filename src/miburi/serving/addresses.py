@@ -116,8 +116,7 @@ def listening(host: str, port: int) -> Iterator[socket.socket]:
         family, kind, *_, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
     except (OSError, UnicodeError) as error:
         raise InputError(f"{host!r} is not an address of this computer: {error}.") from error
-    listener = socket.socket(family, kind)
-    try:
+    with socket.socket(family, kind) as listener:
         if sys.platform != "win32":  # there it would let two programs share a port unnoticed
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
@@ -136,8 +135,6 @@ def listening(host: str, port: int) -> Iterator[socket.socket]:
             ) from error
         listener.setblocking(False)
         yield listener
-    finally:
-        listener.close()
 
 
 @contextmanager

@@ -64,10 +64,11 @@ def check_site(headers: dict[bytes, str], *, encrypted: bool) -> None:
         # Over plain http, anybody between client and server can forge a page of this server.
         foreign |= page.netloc != host or (encrypted and page.scheme != "https")
     if foreign:
-        named = (
-            "; `miburi run --allow-origin` lets pages of the sites that you list use the interface"
+        raise RefusedError(
+            403,
+            "requests from other sites' pages are refused; `miburi run --allow-origin` lets pages "
+            "of the sites that you list use the interface.",
         )
-        raise RefusedError(403, f"requests from other sites' pages are refused{named}.")
 
 
 def int_or(text: str | None, otherwise: int) -> int:
