@@ -9,7 +9,6 @@ from tests.fixtures.keys import keys
 
 from miburi.errors import InputError
 from miburi.serving.access import AGENTS, AUTHORITY, PAIRING, PRIVACY, STOP, Gate
-from miburi.serving.heads import is_loopback
 from miburi.serving.keys import Keys
 from miburi.serving.origins import check_origin
 
@@ -44,7 +43,8 @@ CASES: dict[str, tuple[dict[str, Any], list[str], list[dict[str, str]], int, str
     ),
     "a name that only points here": (
         NEAR, [STATE, AGENTS],
-        [{"host": host} for host in ("evil.example", "127.0.0.1.evil.example", HOME, "")],
+        [{"host": host} for host in ("evil.example", "127.0.0.1.evil.example", HOME, "0.0.0.0",
+                                     "")],
         403, "--host",
     ),
     "our own pages": (
@@ -178,18 +178,13 @@ def test_a_person_without_a_token_is_led_to_the_pairing_page(
         assert headers.get("location") == (f"{PAIRING}#{path}" if status == 303 else None)
 
 
-@pytest.mark.parametrize(
-    "text",
-    ["*", "null", "example.org", "https://example.org/", "https://a b", "ftp://a", "http://a:x"],
-)
-def test_what_is_no_origin_is_refused(text: str) -> None:
-    with pytest.raises(InputError, match="an origin is"):
-        check_origin(text)
-
-
 def test_an_origin_is_named_as_browsers_name_it() -> None:
     assert check_origin("https://Example.org:443") == "https://example.org"
     assert check_origin("http://localhost:8000") == "http://localhost:8000"
+    for text in ("*", "null", "example.org", "https://example.org/", "https://a b", "ftp://a",
+                 "http://a:x"):  # fmt: skip
+        with pytest.raises(InputError, match="an origin is"):
+            check_origin(text)
 
 
 def test_no_request_has_many_keys_looked_up(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -200,17 +195,8 @@ def test_no_request_has_many_keys_looked_up(monkeypatch: pytest.MonkeyPatch) -> 
     assert len(read) < 10
 
 
-@pytest.mark.parametrize("method", ["PUT", "PATCH", "OPTIONS", "TRACE", "QUERY", "NONSENSE"])
-def test_methods_that_nothing_here_has_are_refused_in_json(method: str) -> None:
-    for path in ("/", STATE, "/api/v1/nothing"):
-        status, words = ask(Gate(behind), path, method=method)
-        assert (status, words) == (405, f"{method} is not allowed at this address.")
-
-
-@pytest.mark.parametrize(
-    ("host", "answer"),
-    [("127.0.0.1", True), ("localhost", True), ("::1", True), ("0.0.0.0", False),
-     ("10.0.0.1", False), ("", False), ("localhost.evil.example", False)],
-)  # fmt: skip
-def test_loopback_is_this_computer_alone(host: str, answer: bool) -> None:
-    assert is_loopback(host) is answer
+def test_methods_that_nothing_here_has_are_refused_in_json() -> None:
+    for method in ("PUT", "PATCH", "OPTIONS", "TRACE", "QUERY", "NONSENSE"):
+        for path in ("/", STATE, "/api/v1/nothing"):
+            refusal = (405, f"{method} is not allowed at this address.")
+            assert ask(Gate(behind), path, method=method) == refusal

@@ -122,9 +122,7 @@ def test_the_stop_of_a_page_that_is_allowed_goes_past_the_server_too() -> None:
     friend = b"http://localhost:5173"
     with desk(origins=frozenset({friend.decode()})) as at:
         guest = at.come(STOP + b"Origin: " + friend + b"\r\n" + END)
-        at.pressed()
-        at.stopped()
-        told = answer(guest)
+        told = at.delivered(guest)
         assert told.startswith(DONE)
         assert b"access-control-allow-origin: " + friend in told
         at.come(STOP + b"Origin: http://localhost:5174\r\n" + END)
@@ -151,9 +149,7 @@ def test_while_the_server_takes_nothing_stop_is_answered(at: Desk) -> None:
     waiting = [at.come(LOOK) for _ in range(CONNECTIONS + 20)]
     assert sum(map(at.ended, waiting)) == 20  # and they are forgotten
     waiting[-1].sendall(STOP + END)
-    at.pressed()
-    at.stopped()
-    assert DONE in answer(waiting[-1])
+    assert DONE in at.delivered(waiting[-1])
     at.stop(at.come())
     at.serves = True
     for _ in range(CONNECTIONS - 2):
@@ -227,9 +223,7 @@ def test_what_a_new_connection_has_said_is_heard_before_it_gives_way(at: Desk) -
     at.time[0] += GRACE / 2
     pressing.sendall(STOP + END)  # it lies there, unread, when more come than may
     at.guests += [socket.create_connection(at.plain.getsockname(), 10) for _ in range(CONNECTIONS)]
-    at.pressed()
-    at.stopped()
-    assert answer(pressing).startswith(b"HTTP/1.1 204")
+    assert at.delivered(pressing).startswith(b"HTTP/1.1 204")
     assert sum(map(at.ended, strangers)) > 100
 
 
@@ -277,9 +271,7 @@ def test_stop_overtakes_a_request_that_the_server_has_not_ended(at: Desk, answer
     at.quiet()
     assert answer(guest, within=0) == b""
     guest.sendall(STOP + END)
-    at.pressed()
-    at.stopped()
-    told = answer(guest)
+    told = at.delivered(guest)
     assert told.startswith(b"HTTP/1.1 503 Service Unavailable\r\n")
     assert DONE in told
     passed.line.close()

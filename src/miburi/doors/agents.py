@@ -205,7 +205,9 @@ def _wish(
     """
 
     @wraps(work)
-    async def answer(tools: "_Tools", *args: Parameters.args, **kwargs: Parameters.kwargs) -> str:
+    async def answer(
+        tools: "_Tools", /, *args: Parameters.args, **kwargs: Parameters.kwargs
+    ) -> str:
         if not tools.wishes.take("all"):
             return _TOO_FAST
         try:
