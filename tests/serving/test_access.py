@@ -1,10 +1,9 @@
 """Who may come in through the gate, and with which words the rest are refused."""
 
-import asyncio
 from typing import Any
 
 import pytest
-from tests.fixtures.gate import TOKEN, ask, behind
+from tests.fixtures.gate import TOKEN, ask, behind, exchange, scope_of
 from tests.fixtures.keys import keys
 
 from miburi.errors import InputError
@@ -123,20 +122,10 @@ def test_who_comes_in(case: str) -> None:
             assert (answer == "websocket.accept") == (status == 200), (path, request)
 
 
-def answered(gate: Gate, path: str, method: str, **headers: str) -> tuple[int, dict[str, str]]:
+def answered(gate: Gate, path: str, **request: str) -> tuple[int, dict[str, str]]:
     """Return the status and the headers of an answer."""
-    sent: list[Any] = []
-
-    async def send(message: Any) -> None:
-        sent.append(message)
-
-    async def receive() -> Any:
-        return {"type": "http.request"}
-
-    given = [(name.encode(), value.encode()) for name, value in headers.items()]
-    scope = {"type": "http", "path": path, "method": method, "headers": given}
-    asyncio.run(gate(scope, receive, send))
-    return sent[0]["status"], {k.decode(): v.decode() for k, v in sent[0]["headers"]}
+    start = exchange(gate, scope_of(path, **request))[0]
+    return start["status"], {k.decode(): v.decode() for k, v in start["headers"]}
 
 
 @pytest.mark.parametrize(
@@ -151,7 +140,7 @@ def answered(gate: Gate, path: str, method: str, **headers: str) -> tuple[int, d
 def test_a_browser_is_told_what_an_allowed_origin_may(
     method: str, origin: str, path: str, status: int
 ) -> None:
-    given, headers = answered(Gate(behind, **FRIENDLY), path, method, origin=origin)
+    given, headers = answered(Gate(behind, **FRIENDLY), path, method=method, origin=origin)
     assert given == status
     assert headers.get("access-control-allow-origin") == (None if status == 403 else FRIEND)
     allowed = headers.get("access-control-allow-headers", "")
@@ -171,9 +160,8 @@ def test_a_person_without_a_token_is_led_to_the_pairing_page(
     path: str, accept: str, status: int
 ) -> None:
     for partner, refused in ((OPEN, 401), (SAFE, 426)):  # it comes by plain http
-        given, headers = answered(
-            Gate(behind, **partner), path, "GET", host=f"{HOME}:8080", accept=accept
-        )
+        where = {"at": HOME, "host": f"{HOME}:8080", "accept": accept}
+        given, headers = answered(Gate(behind, **partner), path, **where)
         assert given == (refused if status == 401 else status)
         assert headers.get("location") == (f"{PAIRING}#{path}" if status == 303 else None)
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.fixtures.gate import scope_of
 
 from miburi.errors import InputError
 from miburi.serving.access import Gate
@@ -183,8 +184,7 @@ def test_a_forgotten_device_that_reads_nothing_is_heard_no_more(keys: Keys) -> N
         await asyncio.Event().wait()
 
     async def visit() -> None:
-        headers = [(b"host", b"h"), (b"authorization", f"Bearer {keys.token}".encode())]
-        scope = {"type": "websocket", "path": "/api/v1/live", "headers": headers}
+        scope = scope_of(kind="websocket", authorization=f"Bearer {keys.token}")
         visiting = asyncio.create_task(Gate(behind, keys)(scope, deaf, deaf))
         await asyncio.sleep(0)
         keys.forget()

@@ -5,7 +5,7 @@ import itertools
 from typing import Any
 
 import pytest
-from tests.fixtures.gate import TOKEN, Clock, ask, behind
+from tests.fixtures.gate import TOKEN, Clock, ask, behind, receive, scope_of, send
 from tests.fixtures.keys import keys
 
 from miburi.serving.access import (
@@ -61,25 +61,19 @@ def test_an_agents_call_waits_for_calls_of_its_kind_and_a_stop_for_nothing(
     gate = Gate(behind, keys(TOKEN), clock=lambda: 0.0)  # time stands still
     for _ in range(int(BURST)):
         assert ask(gate, AGENTS, method="POST", **MINE, **used_up)[0] == 200
-    given = {"host": "here", **MINE, **call}
-    headers = [(name.replace("_", "-").encode(), text.encode()) for name, text in given.items()]
-    scope = {"type": "http", "path": AGENTS, "method": "POST", "headers": headers}
-
-    async def receive() -> Any:
-        return {"type": "http.request", "body": b""}
-
-    async def send(_: Any) -> None:
-        pass
+    scope = scope_of(AGENTS, method="POST", **MINE, **call)
 
     async def is_done() -> bool:
-        first = asyncio.create_task(gate({**scope, "client": (HERE, 1)}, receive, send))
-        call = asyncio.create_task(gate({**scope, "client": (client, 2)}, receive, send))
+        calls = [
+            asyncio.create_task(gate({**scope, "client": (who, 1)}, receive, send))
+            for who in (HERE, client)
+        ]
         for _ in range(20):
             await asyncio.sleep(0)
-        done = call.done() and call.result() is None
-        first.cancel()
-        call.cancel()
-        await asyncio.gather(first, call, return_exceptions=True)
+        done = calls[1].done() and calls[1].result() is None
+        for one in calls:
+            one.cancel()
+        await asyncio.gather(*calls, return_exceptions=True)
         return done
 
     assert asyncio.run(is_done()) is not waits
@@ -153,16 +147,8 @@ def test_pages_are_made_one_at_a_time_and_a_stop_waits_for_one_at_most() -> None
     async def flood() -> None:
         gate = Gate(app)
 
-        async def receive() -> Any:
-            return {"type": "http.request"}
-
-        async def send(message: Any) -> None:
-            pass
-
         def asked(path: str) -> Any:
-            headers = [(b"host", b"localhost")]
-            scope = {"type": "http", "method": "POST", "path": path, "headers": headers}
-            return asyncio.create_task(gate(scope, receive, send))
+            return asyncio.create_task(gate(scope_of(path, method="POST"), receive, send))
 
         await asyncio.gather(*[asked("/") for _ in range(4)], asked(STOP))
 
@@ -186,20 +172,17 @@ def test_only_so_many_sockets_are_open() -> None:
     async def forever(scope: Any, receive: Any, send: Any) -> None:
         await asyncio.Event().wait()
 
-    async def receive() -> Any:
-        return {"type": "websocket.connect"}
-
-    async def send(message: Any) -> None:
+    async def tell(message: Any) -> None:
         sent.append(message)
 
     async def fill() -> None:
         gate = Gate(forever)
-        scope = {"type": "websocket", "path": "/x", "headers": [(b"host", b"localhost")]}
+        scope = scope_of("/x", kind="websocket")
         for _ in range(2):  # each that goes leaves its place
-            tasks = [asyncio.create_task(gate(scope, receive, send)) for _ in range(SOCKETS)]
+            tasks = [asyncio.create_task(gate(scope, receive, tell)) for _ in range(SOCKETS)]
             await asyncio.sleep(0)
             assert sent == []
-            await gate(scope, receive, send)
+            await gate(scope, receive, tell)
             assert sent.pop()["type"] == "websocket.close"
             for task in tasks:
                 task.cancel()

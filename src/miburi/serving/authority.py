@@ -144,7 +144,7 @@ def kept_certificates(folder: Path, hosts: Iterable[str], now: datetime) -> Cert
         authority, news = _authority(kept, now)
         shown = authority.certificate.public_bytes(Encoding.PEM).decode()
         if not public.is_file() or public.read_bytes() != shown.encode():
-            write_whole(public, shown, private=True)
+            write_whole(public, shown)
         try:
             _check_server(_load(server), authority, names, now)
         except (FileNotFoundError, _UnfitError):
