@@ -138,7 +138,7 @@ def test_a_program_can_wait_for_the_end_of_what_it_asked_for(server: Server) -> 
         wish = partner.express(Expression("fear", 0.3))
         partner.stop()
         assert partner.until_ended(wish).kind in ("gesture_broken_off", "wish_dropped")
-        asked = next(event for event in partner.log() if event.wish == wish)
+        asked = next(event for event in partner.log() if event.id == wish)
     assert asked.by == "program"
 
 
@@ -201,10 +201,10 @@ def test_a_client_never_waits_without_a_word(server: Server) -> None:
 def test_an_asynchronous_program_asks_and_hears(server: Server) -> None:
     async def work() -> None:
         async with miburi.connect_async(server.url) as partner:
-            async with aclosing(partner.events()) as events:
-                wish = await partner.express(Expression("surprise", 0.6))
-                assert (await partner.until_ended(wish)).kind == "gesture_ended"
-                await partner.stop()
+            wish = await partner.express(Expression("surprise", 0.6))
+            assert (await partner.until_ended(wish)).kind == "gesture_ended"
+            await partner.stop()
+            async with aclosing(partner.events(wish)) as events:
                 async for event in events:  # a Stop is answered before the state shows it
                     if event.kind == "stop":
                         break

@@ -75,10 +75,10 @@ def test_commands_are_obeyed(server: Server) -> None:
         say(do="hand", position=None)
         while until(socket, "hand_out")["hand_out"]:
             pass
+        say(do="rate", rate=10)
         say(do="stimulus", feeling="fear", strength=0.9)
         while until(socket, "felt")["felt"] is None:
             pass
-        say(do="rate", rate=10)
         say(do="stop", by="progam")  # a typing mistake: it stops as if a person had pressed
         assert "program" in str(until(socket, "refused")["refused"])
         while until(socket, "phase")["phase"] != "stopped":
