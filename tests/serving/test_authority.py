@@ -3,7 +3,7 @@
 import shutil
 import stat
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from datetime import UTC, datetime, timedelta
 from ipaddress import ip_address
 from pathlib import Path
@@ -175,19 +175,27 @@ def mixed(path: Path) -> None:
     path.write_bytes(key + b"".join(certificate[1:]))
 
 
-def unbound(path: Path) -> None:
-    """An authority as others make them: it could vouch for the whole internet."""
+def sign_itself(path: Path, extensions: Iterable[x509.ExtensionType]) -> None:
+    """Write another authority, as others make them, with these extensions."""
     key = ec.generate_private_key(ec.SECP256R1())
     name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "Everything")])
     made = (
         x509.CertificateBuilder().subject_name(name).issuer_name(name)
         .public_key(key.public_key()).serial_number(1)
         .not_valid_before(NOW - timedelta(days=1)).not_valid_after(NOW + timedelta(days=3000))
-        .add_extension(x509.BasicConstraints(ca=True, path_length=None), critical=True)
-        .sign(key, SHA256())
     )  # fmt: skip
+    for each in extensions:
+        made = made.add_extension(each, critical=not isinstance(each, x509.ExtendedKeyUsage))
     pem = key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption())
-    path.write_bytes(pem + made.public_bytes(Encoding.PEM))
+    path.write_bytes(pem + made.sign(key, SHA256()).public_bytes(Encoding.PEM))
+
+
+def widened(path: Path) -> None:
+    """An authority like ours, that could vouch for a bank."""
+    ours = x509.load_pem_x509_certificate(path.read_bytes()).extensions
+    bank = x509.NameConstraints([x509.DNSName("bank.example")], excluded_subtrees=None)
+    kept = [each.value for each in ours if not isinstance(each.value, x509.NameConstraints)]
+    sign_itself(path, [*kept, bank])
 
 
 SPOILS: dict[str, Callable[[Path], object]] = {
@@ -195,7 +203,8 @@ SPOILS: dict[str, Callable[[Path], object]] = {
     "cut": lambda path: path.write_bytes(path.read_bytes()[:-200]),
     "open to others": lambda path: path.chmod(0o644),
     "mixed": mixed,
-    "unbound": unbound,
+    "unbound": lambda path: sign_itself(path, [x509.BasicConstraints(True, path_length=None)]),
+    "widened": widened,
 }
 
 
