@@ -110,13 +110,9 @@ def test_a_person_corrects_and_deletes(house: House) -> None:
 
 
 @pytest.mark.parametrize(
-    ("method", "path", "asks"),
-    [
-        ("DELETE", "/Anna", "Remember that."),
-        ("DELETE", "/Anna/facts/1", "Say that again."),
-        ("POST", "/allowed", "Remember that."),
-    ],
+    ("method", "path"), [("DELETE", "/Anna"), ("DELETE", "/Anna/facts/1"), ("POST", "/allowed")]
 )
+@pytest.mark.parametrize("asks", ["Remember that.", "Say that again."])
 def test_what_is_deleted_is_not_taken_up_again(
     house: House, method: str, path: str, asks: str
 ) -> None:
