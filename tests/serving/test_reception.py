@@ -149,7 +149,9 @@ def test_while_the_server_takes_nothing_stop_is_answered(at: Desk) -> None:
     waiting = [at.come(LOOK) for _ in range(CONNECTIONS + 20)]
     assert sum(map(at.ended, waiting)) == 20  # and they are forgotten
     waiting[-1].sendall(STOP + END)
-    assert DONE in at.delivered(waiting[-1])
+    told = at.delivered(waiting[-1])
+    assert told.startswith(b"HTTP/1.1 503 Service Unavailable\r\n")
+    assert DONE in told
     at.stop(at.come())
     at.serves = True
     for _ in range(CONNECTIONS - 2):
