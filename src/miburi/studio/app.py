@@ -1,6 +1,5 @@
 """Put the web application together: the interface, the live WebSocket, and the pages."""
 
-from functools import partial
 from pathlib import Path
 
 from fastapi import APIRouter, FastAPI, Request
@@ -17,9 +16,8 @@ from miburi.serving.reach import Reach
 from miburi.studio.body_shapes import shapes_router
 from miburi.studio.face_page import add_face_page
 from miburi.studio.on_demand import OnDemand
+from miburi.studio.pages import people_page
 from miburi.studio.pairing import pairing_router
-from miburi.studio.pairing_page import pairing_page
-from miburi.studio.people_page import people_router
 from miburi.studio.privacy_page import privacy_router
 from miburi.talk.synthesizer import LANGUAGES
 
@@ -33,20 +31,11 @@ def make_app(
 ) -> FastAPI:
     """Return the application for a live partner; NiceGUI allows one studio in a process.
 
-    Parameters
-    ----------
-    runner
-        The partner.
-    reach
-        How other devices reach this server, to show as a QR code.
-    doors
-        The doors that are open: interfaces besides the pages and ``/api``.
-    folder
-        The folder for what the partner knows about people; None: it forgets that when it ends.
+    ``folder`` keeps what the partner knows about people; None: it forgets that when it ends.
     """
     app = make_api(runner, doors.talk, doors.care, doors.seed, folder)
     app.include_router(live_router(runner))
-    app.include_router(pairing_router(reach, partial(pairing_page, reach)))
+    app.include_router(pairing_router(reach))
     app.mount("/static", StaticFiles(directory=Path(__file__).parent / "static"), name="static")
     doors.open(app, runner, next(iter(reach.addresses), None))
     sounded = () if doors.voice is None else LANGUAGES
@@ -54,7 +43,7 @@ def make_app(
     app.include_router(shapes_router(runner))
     app.include_router(_nothing(app))
     app.include_router(privacy_router(runner, reach, doors))
-    app.include_router(people_router())
+    app.get("/people", include_in_schema=False)(people_page)
     studio = OnDemand(runner, reach, sounded)
     beside(app, studio.while_served)
     app.mount("/", studio)

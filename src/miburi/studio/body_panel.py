@@ -10,7 +10,6 @@ from typing import Any
 from nicegui import ui
 from serial.tools.list_ports import comports
 
-from miburi.errors import MiburiError
 from miburi.feelings import TEMPERAMENTS
 from miburi.feelings.temperament import REST_LEVELS
 from miburi.live.bodies import KINDS
@@ -20,7 +19,7 @@ from miburi.live.view import LivePartner, Recordings
 from miburi.live.wishes import ChangeBody, ChangeTemperament
 from miburi.servos import Servo
 from miburi.studio.elements import Choice
-from miburi.studio.parts import attempt, button, heading, set_label
+from miburi.studio.parts import attempt, button, heading, refusals_shown, set_label
 from miburi.studio.words import Words
 
 __all__ = ["Update", "body_panel"]
@@ -72,23 +71,24 @@ def _body(runner: LivePartner, say: dict[str, str], updates: list[Update]) -> No
         name = kind.value
         set_label(connect, say["connecting"])
         connect.props("disabled")
-        try:
-            where = (str(port.value or "") or None) if KINDS[name].needs_port else None
-            await attempt(runner, ChangeBody(name, where))
-        except MiburiError as error:
-            ui.notify(str(error), type="warning", position="bottom")
-        finally:
-            connect.props(remove="disabled")
-            set_label(connect, say["connect"])
+        where = (str(port.value or "") or None) if KINDS[name].needs_port else None
+        await attempt(runner, ChangeBody(name, where))
+        connect.props(remove="disabled")
+        set_label(connect, say["connect"])
 
     connect.on("click", use)
-    shown = runner.body_name
+    _follow(kind, lambda state: state.body, updates)
+
+
+def _follow(choice: Choice, value: Callable[[State], str], updates: list[Update]) -> None:
+    """Show what another page or a program has chosen."""
+    shown = choice.value
 
     def update(state: State) -> None:
         nonlocal shown
-        if state.body != shown:  # another page or a program has changed it
-            shown = state.body
-            kind.set_value(state.body)
+        if (now := value(state)) != shown:
+            shown = now
+            choice.set_value(now)
 
     updates.append(update)
 
@@ -117,16 +117,8 @@ def _temperament(runner: LivePartner, say: dict[str, str], updates: list[Update]
             await attempt(runner, ChangeTemperament(state.temperament, event.value))
 
     rest.on_value_change(change_rest)
-    shown = runner.snapshot.state.temperament, runner.snapshot.state.rest
-
-    def update(state: State) -> None:
-        nonlocal shown
-        if (state.temperament, state.rest) != shown:
-            shown = state.temperament, state.rest
-            character.set_value(state.temperament)
-            rest.set_value(state.rest)
-
-    updates.append(update)
+    _follow(character, lambda state: state.temperament, updates)
+    _follow(rest, lambda state: state.rest, updates)
 
 
 def _recordings(runner: LivePartner, say: dict[str, str], updates: list[Update]) -> None:
@@ -199,10 +191,8 @@ def _add_recording(recordings: Recordings, one: Kept, say: dict[str, str], sure:
 
 async def _try(act: Callable[[], None]) -> None:
     """Run ``act``, which may wait for the disk, in a thread; show the reason if it is refused."""
-    try:
+    with refusals_shown():
         await asyncio.to_thread(act)
-    except MiburiError as error:
-        ui.notify(str(error), type="warning", position="bottom")
 
 
 def _motors(runner: LivePartner, words: Words, updates: list[Update]) -> None:

@@ -119,10 +119,14 @@ def measurements(stop: StopOut, limit: float | None, words: Words) -> str:
             (say["measured"], f"{degrees(stop.measured):.0f} °/s"),
             (say["expected"], f"{degrees(stop.expected):.0f} °/s"),
         ]
-    if stop.sign != "speed" or stop.measured is None:
-        rows += _travel(stop, say)
+    by_speed = stop.sign == "speed"
+    untold = not by_speed or stop.measured is None
+    if untold and stop.moved is not None and stop.due is not None:
+        rows += [
+            (say["moved"], f"{degrees(stop.moved):.1f}°"),
+            (say["due"], f"{degrees(stop.due):.1f}°"),
+        ]
     if stop.ratio is not None:
-        by_speed = stop.sign == "speed"
         beside = f" ({say['limit'].format(limit=limit)})" if by_speed else ""
         rows.append((say["ratio" if by_speed else "way"], f"{stop.ratio:.2f}{beside}"))
     rows.append((say["sign"], say[f"sign_{stop.sign}"]))
@@ -134,15 +138,6 @@ def measurements(stop: StopOut, limit: float | None, words: Words) -> str:
     rows.append((say["mood"], moods.replace("-", "−")))
     cells = "".join(f"<dt>{escape(a)}</dt><dd>{escape(b)}</dd>" for a, b in rows)
     return f'<dl class="facts">{cells}</dl>'
-
-
-def _travel(stop: StopOut, say: dict[str, str]) -> list[tuple[str, str]]:
-    if stop.moved is None or stop.due is None:
-        return []
-    return [
-        (say["moved"], f"{degrees(stop.moved):.1f}°"),
-        (say["due"], f"{degrees(stop.due):.1f}°"),
-    ]
 
 
 def _shows(event: LiveEvent, words: Words) -> bool:

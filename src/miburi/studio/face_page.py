@@ -1,7 +1,6 @@
 """The face (``/face``): a page that fills a phone's screen and uses no library."""
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Annotated
 
 from fastapi import FastAPI, Header, Request
@@ -9,19 +8,17 @@ from fastapi.responses import HTMLResponse
 
 from miburi.errors import BodyError
 from miburi.feelings.catalogue import CATALOGUE
-from miburi.ground.templates import render
 from miburi.live.settle import granted
 from miburi.live.view import LivePartner
 from miburi.live.wishes import Release
-from miburi.serving.policy import own_page
 from miburi.studio.forms import senses_form, signs, talk_form
+from miburi.studio.pages import page
 from miburi.studio.preferences import Preferences
 from miburi.studio.words import words
 from miburi.wire.messages import Message
 
 __all__ = ["RELEASE", "add_face_page"]
 
-_PAGE = Path(__file__).with_suffix(".html")
 #: Where the page releases the body; not for programs, which have ``/api/v1/release``.
 RELEASE = "/api/page/release"
 
@@ -35,21 +32,13 @@ class _Shown(Message):
 def add_face_page(app: FastAPI, runner: LivePartner, sounded: Sequence[str] = ()) -> None:
     """Add the face at ``/face``.
 
-    Parameters
-    ----------
-    app, runner
-        The application, and the partner.
-    sounded
-        The languages for which the partner's computer has a voice of its own.
+    ``sounded`` are the languages for which the partner's computer has a voice of its own.
     """
 
     @app.get("/face", include_in_schema=False)
     async def face(request: Request) -> HTMLResponse:
-        preferences = Preferences.of(request)
-        say, shared = (
-            words(preferences.language),
-            ("stop", "stop_unreached", "stop_unsent", "release"),
-        )
+        say = words(Preferences.of(request).language)
+        shared = ("stop", "stop_unreached", "stop_unsent", "release")
         content = {
             "feelings": say["feeling"],
             "faces": CATALOGUE.faces(),
@@ -59,17 +48,8 @@ def add_face_page(app: FastAPI, runner: LivePartner, sounded: Sequence[str] = ()
             "distress": say["talk"]["distress"],
             "distresses": say["distress"],
         }
-        light = {True: "dark", False: "light", None: "light dark"}[preferences.dark]
-        page = render(
-            _PAGE,
-            language=preferences.language,
-            words=content,
-            light=light,
-            talk=talk_form(say),
-            senses=senses_form(say, "voice", "speech", "motion", "ears", "eyes", sounded=sounded)
-            + signs(say),
-        )
-        return own_page(page)
+        senses = senses_form(say, "voice", "speech", "motion", "ears", "eyes", sounded=sounded)
+        return page(request, "face", words=content, talk=talk_form(say), senses=senses + signs(say))
 
     @app.post(RELEASE, status_code=204, include_in_schema=False)
     async def release(shown: _Shown, origin: Annotated[str | None, Header()] = None) -> None:

@@ -2,7 +2,6 @@
 
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from pathlib import Path
 from typing import Annotated
 
 from fastapi import FastAPI, Request
@@ -11,18 +10,15 @@ from pydantic import Field
 
 from miburi.doors.fleet import Fleet, FleetOut, listening_to
 from miburi.doors.topics import ALL
-from miburi.ground.templates import render
 from miburi.interface.refusing import refuse_in_words
 from miburi.serving.access import STOP
 from miburi.serving.beside import beside
-from miburi.serving.policy import own_page
+from miburi.studio.pages import page as page_of
 from miburi.studio.preferences import Preferences
 from miburi.studio.words import words
 from miburi.wire.messages import Message
 
 __all__ = ["StopIn", "make_fleet_app"]
-
-_PAGE = Path(__file__).with_suffix(".html")
 
 
 class StopIn(Message):
@@ -45,10 +41,9 @@ def make_fleet_app(fleet: Fleet) -> FastAPI:
 
     @app.get("/")
     async def page(request: Request) -> HTMLResponse:
-        language = Preferences.of(request).language
-        say = words(language)
+        say = words(Preferences.of(request).language)
         content = {name: say[name] for name in ("fleet", "feeling", "phase", "reason", "joint")}
-        return own_page(render(_PAGE, language=language, words=content))
+        return page_of(request, "fleet", words=content)
 
     @app.get("/api/v1/fleet")
     async def news() -> FleetOut:

@@ -4,14 +4,13 @@ import asyncio
 
 from nicegui import ui
 
-from miburi.errors import MiburiError
 from miburi.feelings import Expression
 from miburi.gestures import MovementFunction, blend
 from miburi.gestures.effort import Effort
 from miburi.live.view import LivePartner
 from miburi.live.wishes import Perform
 from miburi.studio.elements import Choice
-from miburi.studio.parts import attempt, button, heading
+from miburi.studio.parts import attempt, button, heading, refusals_shown
 from miburi.studio.words import Words
 
 __all__ = ["gestures_panel"]
@@ -51,11 +50,8 @@ def gestures_panel(runner: LivePartner, words: Words) -> None:
         parts = [(chosen, float(mood.value))]
         if other.value:
             parts.append((functions[other.value], float(share.value)))
-        try:
+        with refusals_shown():
             poses = await asyncio.to_thread(blend, runner.robot, parts)
-        except MiburiError as error:
-            ui.notify(str(error), type="warning", position="bottom")
-        else:
             await attempt(runner, Perform(Expression(chosen.feeling, float(mood.value)), poses))
 
     as_written()

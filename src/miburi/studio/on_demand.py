@@ -15,7 +15,7 @@ from starlette.types import Receive, Scope, Send
 
 from miburi.live.view import LivePartner
 from miburi.serving.reach import Reach
-from miburi.studio.missing_page import missing_page
+from miburi.studio.pages import missing_page
 
 __all__ = ["OnDemand"]
 

@@ -1,7 +1,5 @@
 """Pair a phone: it scans a QR code, a page sends the token, and a cookie keeps the phone's key."""
 
-from collections.abc import Callable
-
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import JSONResponse, RedirectResponse
 from pydantic import Field
@@ -10,8 +8,8 @@ from miburi.serving.access import AUTHORITY, PAIRING
 from miburi.serving.allowance import Allowance
 from miburi.serving.heads import COOKIE
 from miburi.serving.keys import LIFE
-from miburi.serving.policy import own_page
 from miburi.serving.reach import Reach
+from miburi.studio.pages import page as page_of
 from miburi.wire.messages import Message
 
 __all__ = ["PairIn", "pairing_router"]
@@ -27,15 +25,11 @@ class PairIn(Message):
     token: str = Field(max_length=200)
 
 
-def pairing_router(reach: Reach, content: Callable[[Request], str]) -> APIRouter:
+def pairing_router(reach: Reach) -> APIRouter:
     """Return the routes of the pairing page, the only ones that answer without a token.
 
-    Parameters
-    ----------
-    reach
-        Holds the keys for pairing, and the certificate of the partner's own authority.
-    content
-        Returns the page for a request, as HTML.
+    A device that opens the page has no token yet, so it can load little else here. ``reach`` holds
+    the keys for pairing, and the certificate of the partner's own authority.
     """
     router = APIRouter(include_in_schema=False)
     wrong = Allowance(_RATE, _BURST)
@@ -43,7 +37,15 @@ def pairing_router(reach: Reach, content: Callable[[Request], str]) -> APIRouter
 
     @router.get(PAIRING)
     async def page(request: Request) -> Response:
-        return RedirectResponse("/") if keys is None else own_page(content(request))
+        if keys is None:
+            return RedirectResponse("/")
+        return page_of(
+            request,
+            "pairing",
+            encrypted=request.url.scheme == "https",
+            onward=_onward(reach, request),
+            fingerprint=reach.fingerprint,
+        )
 
     @router.post(PAIRING)
     async def pair(wish: PairIn, request: Request) -> Response:
@@ -76,3 +78,12 @@ def pairing_router(reach: Reach, content: Callable[[Request], str]) -> APIRouter
             return Response(reach.authority, media_type="application/x-x509-ca-cert")
 
     return router
+
+
+def _onward(reach: Reach, request: Request) -> str | None:
+    """Return the https address to redirect a visitor to; None if the page is right as it is."""
+    if reach.authority is None or request.url.scheme == "https" or not reach.addresses:
+        return None
+    found = str((request.scope.get("server") or ("",))[0])
+    same = [address for address in reach.addresses if f"//{found}:" in address]
+    return (same or list(reach.addresses))[0]

@@ -1,5 +1,7 @@
 """Small parts that the studio's panels share."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from html import escape
 from typing import Any
 
@@ -11,15 +13,22 @@ from miburi.live.settle import granted
 from miburi.live.view import LivePartner
 from miburi.live.wishes import Wish
 
-__all__ = ["attempt", "button", "heading", "set_label"]
+__all__ = ["attempt", "button", "heading", "refusals_shown", "set_label"]
+
+
+@contextmanager
+def refusals_shown() -> Iterator[None]:
+    """End the block where something is refused, and show the reason."""
+    try:
+        yield
+    except MiburiError as error:
+        ui.notify(str(error), type="warning", position="bottom")
 
 
 async def attempt(partner: LivePartner, wish: Wish[Any]) -> None:
     """Ask a partner for something; show the reason if it is refused."""
-    try:
+    with refusals_shown():
         await granted(partner, wish)
-    except MiburiError as error:
-        ui.notify(str(error), type="warning", position="bottom")
 
 
 def button(label: str, hint: str, classes: str = "", key: str = "") -> ui.html:

@@ -14,27 +14,13 @@ _STRENGTH = 0.7
 
 @dataclass(frozen=True)
 class Preferences:
-    """A visitor's preferences for the pages.
+    """A visitor's preferences for the pages."""
 
-    Attributes
-    ----------
-    language
-        One of ``LANGUAGES``.
-    dark
-        Whether they are dark; None: as the device is set.
-    tab
-        The open panel, one of ``TABS``.
-    strength
-        How strong a short press is, 0.05 to 1.
-    met
-        Whether the visitor has read the first hint.
-    """
-
-    language: str
-    dark: bool | None
-    tab: str
-    strength: float
-    met: bool
+    language: str  #: one of ``LANGUAGES``
+    dark: bool | None  #: None: as the device is set
+    tab: str  #: the open panel, one of ``TABS``
+    strength: float  #: how strong a short press is, 0.05 to 1
+    met: bool  #: whether the visitor has read the first hint
 
     @classmethod
     def of(cls, request: Request) -> "Preferences":

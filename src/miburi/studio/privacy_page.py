@@ -4,43 +4,32 @@ It shows the switches as they are now, and needs no token: anybody in front of t
 it before pairing.
 """
 
-from dataclasses import dataclass
-from pathlib import Path
+from typing import NamedTuple
 from urllib.parse import urlsplit
 
 from fastapi import APIRouter, Request
 from fastapi.responses import HTMLResponse
 
 from miburi.doors.doors import Doors
-from miburi.ground.templates import render
 from miburi.live.view import LivePartner
 from miburi.serving.access import PRIVACY
-from miburi.serving.policy import own_page
 from miburi.serving.reach import Reach
+from miburi.studio.pages import page
 from miburi.studio.preferences import Preferences
-from miburi.studio.words import Words, words
+from miburi.studio.words import words
 
 __all__ = ["Switch", "privacy_router", "switches"]
 
-_PAGE = Path(__file__).with_suffix(".html")
 #: The kinds of data that are kept; each is the stem of two keys in the page's texts (``_kept``,
 #: ``_about``).
 _KEPT = ("memory", "people", "feelings", "recordings", "keys", "browser", "delete")
 
 
-@dataclass(frozen=True)
-class Switch:
+class Switch(NamedTuple):
     """A switch that shares something with others, and whether it is on now.
 
-    Attributes
-    ----------
-    name
-        The key of its text on the page; with ``_on`` or ``_off``, it is the key of the text for
-        that state.
-    on
-        Whether it is on.
-    where
-        The host or origins with which it shares; empty if its text already names them.
+    ``name`` is the key of its text on the page; with ``_on`` or ``_off``, that of the text for that
+    state. ``where`` is the host or origins with which it shares; empty if its text names them.
     """
 
     name: str
@@ -72,40 +61,25 @@ def privacy_router(runner: LivePartner, reach: Reach, doors: Doors) -> APIRouter
 
     @router.get(PRIVACY)
     async def privacy(request: Request) -> HTMLResponse:
-        preferences = Preferences.of(request)
         state = runner.snapshot.state
         recording = state.recording is not None
-        return own_page(
-            _page(preferences, switches(doors, reach, said=state.words, recording=recording))
+        all_words = words(Preferences.of(request).language)
+        say, senses = all_words["privacy"], all_words["senses"]
+        abouts = [key for key in senses if key.endswith("_about")]
+        return page(
+            request,
+            "privacy",
+            senses=[(senses[key.removesuffix("_about")], senses[key]) for key in abouts],
+            switches=[
+                (
+                    say[each.name],
+                    each.on,
+                    say[f"{each.name}_{'on' if each.on else 'off'}"].format(where=each.where),
+                    each.name == "said",
+                )
+                for each in switches(doors, reach, said=state.words, recording=recording)
+            ],
+            kept=[(say[f"{name}_kept"], say[f"{name}_about"]) for name in _KEPT],
         )
 
     return router
-
-
-def _page(preferences: Preferences, now: list[Switch]) -> str:
-    all_words = words(preferences.language)
-    say = all_words["privacy"]
-    return render(
-        _PAGE,
-        language=preferences.language,
-        words=say,
-        scheme=preferences.scheme,
-        senses=_senses(all_words),
-        switches=[
-            (
-                say[each.name],
-                each.on,
-                say[f"{each.name}_{'on' if each.on else 'off'}"].format(where=each.where),
-                each.name == "said",
-            )
-            for each in now
-        ],
-        kept=[(say[f"{name}_kept"], say[f"{name}_about"]) for name in _KEPT],
-    )
-
-
-def _senses(all_words: Words) -> list[tuple[str, str]]:
-    """Return each of a page's senses, with the explanation beside its switch."""
-    say = all_words["senses"]
-    names = [key.removesuffix("_about") for key in say if key.endswith("_about")]
-    return [(say[name], say[f"{name}_about"]) for name in names]

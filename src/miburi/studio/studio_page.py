@@ -30,7 +30,7 @@ from miburi.studio.contact_panel import contact_panel, why, why_ended
 from miburi.studio.elements import Choice, Levels, Plots, RobotView
 from miburi.studio.forms import senses_form, signs, talk_form
 from miburi.studio.gestures_panel import gestures_panel
-from miburi.studio.missing_page import missing_page
+from miburi.studio.pages import missing_page
 from miburi.studio.parts import attempt, button, heading, set_label
 from miburi.studio.preferences import TABS, Preferences, keep
 from miburi.studio.words import LANGUAGES, own_name, words
@@ -115,6 +115,8 @@ class _Studio:
         self._words = words(preferences.language)
         self._reach, self._sounded = reach, sounded
         self._updates: list[Callable[[State], None]] = []
+        #: What only the open panel needs.
+        self._panel_updates: dict[str, list[Callable[[State], None]]] = {tab: [] for tab in TABS}
 
     def build(self) -> None:
         """Build the page."""
@@ -221,7 +223,7 @@ class _Studio:
         with ui.element("section").classes("card stage").props(f'aria-label="{say["scene"]}"'):
             robot = describe(self._runner).model_dump()
             told = {name: say[name] for name in ("no_3d", "clip", "clip_making")}
-            view = RobotView(robot, CATALOGUE.faces(), say["scene"], told)
+            view = RobotView(robot=robot, faces=CATALOGUE.faces(), label=say["scene"], words=told)
             with ui.element("div").classes("why").props('role="alert" aria-live="assertive"'):
                 headline = ui.label()
                 with ui.element("small"):
@@ -258,7 +260,8 @@ class _Studio:
         with ui.element("section").classes("card feelings"):
             heading(say["feelings"])
             begin = self._preferences.strength
-            board = Levels({**level, "names": self._words["feeling"]}, CATALOGUE.faces(), begin)
+            names = {**level, "names": self._words["feeling"]}
+            board = Levels(words=names, faces=CATALOGUE.faces(), strength=begin)
             with ui.element("div").classes("strength"):
                 ui.label(say["strength"]).classes("field-label")
                 strength = ui.slider(min=0.05, max=1, step=0.05, value=begin)
@@ -277,12 +280,12 @@ class _Studio:
             )
 
     def _tabs(self) -> None:
-        say = self._words["studio"]
+        say, inside = self._words["studio"], self._panel_updates
         panels: dict[str, Callable[[], None]] = {
-            "contact": partial(contact_panel, self._runner, self._words, self._updates),
+            "contact": partial(contact_panel, self._runner, self._words, inside["contact"]),
             "time": self._plots,
             "gestures": partial(gestures_panel, self._runner, self._words),
-            "body": partial(body_panel, self._runner, self._words, self._updates),
+            "body": partial(body_panel, self._runner, self._words, inside["body"]),
         }
         with ui.element("section").classes("card tabs-card"):
             with ui.tabs().props("align=left inline-label no-caps") as tabs:
@@ -290,17 +293,18 @@ class _Studio:
                     ui.tab(name, label=say[name])
             tabs.on("update:model-value", js_handler=f"(tab) => {{ {keep('tab', 'tab')} }}")
             shown = self._preferences.tab
-            with ui.tab_panels(tabs, value=shown, animated=False, keep_alive=True):
+            self._open = ui.tab_panels(tabs, value=shown, animated=False, keep_alive=True)
+            with self._open:
                 for name in TABS:
                     with ui.tab_panel(name):
                         panels[name]()
 
     def _plots(self) -> None:
         Plots(
-            self._words["plot"],
-            [self._words["feeling"][name] for name in FEELINGS],
-            [feeling.colour.screen for feeling in CATALOGUE.feeling],
-            [self._words["joint"][name] for name in JOINTS],
+            words=self._words["plot"],
+            feelings=[self._words["feeling"][name] for name in FEELINGS],
+            colours=[feeling.colour.screen for feeling in CATALOGUE.feeling],
+            joints=[self._words["joint"][name] for name in JOINTS],
         )
 
     def _pairing(self) -> ui.dialog:
@@ -344,5 +348,5 @@ class _Studio:
 
     def _look(self) -> None:
         state = self._runner.snapshot.state
-        for update in self._updates:
+        for update in (*self._updates, *self._panel_updates[self._open.value]):
             update(state)

@@ -1,7 +1,9 @@
-"""Page elements that the browser draws itself, from the live WebSocket."""
+"""Page elements that the browser draws itself, from the live WebSocket.
+
+Each takes by name what its component, the JavaScript file beside it, expects.
+"""
 
 from collections.abc import Mapping
-from typing import Any
 
 from nicegui.element import Element
 from nicegui.elements.mixins.value_element import ValueElement
@@ -12,20 +14,9 @@ __all__ = ["Choice", "Levels", "Plots", "RobotView"]
 class RobotView(Element, component="robot.js", esm={"three": "vendor/three"}):
     """The robot in 3D, and a hand to drag."""
 
-    def __init__(
-        self,
-        robot: Mapping[str, Any],
-        faces: Mapping[str, object],
-        label: str,
-        words: Mapping[str, str],
-    ) -> None:
+    def __init__(self, **given: object) -> None:
         super().__init__()
-        self._props |= {
-            "robot": dict(robot),
-            "faces": dict(faces),
-            "label": label,
-            "words": dict(words),
-        }
+        self._props |= given
 
     def reset(self) -> None:
         """Return to the first view of the robot."""
@@ -39,11 +30,9 @@ class RobotView(Element, component="robot.js", esm={"three": "vendor/three"}):
 class Levels(Element, component="levels.js"):
     """A button for each feeling, with the feeling's face and its three levels."""
 
-    def __init__(
-        self, words: Mapping[str, Any], faces: Mapping[str, object], strength: float
-    ) -> None:
+    def __init__(self, **given: object) -> None:
         super().__init__()
-        self._props |= {"words": dict(words), "faces": dict(faces), "strength": strength}
+        self._props |= given
 
     def set_strength(self, strength: float) -> None:
         """Set how strong a short press is, 0 to 1."""
@@ -53,16 +42,9 @@ class Levels(Element, component="levels.js"):
 class Plots(Element, component="plots.js"):
     """Plots of moods, hands and speed ratios over the last minute."""
 
-    def __init__(
-        self, words: Mapping[str, str], feelings: list[str], colours: list[str], joints: list[str]
-    ) -> None:
+    def __init__(self, **given: object) -> None:
         super().__init__()
-        self._props |= {
-            "words": dict(words),
-            "feelings": feelings,
-            "colours": colours,
-            "joints": joints,
-        }
+        self._props |= given
 
 
 class Choice(ValueElement[str], component="choice.js"):

@@ -1,0 +1,43 @@
+"""Pages that are made of a template and words alone, in the visitor's language and light."""
+
+from pathlib import Path
+
+from fastapi import Request
+from fastapi.responses import HTMLResponse
+
+from miburi.ground.templates import render
+from miburi.serving.policy import own_page
+from miburi.studio.preferences import Preferences
+from miburi.studio.words import words
+
+__all__ = ["missing_page", "page", "people_page"]
+
+_FOLDER = Path(__file__).parent
+
+
+def page(request: Request, name: str, status: int = 200, **values: object) -> HTMLResponse:
+    """Return the page that the template ``{name}_page.html`` makes of ``values``.
+
+    It gets all words, by section, as ``say``, those of its own section as ``words``, and the
+    visitor's ``language`` and ``scheme`` of colours; ``values`` may replace them.
+    """
+    preferences = Preferences.of(request)
+    say = words(preferences.language)
+    given = {"words": say[name], "language": preferences.language, "scheme": preferences.scheme}
+    return own_page(
+        render(_FOLDER / f"{name}_page.html", **{"say": say, **given, **values}), status
+    )
+
+
+async def missing_page(request: Request, _error: Exception | None = None) -> HTMLResponse:
+    """Answer with 404 and the ways back, where there is no page."""
+    return page(request, "missing", 404)
+
+
+async def people_page(request: Request) -> HTMLResponse:
+    """Return ``/people``: the people whom the partner knows, and when it may speak first.
+
+    Here a person allows the partner to remember people, and can see, correct, download and delete
+    everything that it knows. The page's script asks the interface for what is known.
+    """
+    return page(request, "people")
