@@ -26,13 +26,8 @@ def come_first(*, apart: bool = False) -> None:
     """Give this process, and those that it starts, priority over other programs if allowed.
 
     On Linux, root and users whose ``LimitNICE`` allows it may do so. Otherwise the priority stays
-    as it is, and the partner may react late on a busy computer.
-
-    Parameters
-    ----------
-    apart
-        Leave the terminal's session. With automatic groups, a process in a session of its own gets
-        the share of a whole session, even without root's rights.
+    as it is, and the partner may react late on a busy computer. A process that leaves the
+    terminal's session (``apart``) gets the share of a whole session, even without root's rights.
     """
     with suppress(OSError, AttributeError):  # not allowed; not a Unix
         if apart:

@@ -14,16 +14,10 @@ __all__ = ["whole_files", "write_whole"]
 
 @contextmanager
 def whole_files(folder: Path | str) -> Iterator[Path]:
-    """Yield a hidden draft folder; when the block ends, move its files to their place.
+    """Yield a hidden draft folder; when the block ends, move its files to ``folder``.
 
-    Parameters
-    ----------
-    folder
-        Where the files go; created if missing. Files of the same names are replaced one by one.
-
-    Yields
-    ------
-    The draft folder to write into. If the block raises, its files are deleted.
+    The folder is created if missing, and files of the same names are replaced one by one. If the
+    block raises, the draft is deleted.
 
     Raises
     ------

@@ -28,13 +28,9 @@ _SEEN: set[tuple[object, ...]] = set()
 def log_to_stderr(level: str | None = None, *, apart: bool = False) -> None:
     """Write log records at or above a level to stderr; a second call changes the level.
 
-    Parameters
-    ----------
-    level
-        One of :data:`LEVELS`; None: the environment's, or ``warning``.
-    apart
-        Write in a separate thread, so that a blocked terminal never blocks the caller. Records that
-        do not fit the queue are dropped.
+    The level is one of :data:`LEVELS`; None: the environment's, or ``warning``. With ``apart``, a
+    separate thread writes, so that a blocked terminal never blocks the caller; records that do not
+    fit its queue are dropped.
 
     Raises
     ------
