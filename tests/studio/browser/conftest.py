@@ -4,7 +4,7 @@ A page that is opened in a tab that was there costs a third of what it costs in 
 """
 
 import re
-from collections.abc import Generator, Iterator
+from collections.abc import Iterator
 
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
@@ -12,30 +12,16 @@ from tests.fixtures.browser import (
     CHROMIUM,
     FLAGS,
     PHONE,
-    SAID,
     WIDE,
+    Home,
+    at_home,
     open_studio,
-    partner,
     release,
     visiting,
 )
-from tests.fixtures.live import address
 
 #: Where a page may look: on this computer.
 HERE = re.compile(r"data:|blob:|http://(127\.0\.0\.1|localhost)[:/]")
-FAILED = pytest.StashKey[bool]()
-
-
-@pytest.hookimpl(wrapper=True)
-def pytest_runtest_makereport(
-    item: pytest.Item, call: pytest.CallInfo[None]
-) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Show beside a failure what the partners have said."""
-    report = yield
-    if report.failed:
-        item.stash[FAILED] = True
-        report.sections += [(str(file), file.read_text("utf-8")[-4000:]) for file in SAID]
-    return report
 
 
 @pytest.fixture(scope="package")
@@ -47,9 +33,14 @@ def browser() -> Iterator[Browser]:
 
 
 @pytest.fixture(scope="package")
-def url(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    with partner(tmp_path_factory.mktemp("partner"), "--forget") as said:
-        yield address(said)
+def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Home]:
+    with at_home(tmp_path_factory.mktemp("home")) as home:
+        yield home
+
+
+@pytest.fixture(scope="package")
+def url(home: Home) -> str:
+    return home.url
 
 
 @pytest.fixture(scope="package")
@@ -81,6 +72,7 @@ def page(
 ) -> Iterator[Page]:
     """The tab, as a visitor has it who was never here; the partner is well and free afterwards."""
     page = context.pages[0] if context.pages else context.new_page()
+    failed = request.session.testsfailed
     trouble.clear()
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(page, "route_web_socket", _needs_own_tab)
@@ -96,7 +88,7 @@ def page(
     ):
         page.request.post(f"{url}/api/v1/{path}", data=content)
     release(page)
-    for one in context.pages[0 if FAILED in request.node.stash else 1 :]:
+    for one in context.pages[0 if request.session.testsfailed > failed else 1 :]:
         one.close()
     context.clear_cookies()
     if not page.is_closed():

@@ -1,11 +1,10 @@
 """Every page against axe-core, the accessibility checker of others: light, dark, laptop, phone.
 
-Pages of other partners are looked over where those live: test_pairing, test_https, test_study.
+Pages of other partners are looked over where those live: test_pairing, test_fleet, test_study.
 """
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
-from tests.fixtures.broker import Listener, Mosquitto
 from tests.fixtures.browser import (
     ask,
     look_over,
@@ -14,15 +13,7 @@ from tests.fixtures.browser import (
     until,
     visiting,
 )
-from tests.fixtures.live import serving
 from tests.studio.browser.test_speech import RECOGNISER
-
-from miburi.doors.broker import find_broker
-from miburi.doors.fleet import Fleet
-from miburi.doors.topics import HomeReport, Topics
-from miburi.safety.stop import StopReason
-from miburi.serving.access import Gate
-from miburi.studio.fleet_page import make_fleet_app
 
 pytestmark = needs_browser
 
@@ -84,29 +75,3 @@ def test_pages_to_read_have_no_violation(browser: Browser, url: str) -> None:
             page.goto(f"{url}{where}?lang={language}")
             found += look_over(page, f"{where} in {language}")
     assert "\n".join(found) == ""
-
-
-@pytest.mark.proof("test_pages_to_read_have_no_violation")
-def test_the_fleet_has_no_violation(page: Page, broker: Mosquitto, listener: Listener) -> None:
-    """One partner is well, one is stopped, one is lost; then the broker is lost, too."""
-    for name, stopped in (("hall", None), ("kitchen", StopReason.CONTACT), ("attic", None)):
-        listener.say(
-            Topics(name).available, "offline" if name == "attic" else "online", retain=True
-        )
-        report = HomeReport(
-            feeling="happiness", mood=60, paused=False,
-            stopped=stopped, motor="waist" if stopped else None, held=False, stops_today=3,
-            temperatures={"waist": 41.0},
-        )  # fmt: skip
-        listener.say(Topics(name).report, report.model_dump_json(), retain=True)
-    fleet = Fleet(find_broker(f"127.0.0.1:{broker.port}"))
-    with serving(Gate(make_fleet_app(fleet)), lifespan=True) as url:
-        page.goto(url)
-        expect(page.locator("tr.stopped")).to_contain_text("waist")
-        expect(page.locator("tr.lost")).to_have_count(1)
-        found = look_over(page, "the fleet")
-        broker.kill()
-        expect(page.locator("[role=alert]")).not_to_be_empty()
-        found += look_over(page, "without its broker")
-        page.goto("about:blank")
-    assert found == []

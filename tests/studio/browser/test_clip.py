@@ -1,4 +1,4 @@
-"""A clip of the last seconds, judged by ffmpeg; and the hint of a first visit."""
+"""A clip of the last seconds, judged by ffmpeg."""
 
 import shutil
 import subprocess
@@ -24,7 +24,7 @@ def seen(page: Page) -> float:
     )
 
 
-@pytest.mark.proof("test_a_first_visit_brings_a_hint_and_a_second_does_not")
+@pytest.mark.proof("test_the_scene_is_drawn_as_it_should_be")
 @pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="needs ffmpeg")
 def test_the_last_seconds_are_saved_as_a_film(scene: Page, tmp_path: Path) -> None:
     # A recorder may begin late, as on a busy machine: nothing of the film is lost by that.
@@ -47,21 +47,3 @@ def test_the_last_seconds_are_saved_as_a_film(scene: Page, tmp_path: Path) -> No
     pictures = np.frombuffer(film.stdout, np.uint8).reshape(-1, HEIGHT, WIDTH).astype(float)
     assert len(pictures) / 5 >= least - 0.2
     assert np.abs(pictures - pictures[0]).mean(axis=(1, 2)).max() > 1.0  # the arms have moved
-
-
-def test_a_first_visit_brings_a_hint_and_a_second_does_not(studio: Page) -> None:
-    hint = studio.get_by_text("New here?")
-    expect(hint).to_be_visible()
-    studio.get_by_role("button", name="Got it").click()
-    expect(hint).to_be_hidden()
-    studio.reload()
-    studio.wait_for_function("window.did_handshake")
-    expect(hint).to_be_hidden()
-
-
-@pytest.mark.proof("test_a_press_is_felt_shown_and_remembered")
-def test_every_gesture_of_ones_own_can_be_chosen(studio: Page) -> None:
-    studio.get_by_role("tab", name="Gestures").click()
-    studio.get_by_label("Gesture", exact=True).select_option("surprise")
-    studio.get_by_role("button", name="Perform").click()
-    until(studio, lambda now: now["asked"] and now["expressed"]["feeling"] == "surprise")

@@ -1,10 +1,11 @@
-"""The fleet's page: who needs a person is first, and Stop is answered by name."""
+"""The fleet's page: who needs a person is first, Stop is answered by name, axe-core is content."""
 
 import json
 
 import pytest
 from playwright.sync_api import Page, expect
 from tests.fixtures.broker import Listener, Mosquitto
+from tests.fixtures.browser import PHONE, look_over
 from tests.fixtures.live import serving
 
 from miburi.doors.broker import find_broker
@@ -29,7 +30,7 @@ def test_the_page_of_a_fleet(page: Page, broker: Mosquitto, listener: Listener) 
     be(listener, "attic", "offline")
     be(listener, "hall", stopped="contact", motor="waist")
     fleet = Fleet(find_broker(f"127.0.0.1:{broker.port}"))
-    page.set_viewport_size({"width": 390, "height": 700})
+    page.set_viewport_size(PHONE)
     with serving(Gate(make_fleet_app(fleet)), lifespan=True) as url:
         page.goto(url)
         names = page.locator("tbody tr td:first-child")
@@ -39,6 +40,7 @@ def test_the_page_of_a_fleet(page: Page, broker: Mosquitto, listener: Listener) 
             "href", "https://192.168.1.4:8081"
         )
         expect(page.get_by_role("button", name="Stop all")).to_be_in_viewport()
+        found = look_over(page, "the fleet")
         page.get_by_role("searchbox").fill("BA")
         expect(names).to_have_text(["bath"])
         page.get_by_role("searchbox").fill("")
@@ -50,4 +52,8 @@ def test_the_page_of_a_fleet(page: Page, broker: Mosquitto, listener: Listener) 
         )
         page.get_by_role("button", name="Stop all").click()
         expect(page.get_by_role("alert")).to_contain_text("stopped: attic.", timeout=15_000)
+        broker.kill()
+        expect(page.get_by_role("alert")).to_contain_text("No connection to the broker")
+        found += look_over(page, "without its broker")
         page.goto("about:blank")
+    assert found == []

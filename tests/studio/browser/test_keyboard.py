@@ -11,7 +11,7 @@ def test_everything_is_done_by_keyboard(studio: Page) -> None:
     press = page.keyboard.press
     tab_to(page, "Face")
     press("Enter")
-    expect(page.get_by_role("dialog")).to_be_visible()
+    expect(page.get_by_role("dialog").locator(".qr")).to_be_visible()
     tab_to(page, "Close")
     press("Enter")
     expect(page.get_by_role("dialog")).to_be_hidden()

@@ -1,11 +1,11 @@
 """When the server is gone: one clear state, and a Stop that does not pretend."""
 
 import re
-from pathlib import Path
+from typing import Any
 
-from playwright.sync_api import Browser, Page, expect
-from tests.fixtures.browser import needs_browser, open_studio, partner, until, visiting
-from tests.fixtures.live import address
+from playwright.sync_api import Browser, BrowserContext, expect
+from tests.fixtures.browser import Home, needs_browser, open_studio, release, until, visiting
+from tests.fixtures.waiting import until as is_so
 
 pytestmark = needs_browser
 
@@ -22,45 +22,73 @@ HANGS = """window.WebSocket = new Proxy(WebSocket, { construct(real, given) {
 } });"""
 
 
-def shown(page: Page) -> str:
-    """All text that somebody sees on a page."""
-    text = page.evaluate("document.body.innerText")
-    assert isinstance(text, str)
-    return text
+class Wire:
+    """The way of a visitor's pages to the server; it can be cut."""
+
+    def __init__(self, context: BrowserContext) -> None:
+        self._context, self._lines, self._is_cut = context, list[Any](), False
+        context.route_web_socket("**", self._line)
+
+    def _line(self, line: Any) -> None:
+        if self._is_cut:
+            line.close()
+        else:
+            line.connect_to_server()
+            self._lines.append(line)
+
+    def cut(self) -> None:
+        """Let nothing through."""
+        self._is_cut = True
+        self._context.route("**", lambda route: route.abort())
+        for line in self._lines:
+            line.close()
+
+    def mend(self) -> None:
+        """Let all through again."""
+        self._is_cut = False
+        self._context.unroute_all()
 
 
 def test_the_pages_say_once_that_stop_reaches_nobody_and_send_it_later(
-    browser: Browser, tmp_path: Path
+    browser: Browser, home: Home
 ) -> None:
-    """The studio in Japanese, and the face in English."""
+    """The studio in Japanese, and the face in English, which is opened anew."""
     with (
         visiting(browser, locale="en") as english,
         visiting(browser, locale="ja") as japanese,
     ):
+        wires = [Wire(english), Wire(japanese)]
         studio, face = japanese.new_page(), english.new_page()
-        with partner(tmp_path, "--forget") as said:
-            url = address(said)
-            open_studio(studio, url)
-            until(studio, lambda now: now["phase"] != "stopped")
-            expect(studio.locator(".pill")).to_have_text(ALIVE)
-            face.goto(url + "/face")
-            expect(face.get_by_role("button", name="Stop", exact=True)).to_be_visible()
-        expect(face.get_by_role("button", name=NO_STOP["en"])).to_be_visible()
+        open_studio(studio, home.url)
+        expect(studio.locator(".pill")).to_have_text(ALIVE)
+        face.goto(home.url + "/face")
+        expect(face.get_by_role("button", name="Stop", exact=True)).to_be_visible()
+        for wire in wires:
+            wire.cut()
         expect(face.get_by_role("alert")).to_contain_text("Stop cannot reach it")
+        face.get_by_role("button", name=NO_STOP["en"]).click()
         expect(studio.get_by_role("alert").filter(has_text=ALONE)).to_be_visible()
         studio.wait_for_timeout(2500)  # NiceGUI's own message would have come
         expect(studio.locator(".studio")).to_have_attribute("inert", "")  # no face, no Say
-        text = shown(studio)
+        text = studio.evaluate("document.body.innerText")  # all that somebody sees
         assert not ALIVE.search(text)
         assert text.count(ALONE) == 1
         assert not re.search("[Cc]onnection lost|[Rr]econnect", text)
         studio.get_by_role("button", name=NO_STOP["ja"]).click()
         expect(studio.locator(".unsent")).to_be_visible()
-        with partner(tmp_path, "--forget", "--port", url.rsplit(":", 1)[1]):
-            until(studio, lambda now: now["stop"] and now["held"])  # whatever else had stopped it
-            expect(studio.locator(".stop-button .reached")).to_be_visible()
-            expect(studio.locator(".unsent")).to_be_hidden()
-            expect(studio.locator(".studio")).not_to_have_attribute("inert", "")
+        face.goto("about:blank")
+        assert not home.runner.held
+        wires[1].mend()
+        until(studio, lambda now: now["held"])
+        expect(studio.locator(".stop-button .reached")).to_be_visible()
+        expect(studio.locator(".unsent")).to_be_hidden()
+        expect(studio.locator(".studio")).not_to_have_attribute("inert", "")
+        release(studio)
+        is_so(lambda: not home.runner.held)
+        wires[0].mend()
+        face.goto(home.url + "/face")
+        until(face, lambda now: now["held"])
+        release(face)
 
 
 def test_a_connection_that_hangs_as_it_opens_is_begun_anew(browser: Browser, url: str) -> None:

@@ -1,4 +1,4 @@
-"""The pages on a phone, with a finger; and what a reload keeps."""
+"""The pages on a phone, with a finger."""
 
 import os
 from collections.abc import Iterator
@@ -11,6 +11,7 @@ from tests.fixtures.browser import (
     CHROMIUM,
     FLAGS,
     PHONE,
+    WIDE,
     ask,
     hand_has_come,
     needs_browser,
@@ -52,6 +53,14 @@ def test_stop_is_large_in_a_single_row_and_the_rest_is_behind_a_button(studio: P
     release(studio)
     press_above(studio, "Pause")
     until(studio, lambda now: now["paused"])
+    # What watches or listens is told beside Stop.
+    studio.evaluate("document.documentElement.dataset.eyes = 'on'")
+    for size in (PHONE, WIDE):
+        studio.set_viewport_size(size)
+        for edge in (0, 10_000):
+            studio.evaluate("edge => scrollTo(0, edge)", edge)
+            expect(studio.get_by_text("Watching", exact=True)).to_be_in_viewport(ratio=1)
+    expect(studio.get_by_text("Listening", exact=True)).to_be_hidden()
 
 
 def swipe(page: Page, x: float, y: float, way: float) -> None:
@@ -102,31 +111,6 @@ def test_why_a_sense_stays_off_can_be_read_where_the_panel_is_longer_than_the_ph
     assert box is not None
     assert panel["y"] <= box["y"]
     assert box["y"] + box["height"] <= min(panel["y"] + panel["height"], 800)
-
-
-def test_a_page_can_be_enlarged(page: Page, url: str) -> None:
-    for path in ("/", "/face"):
-        page.goto(url + path)
-        content = page.locator("meta[name=viewport]").get_attribute("content")
-        assert content is not None
-        assert "user-scalable" not in content
-        assert "maximum-scale" not in content
-
-
-def test_a_reload_keeps_the_tab_and_the_strength(studio: Page) -> None:
-    studio.get_by_role("tab", name="Body").click()
-    slider = studio.get_by_role("slider", name="Strength of a remark")
-    slider.locator("[tabindex]").focus()
-    studio.keyboard.press("ArrowLeft")
-    expect(slider).to_have_attribute("aria-valuenow", "0.65")
-    studio.reload()
-    expect(studio.get_by_role("tab", name="Body")).to_have_attribute("aria-selected", "true")
-    expect(slider).to_have_attribute("aria-valuenow", "0.65")
-    studio.wait_for_function("window.did_handshake")
-    studio.locator("[data-feeling=anger]").focus()
-    studio.keyboard.press("Enter")
-    studio.get_by_role("tab", name="Contact").click()
-    expect(studio.locator(".log")).to_contain_text("anger, strength 0.65")
 
 
 FONTS = """<?xml version="1.0"?><!DOCTYPE fontconfig SYSTEM "fonts.dtd"><fontconfig>

@@ -2,7 +2,6 @@
 
 import math
 from typing import Any
-from urllib.parse import urljoin
 
 import numpy as np
 import pytest
@@ -89,32 +88,6 @@ def test_the_hand_is_dragged_to_the_arm_that_is_pointed_at(scene: Page, side: st
     scene.mouse.up()
     assert scene.evaluate("document.querySelector('.robot-view').view.marks.ring.visible")
     assert scene.evaluate("document.querySelector('.robot-view').view.marks.shadow.visible")
-
-
-@pytest.mark.proof("test_a_dragged_hand_stops_the_robot_and_release_lets_it_go_on")
-def test_a_hand_that_was_there_before_the_arm_meets_it(scene: Page) -> None:
-    """It is dragged over the arm's way in the picture while the robot rests: how deep is that?"""
-    ask(scene, "/pause", paused=True)
-    until(scene, lambda now: now["phase"] == "idle" and now["hand_speed"] < 0.002)
-    out = reach_in(scene)
-    take_hold(scene, out["hand"]["position"])
-    scene.mouse.move(*on_screen(scene, [0.05, -0.17, 0.17]), steps=6)
-    until(scene, lambda now: now["hand"]["position"][1] < -0.05)
-    ask(scene, "/pause", paused=False)
-    wide = {"feeling": "happiness", "mood": 1.0}
-
-    def met(now: dict[str, Any]) -> bool:
-        return bool(now["stop"]) and now["stop"]["reason"] == "contact"
-
-    for _ in range(5):
-        # Refused where a late loop has stopped it; `until` releases it.
-        scene.request.post(urljoin(scene.url, "/api/v1/express"), data=wide)
-        until(scene, lambda now: met(now) or (now["asked"] and now["extent"] > 0.05))
-        now = until(scene, lambda now: met(now) or not now["asked"])
-        if met(now):
-            break
-    scene.mouse.up()
-    assert met(now)
 
 
 @pytest.mark.proof("test_a_dragged_hand_stops_the_robot_and_release_lets_it_go_on")

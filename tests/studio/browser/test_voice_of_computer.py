@@ -6,9 +6,14 @@ from collections.abc import Iterator
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
-from tests.fixtures.browser import ask, needs_browser, partner, visiting
-from tests.fixtures.live import address
+from tests.fixtures.browser import Home, ask, needs_browser, visiting
+from tests.fixtures.live import serving
 from tests.studio.browser.test_voice import TWO_VOICES, open_face, switch
+
+from miburi.doors.doors import Doors
+from miburi.serving.reach import Reach
+from miburi.studio.app import make_app
+from miburi.talk.synthesizer import find_synthesizer
 
 pytestmark = [
     needs_browser,
@@ -26,10 +31,11 @@ SPEAKS = """async () => {
 
 
 @pytest.fixture(scope="module")
-def voiced(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """A partner whose computer has a voice."""
-    with partner(tmp_path_factory.mktemp("voiced"), "--forget", "--voice", "flite") as said:
-        yield address(said)
+def voiced(home: Home) -> Iterator[str]:
+    """The pages of a partner whose computer has a voice."""
+    doors = Doors(voice=find_synthesizer("flite"))
+    with serving(make_app(home.runner, Reach(), doors), lifespan=True) as url:
+        yield url
 
 
 @pytest.fixture
