@@ -14,6 +14,8 @@ from xdist.scheduler import LoadScopeScheduling
 
 from miburi.robot import Robot, iphonoid
 
+gc.disable()  # loading libraries leaves no garbage to collect
+
 # A shell's background job ignores Ctrl-C, and so do all whom it starts; some tests press it.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -38,6 +40,8 @@ def pytest_collection_finish() -> None:
     """Let no collection of garbage look through all that was loaded: parsers' tests took 10 s."""
     gc.collect()
     gc.freeze()
+    gc.set_threshold(100_000, 20, 20)  # the usual 700 took half the time of some tests
+    gc.enable()
 
 
 #: Tests that share what takes long to make; one worker runs all of a line.

@@ -46,10 +46,6 @@ def test_the_wheels_description_leads_nowhere_that_a_wheel_does_not_have() -> No
     assert named <= set(project["optional-dependencies"])
 
 
-def test_there_are_pages() -> None:
-    assert {"README.md", "card.md", "safety.md"} <= {page.name for page in PAGES}
-
-
 def test_the_first_example_shows_a_happy_gesture(capsys: pytest.CaptureFixture[str]) -> None:
     (example, *_) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
     exec(example, {})
