@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -71,31 +71,28 @@ def list_ports(as_json: AsJson = False) -> None:
 @app.command()
 def info(port: Port, robot: RobotFile = None, as_json: AsJson = False) -> None:
     """Print the card's state, rule and servos; nothing moves."""
-    from miburi.robot import JOINTS
-
     with _open_card(port, robot_of(robot)) as card:
         for _ in range(10):  # the card looks at the servos' health twice a second
             card.step(0.2)
             if all(card.report.voltages):
                 break
-        state, report = card.state, card.report
+        found = _as_json(card)
         if as_json:
-            print(json.dumps(_as_json(card)))
+            print(json.dumps(found))
             return
-        print(f"The body is {state.phase}{_why(state)}.")
-        rule = card.settings.general
-        print(f"Contact rule: p {rule.period / 1e6:g} s, ratio {rule.ratio / 1e4:g}.")
+        print(f"The body is {card.state.phase}{_why(card.state)}.")
+        print(f"Contact rule: p {found['period_s']:g} s, ratio {found['ratio']:g}.")
         print("Its settings are stored on the card." if card.stored else _NOT_STORED)
-        for i, (name, joint) in enumerate(zip(JOINTS, card.settings.joints, strict=True)):
-            volts = report.voltages[i] / 10
-            health = f"{report.temperatures[i]} °C, {volts:.1f} V" if volts else "not measured yet"
-            there = f"{state.angles[i]:+.3f} rad, {health}"
-            if not report.heard >> i & 1:
+        for servo in found["servos"]:
+            volts = servo["voltage_V"]
+            health = f"{servo['temperature_C']} °C, {volts:.1f} V" if volts else "not measured yet"
+            there = f"{servo['angle_rad']:+.3f} rad, {health}"
+            if not servo["answers"]:
                 there = "does not answer"
-            print(f"{name:>15}  servo {joint.servo:3}  {there}")
+            print(f"{servo['joint']:>15}  servo {servo['servo']:3}  {there}")
 
 
-def _as_json(card: "Card") -> dict[str, object]:
+def _as_json(card: "Card") -> dict[str, Any]:
     """Return what `miburi card info` shows."""
     from miburi.robot import JOINTS
 
@@ -248,7 +245,7 @@ def measure_servos(
             if step.name in report.measured:
                 print("It is in the report already.")
                 continue
-            answer = typer.prompt("Enter to begin, s to skip, q to stop", "", show_default=False)
+            answer = typer.prompt("Enter to begin, s to skip, q to stop", "")
             if answer == "q":
                 break
             if answer == "s":

@@ -12,21 +12,18 @@ from typing import Annotated
 
 import typer
 
-from miburi.cli.agents import mcp
 from miburi.cli.card import app as card_app
 from miburi.cli.devices import devices_app
 from miburi.cli.experiments import day, experiment, paper
-from miburi.cli.export import export
+from miburi.cli.export import export, template, to_ros
 from miburi.cli.fleet import fleet
 from miburi.cli.gestures import gallery, gesture_app
 from miburi.cli.hardware import hardware_app
 from miburi.cli.kinematics import forward, ik
-from miburi.cli.live import feel, status, stop
+from miburi.cli.live import feel, mcp, status, stop
 from miburi.cli.run import run
 from miburi.cli.senses import listen, say, words
 from miburi.cli.study import study_app
-from miburi.cli.templates import template
-from miburi.cli.to_ros import to_ros
 from miburi.cli.trials import calibrate, safety_page, trials, tune
 from miburi.cli.wrong import Explaining
 from miburi.errors import InputError, MiburiError
@@ -144,7 +141,6 @@ def common(
             help="A file of feelings; by default, the eight of the paper that Miburi is built on.",
             envvar="MIBURI_FEELINGS",
             callback=_choose_feelings,
-            show_default=False,
         ),
     ] = None,
 ) -> None:

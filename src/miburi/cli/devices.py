@@ -26,10 +26,7 @@ devices_app = typer.Typer(
 
 Folder = Annotated[
     Path | None,
-    typer.Option(
-        help="The folder that `miburi run` was given; default: ~/.local/state/miburi.",
-        show_default=False,
-    ),
+    typer.Option(help="The folder that `miburi run` was given; default: ~/.local/state/miburi."),
 ]
 
 

@@ -3,6 +3,7 @@
 import json
 import re
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -129,7 +130,7 @@ def paper(
     check_folder("--out", out)
     from miburi.studies.paper.page import write_paper
 
-    print(write_paper(robot_of(robot), out, lambda what: typer.echo(what, err=True)))
+    print(write_paper(robot_of(robot), out, partial(typer.echo, err=True)))
 
 
 def _carry_out_claim(name: str, robot: "Robot", *, as_json: bool) -> None:
@@ -139,7 +140,7 @@ def _carry_out_claim(name: str, robot: "Robot", *, as_json: bool) -> None:
 
     if name not in CLAIMS:
         raise InputError(f"--claim: one of {', '.join(CLAIMS)}, got {name!r}.")
-    claim = CLAIMS[name](Runs(robot, lambda what: typer.echo(what, err=True)))
+    claim = CLAIMS[name](Runs(robot, partial(typer.echo, err=True)))
     if as_json:
         print(json.dumps({"claim": name, **asdict(claim)}, ensure_ascii=False))
         return

@@ -1,18 +1,20 @@
-"""``miburi export``: the robot as a model for MuJoCo or ROS."""
+"""``miburi export``, ``to-ros`` and ``template``: files for other programs, and for a user."""
 
+from importlib import resources
+from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from miburi.cli.options import RobotFile, robot_of
-from miburi.cli.places import a_folder
+from miburi.cli.options import RobotFile, must_be_one_of, robot_of
+from miburi.cli.places import a_file, a_folder
 from miburi.errors import InputError, need
 
 if TYPE_CHECKING:
     from miburi.robot import Robot
 
-__all__ = ["export"]
+__all__ = ["export", "template", "to_ros"]
 
 
 def export(
@@ -32,8 +34,7 @@ def export(
     from miburi.robot.urdf import to_urdf
 
     forms = {"mjcf": to_mjcf, "urdf": to_urdf}
-    if form not in forms:
-        raise InputError(f"the form must be one of {', '.join(forms)}, got {form!r}.")
+    must_be_one_of(forms, form, "the form")
     body = robot_of(robot)
     print(forms[form](body, None if meshes is None else _write_meshes(body, meshes)), end="")
 
@@ -52,3 +53,53 @@ def _write_meshes(robot: "Robot", folder: Path) -> dict[tuple[str, str], str]:
             (draft / name).write_bytes(stl(solid))
             files[link, colour] = str((folder / name).absolute())
     return files
+
+
+def to_ros(
+    recording: Annotated[Path, typer.Argument(help="A recording (MCAP).")],
+    out: Annotated[
+        Path, typer.Argument(help="The file to write (MCAP, ROS 2's messages).", callback=a_file)
+    ],
+    robot: RobotFile = None,
+) -> None:
+    """Write a recording as ROS 2 messages, for ROS 2's tools."""
+    if recording.resolve() == out.resolve():
+        raise InputError(f"{out} is the file to read; choose another file to write.")
+    need("cyclonedds", "ros")
+    from miburi.doors.ros_recording import convert_recording
+
+    print(f"{convert_recording(recording, robot_of(robot), out)} messages in {out}.")
+
+
+#: Where the files of each kind are: a package and a folder in it.
+_FOLDERS = {
+    "feelings": ("miburi.feelings", "."),
+    "gesture": ("miburi.gestures", "."),
+    "robot": ("miburi.robot", "."),
+    "servo": ("miburi.servos", "."),
+    "temperament": ("miburi.feelings", "temperaments"),
+}
+
+
+def template(
+    kind: Annotated[str, typer.Argument(help=", ".join(_FOLDERS) + ".")],
+    name: Annotated[str | None, typer.Argument(help="Default: list the names.")] = None,
+) -> None:
+    """Print a file that ships with Miburi, to start your own from."""
+    must_be_one_of(_FOLDERS, kind, "the kind")
+    files = _files(kind)
+    if name is None:
+        print("\n".join(files))
+        return
+    must_be_one_of(files, name, f"the {kind}")
+    print(files[name].read_text(encoding="utf-8"), end="")
+
+
+def _files(kind: str) -> dict[str, Traversable]:
+    package, folder = _FOLDERS[kind]
+    found = (resources.files(package) / folder).iterdir()
+    return {
+        file.name.removesuffix(".toml"): file
+        for file in sorted(found, key=lambda file: file.name)
+        if file.name.endswith(".toml")
+    }

@@ -30,9 +30,7 @@ def fleet(
     port: Annotated[int, typer.Option(help="The page's port; 0 takes a free one.")] = 8090,
     stop: Annotated[
         str | None,
-        typer.Option(
-            help="Stop this partner, or all, and list those that confirmed.", show_default=False
-        ),
+        typer.Option(help="Stop this partner, or all, and list those that confirmed."),
     ] = None,
 ) -> None:
     """Show all partners at a broker: what they feel, who is stopped and why, who is lost."""

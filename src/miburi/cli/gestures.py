@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -260,10 +261,7 @@ def gallery(
     """Film every gesture at three moods, and write a page with all of them."""
     from miburi.studies.gestures.gallery import write_gallery
 
-    def report(what: str) -> None:
-        typer.echo(what, err=True)
-
-    body = robot_of(robot)
+    body, report = robot_of(robot), partial(typer.echo, err=True)
     print(write_gallery(body, repertoire_of(body, gestures), out, face=face, progress=report))
 
 

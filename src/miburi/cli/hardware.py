@@ -32,9 +32,7 @@ hardware_app = typer.Typer(help="Print and build the robot's body.", no_args_is_
 
 RobotToBuild = Annotated[
     Path | None,
-    typer.Option(
-        "--robot", help="A robot description; default: the buildable one.", show_default=False
-    ),
+    typer.Option("--robot", help="A robot description; default: the buildable one."),
 ]
 Fit = Annotated[
     float,

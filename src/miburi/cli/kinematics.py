@@ -24,7 +24,7 @@ Point = tuple[float, float, float]
 def forward(
     angles: Annotated[
         list[float] | None,
-        typer.Argument(help="Eight angles in rad: W RS RE RF LS LE LF H.", show_default=False),
+        typer.Argument(help="Eight angles in rad: W RS RE RF LS LE LF H."),
     ] = None,
     robot: RobotFile = None,
     as_json: AsJson = False,
@@ -55,13 +55,9 @@ def forward(
 
 
 def ik(
-    right: Annotated[
-        Point | None, typer.Option(help="Right hand's position, m.", show_default=False)
-    ] = None,
-    left: Annotated[
-        Point | None, typer.Option(help="Left hand's position, m.", show_default=False)
-    ] = None,
-    head: Annotated[Point | None, typer.Option(help="Head centre, m.", show_default=False)] = None,
+    right: Annotated[Point | None, typer.Option(help="Right hand's position, m.")] = None,
+    left: Annotated[Point | None, typer.Option(help="Left hand's position, m.")] = None,
+    head: Annotated[Point | None, typer.Option(help="Head centre, m.")] = None,
     robot: RobotFile = None,
     solver: IkWay = "default",
     as_json: AsJson = False,

@@ -1,4 +1,4 @@
-"""``miburi status``, ``miburi feel`` and ``miburi stop``: use a running partner from a terminal."""
+"""``miburi status``, ``feel``, ``stop`` and ``mcp``: use a running partner from a terminal."""
 
 import os
 from typing import TYPE_CHECKING, Annotated
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from miburi.client.remote import RemotePartner
     from miburi.live.state import State
 
-__all__ = ["HERE", "PartnerAddress", "feel", "partner_at", "status", "stop"]
+__all__ = ["HERE", "PartnerAddress", "feel", "mcp", "partner_at", "status", "stop"]
 
 PartnerAddress = Annotated[str, typer.Option("--url", help="Where the partner lives.")]
 #: The default address of a partner.
@@ -20,7 +20,24 @@ def partner_at(url: str) -> "RemotePartner":
     """Connect to the partner at an address, with MIBURI_TOKEN and MIBURI_AUTHORITY."""
     from miburi.client.remote import connect
 
-    return connect(url, os.environ.get("MIBURI_TOKEN"), os.environ.get("MIBURI_AUTHORITY"))
+    return connect(url, *_known())
+
+
+def _known() -> tuple[str | None, str | None]:
+    return os.environ.get("MIBURI_TOKEN"), os.environ.get("MIBURI_AUTHORITY")
+
+
+def mcp(url: Annotated[str, typer.Option(help="The partner's address.")] = HERE) -> None:
+    """Give an assistant the partner's tools (MCP) on standard input and output.
+
+    If the partner runs on another computer, set MIBURI_TOKEN. For https, also set MIBURI_AUTHORITY
+    to the file with the certificate of the partner's own authority. Every call checks whether a
+    partner is running, so the partner may be started later.
+    """
+    from miburi.client.asker import Asker
+    from miburi.doors.agents import make_agents
+
+    make_agents(Asker.at(url, *_known())).run("stdio")
 
 
 def status(

@@ -32,7 +32,7 @@ __all__ = [
     "emotional_model_of",
     "gesture_of",
     "load_gestures",
-    "name_foreign_guards",
+    "must_be_one_of",
     "repertoire_of",
     "robot_of",
     "settings_of",
@@ -43,14 +43,13 @@ __all__ = [
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON, one line for each result.")]
 RobotFile = Annotated[
     Path | None,
-    typer.Option("--robot", help="A robot description; default: the iPhonoid.", show_default=False),
+    typer.Option("--robot", help="A robot description; default: the iPhonoid."),
 ]
 GesturesFolder = Annotated[
     Path | None,
     typer.Option(
         "--gestures",
         help="A folder of gesture files; they replace shipped ones for the same feelings.",
-        show_default=False,
     ),
 ]
 
@@ -72,20 +71,17 @@ SensesFile = Annotated[
         help="A file of events that your programs report, and the feelings that they cause.",
         envvar="MIBURI_SENSES",
         callback=_choose_senses,
-        show_default=False,
     ),
 ]
 BrokerCertificates = Annotated[
     Path | None,
     typer.Option(
-        "--broker-ca",
-        help="A file of certificates to trust (PEM); default: the system's.",
-        show_default=False,
+        "--broker-ca", help="A file of certificates to trust (PEM); default: the system's."
     ),
 ]
 CalibrationFile = Annotated[
     Path | None,
-    typer.Option("--calibration", help="A file from miburi calibrate or tune.", show_default=False),
+    typer.Option("--calibration", help="A file from miburi calibrate or tune."),
 ]
 IkWay = Annotated[
     str,
@@ -101,7 +97,6 @@ ServoName = Annotated[
         "--servo",
         help="'xl330-m288-t', 'imagined' (a made-up servo), or a file (….toml); by default, the "
         "robot's own servo.",
-        show_default=False,
     ),
 ]
 EmotionalModelName = Annotated[str, typer.Option("--emotional-model", help="cascade or spiking.")]
@@ -124,7 +119,13 @@ def robot_of(file: Path | None, servo: str | None = None) -> "Robot":
     return robot if servo is None else robot.with_servo(load_servo(servo))
 
 
-def name_foreign_guards(robot: "Robot") -> None:
+def must_be_one_of(allowed: Iterable[str], given: str, what: str) -> None:
+    """Refuse what is not allowed, and name what is."""
+    if given not in (names := list(allowed)):
+        raise InputError(f"{what} must be one of {', '.join(names)}, got {given!r}.")
+
+
+def _name_foreign_guards(robot: "Robot") -> None:
     """Warn if a robot has the shipped robot's guards (tolerances), but servos of another kind."""
     from miburi.robot import iphonoid
 
@@ -147,7 +148,7 @@ def calibrated(robot: "Robot", file: Path | None) -> tuple["Robot", "FreeRule | 
     from miburi.calibration.file import read_calibration
 
     if file is None:
-        name_foreign_guards(robot)
+        _name_foreign_guards(robot)
         return robot, None
     found = read_calibration(robot, file)
     return found.robot, found.rule
@@ -163,8 +164,7 @@ def settings_of(robot: "Robot", way: str) -> "Settings | None":
         "residual": lambda: residual_settings(robot),
         "paper": Settings.paper,
     }
-    if way not in ways:
-        raise InputError(f"--ik must be one of {', '.join(ways)}, got {way!r}.")
+    must_be_one_of(ways, way, "--ik")
     return ways[way]()
 
 
@@ -172,8 +172,7 @@ def emotional_model_of(name: str) -> "type[FeelingModel]":
     """Return an emotional model by its name."""
     from miburi.feelings import MODELS
 
-    if name not in MODELS:
-        raise InputError(f"the emotional model must be one of {', '.join(MODELS)}, got {name!r}.")
+    must_be_one_of(MODELS, name, "the emotional model")
     return MODELS[name]
 
 

@@ -12,15 +12,7 @@ __all__ = ["a_file", "a_folder", "check_folder"]
 
 
 def a_file(param: typer.CallbackParam, place: Path | None) -> Path | None:
-    """Return the path if a file can be written there.
-
-    Raises
-    ------
-    InputError
-        It is a folder, or something else that is not a file.
-    OutputError
-        Nothing can be written there.
-    """
+    """Return the path if a file can be written there; otherwise raise InputError or OutputError."""
     if place is None:
         return None
     if os.path.isdir(place):  # noqa: PTH112  (pathlib raises without permission to look)
@@ -39,15 +31,7 @@ def a_folder(param: typer.CallbackParam, place: Path | None) -> Path | None:
 
 
 def check_folder(option: str, place: Path) -> None:
-    """Check that a folder can be written to, or made.
-
-    Raises
-    ------
-    InputError
-        It is a file.
-    OutputError
-        Nothing can be written there.
-    """
+    """Raise InputError if this is a file, and OutputError if it cannot be written to, or made."""
     if os.path.exists(place) and not os.path.isdir(place):  # noqa: PTH110, PTH112
         raise InputError(f"{option}: {place} is a file, and a folder is needed.")
     _try(option, place, place)

@@ -39,9 +39,7 @@ __all__ = ["run"]
 
 def run(
     body: Annotated[str, typer.Option(help="simulated, card or emulated-card.")] = "simulated",
-    serial: Annotated[
-        str | None, typer.Option(help="A card's serial port.", show_default=False)
-    ] = None,
+    serial: Annotated[str | None, typer.Option(help="A card's serial port.")] = None,
     https: Annotated[
         bool,
         typer.Option(
@@ -52,8 +50,7 @@ def run(
         str | None,
         typer.Option(
             help="The address to listen on; 0.0.0.0 lets others in, with a token. "
-            "Default: 127.0.0.1, or 0.0.0.0 with --https.",
-            show_default=False,
+            "Default: 127.0.0.1, or 0.0.0.0 with --https."
         ),
     ] = None,
     port: Annotated[
@@ -64,8 +61,7 @@ def run(
     broker: Annotated[
         str | None,
         typer.Option(
-            help="A home's MQTT broker: \\[mqtt://|mqtts://][USER@]HOST[:PORT]\\[/GROUP].",
-            show_default=False,
+            help="A home's MQTT broker: \\[mqtt://|mqtts://][USER@]HOST[:PORT]\\[/GROUP]."
         ),
     ] = None,
     broker_ca: BrokerCertificates = None,
@@ -74,35 +70,29 @@ def run(
         str | None,
         typer.Option(
             help="The partner's name at a broker (default: this computer's), its namespace in ROS "
-            "(default: none).",
-            show_default=False,
+            "(default: none)."
         ),
     ] = None,
     talk: Annotated[
         str | None,
         typer.Option(
             help="The server of a language model that answers people, such as "
-            "http://localhost:11434/v1. By default nothing leaves this computer.",
-            show_default=False,
+            "http://localhost:11434/v1. By default nothing leaves this computer."
         ),
     ] = None,
-    model: Annotated[
-        str | None, typer.Option(help="The model's name on that server.", show_default=False)
-    ] = None,
+    model: Annotated[str | None, typer.Option(help="The model's name on that server.")] = None,
     voice: Annotated[
         str | None,
         typer.Option(
             help="flite: this computer synthesises English speech for all pages whose voice is "
-            "on; by default each device uses its own voice.",
-            show_default=False,
+            "on; by default each device uses its own voice."
         ),
     ] = None,
     region: Annotated[
         str | None,
         typer.Option(
             help="Where you live, such as GB or JP: the partner names that region's emergency "
-            "numbers to somebody in distress. It calls nobody itself.",
-            show_default=False,
+            "numbers to somebody in distress. It calls nobody itself."
         ),
     ] = None,
     temperament: TemperamentName = "playful",
@@ -116,8 +106,7 @@ def run(
     folder: Annotated[
         Path | None,
         typer.Option(
-            help="Folder for token, feelings and recordings; default: ~/.local/state/miburi.",
-            show_default=False,
+            help="Folder for token, feelings and recordings; default: ~/.local/state/miburi."
         ),
     ] = None,
     forget: Annotated[
@@ -126,8 +115,7 @@ def run(
     rest: Annotated[
         Literal["still", "quiet", "lively"] | None,
         typer.Option(
-            help="How much the partner moves while idle; default: as its temperament says.",
-            show_default=False,
+            help="How much the partner moves while idle; default: as its temperament says."
         ),
     ] = None,
     seed: Annotated[int, typer.Option(help="The seed of the gestures' variations; 0 or more.")] = 0,
@@ -141,15 +129,12 @@ def run(
         list[str] | None,
         typer.Option(
             help="Let web pages from this origin use the interface, such as https://example.org; "
-            "give it once for each.",
-            show_default=False,
+            "give it once for each."
         ),
     ] = None,
     door: Annotated[
         list[str] | None,
-        typer.Option(
-            help="Also open this door, from another installed package.", show_default=False
-        ),
+        typer.Option(help="Also open this door, from another installed package."),
     ] = None,
     log_level: Annotated[
         str,

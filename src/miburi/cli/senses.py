@@ -70,15 +70,12 @@ def listen(
     file: Annotated[
         Path | None,
         typer.Argument(
-            help="A WAV file (16 kHz, 16 bit, mono); default: standard input, raw or WAV.",
-            show_default=False,
+            help="A WAV file (16 kHz, 16 bit, mono); default: standard input, raw or WAV."
         ),
     ] = None,
     phrases: Annotated[
         Path | None,
-        typer.Option(
-            help="A file of phrases to recognise; default: everyday ones.", show_default=False
-        ),
+        typer.Option(help="A file of phrases to recognise; default: everyday ones."),
     ] = None,
     url: PartnerAddress = HERE,
 ) -> None:

@@ -1,7 +1,6 @@
 """``miburi study …``: parse the arguments, call, print."""
 
 import io
-import os
 import sys
 from contextlib import ExitStack
 from pathlib import Path
@@ -9,7 +8,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from miburi.cli.options import GesturesFolder, RobotFile, repertoire_of, robot_of
+from miburi.cli.live import partner_at
+from miburi.cli.options import (
+    GesturesFolder,
+    RobotFile,
+    must_be_one_of,
+    repertoire_of,
+    robot_of,
+)
 from miburi.cli.trials import show_progress
 from miburi.errors import InputError
 
@@ -23,7 +29,7 @@ study_app = typer.Typer(
     help="Ask people which feelings they recognise in the gestures.", no_args_is_help=True
 )
 
-Folder = Annotated[Path, typer.Argument(help="The study's folder.", show_default=False)]
+Folder = Annotated[Path, typer.Argument(help="The study's folder.")]
 
 
 @study_app.command()
@@ -69,7 +75,6 @@ def run(
             "--rehearsal."
         )
     # These load slowly, so the checks above come first.
-    from miburi.client.remote import connect
     from miburi.studies.study.films import draw_missing, find_films
     from miburi.studies.study.server import serve_study
     from miburi.studies.study.store import ANSWERS, REHEARSED, open_store
@@ -92,8 +97,7 @@ def run(
     with ExitStack() as stack:
         living = None
         if any(film.live for film in study.films):
-            known = os.environ.get("MIBURI_TOKEN"), os.environ.get("MIBURI_AUTHORITY")
-            living = stack.enter_context(connect(partner, *known))
+            living = stack.enter_context(partner_at(partner))
             print(f"{partner} makes the gestures, with its {living.state.body} body.", flush=True)
         serve_study(study, store, films, host, port, say, living)
     onward = f" Next: miburi study report {folder}" + (" --rehearsal" if rehearsal else "")
@@ -130,9 +134,8 @@ def text(
     from miburi.studies.study.texts import participant_text
 
     study = load_study(folder)
-    if language is not None and language not in study.languages:
-        allowed = ", ".join(study.languages)
-        raise InputError(f"--language must be one of {allowed}, got {language!r}.")
+    if language is not None:
+        must_be_one_of(study.languages, language, "--language")
     chosen = study.languages if language is None else [language]
     print("\n".join(participant_text(study, each) for each in chosen), end="")
 
@@ -173,13 +176,7 @@ def close(
 
 
 def _answers(folder: Path, study: "Study") -> "Store":
-    """Open the answers that a study has.
-
-    Raises
-    ------
-    InputError
-        Nobody has answered yet.
-    """
+    """Open the answers that a study has; InputError: nobody has answered yet."""
     from miburi.studies.study.store import ANSWERS, open_store
 
     if not (folder / ANSWERS).is_file():

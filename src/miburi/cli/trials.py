@@ -107,6 +107,7 @@ def trials(
             raise InputError(f"--out must end in .parquet, such as trials.parquet; got {out}.")
     if ray is not None:
         need("ray", "cluster")
+    from miburi.robot.specimens import specimens
     from miburi.studies.trials.plan import Plan
     from miburi.studies.trials.runs import carry_out_plan
     from miburi.studies.trials.summary import summarise
@@ -118,7 +119,8 @@ def trials(
         raise InputError(f"--play must be 0 to 2 degrees, got {play}.")
     if play is not None and not servos:
         raise InputError(f"--play {play:g} needs --servos: it is the play of their gears.")
-    built = _workshop(body, seed, servos, play)
+    angle = None if play is None else radians(play)
+    built = [one.robot for one in specimens(body, seed, servos, angle)]
     watched = _subjects(body, calibration, rule, without, state, built, seed, workers)
     chosen = {"rule": rule, "servo": body.servo.model.name, "servos": servos, "without": without}
     chosen |= {"state": state, "play": play}
@@ -260,13 +262,6 @@ def safety_page(
     with whole_files(out) as draft:
         write_page(tables, points, draft)
     print(out / "safety.md")
-
-
-def _workshop(body: "Robot", seed: int, count: int, play: float | None) -> list["Robot"]:
-    from miburi.robot.specimens import specimens
-
-    angle = None if play is None else radians(play)
-    return [one.robot for one in specimens(body, seed, count, angle)]
 
 
 def _subjects(
