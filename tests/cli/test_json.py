@@ -3,7 +3,6 @@
 import json
 from pathlib import Path
 
-import pytest
 from tests.fixtures.command import miburi
 
 
@@ -40,10 +39,3 @@ def test_the_bill_and_the_claims() -> None:
 def test_devices_and_ports(tmp_path: Path) -> None:
     assert printed("devices", "--folder", tmp_path) == []
     assert all({"device", "what", "usb"} == set(port) for port in printed("card", "list"))
-
-
-@pytest.mark.parametrize("claim", ["table-2", ""])
-def test_a_claim_that_there_is_not_is_told(claim: str) -> None:
-    done = miburi("paper", "--claim", claim)
-    assert done.returncode != 0
-    assert "one of always-active" in done.stderr

@@ -16,6 +16,9 @@ def miburi(*arguments: str) -> Result:
 
 def test_somebody_at_a_terminal_lets_it_feel_stops_it_and_sees_why(server: Server) -> None:
     here = ("--url", server.url)
+    wrong = miburi("feel", "boredom", *here)
+    assert isinstance(wrong.exception, InputError)
+    assert "happiness" in str(wrong.exception)
     assert miburi("feel", "surprise", "--strength", "0.9", *here).exit_code == 0
     assert "feels    surprise" in miburi("status", *here).stdout
     assert miburi("stop", *here).stdout.startswith("stopped")
@@ -23,12 +26,5 @@ def test_somebody_at_a_terminal_lets_it_feel_stops_it_and_sees_why(server: Serve
     told = until(lambda: "stopped: " in (said := miburi("status", *here).stdout) and said)
     assert "a person must release it" in told
     assert json.loads(miburi("status", "--json", *here).stdout)["held"]
-
-
-def test_what_cannot_be_felt_is_refused_and_nobody_there_is_said(server: Server) -> None:
-    wrong = miburi("feel", "boredom", "--url", server.url)
-    assert isinstance(wrong.exception, InputError)
-    assert "happiness" in str(wrong.exception)
-    assert "is `miburi run` running there?" in str(
-        miburi("status", "--url", "http://127.0.0.1:9").exception
-    )
+    nobody = miburi("status", "--url", "http://127.0.0.1:9").exception
+    assert "is `miburi run` running there?" in str(nobody)

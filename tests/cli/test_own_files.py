@@ -3,6 +3,7 @@
 import json
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
+from dataclasses import replace
 from math import radians
 from pathlib import Path
 
@@ -18,7 +19,8 @@ from miburi.errors import BodyError, OutputError
 from miburi.gestures import MovementFunction
 from miburi.robot import Robot
 from miburi.safety.free import FreeRule
-from miburi.studies.trials import workshop
+from miburi.studies.trials import runs, workshop
+from miburi.studies.trials.plan import Plan
 from miburi.studies.trials.workshop import Calibrated
 
 #: Trials in this process; others start two more.
@@ -71,10 +73,11 @@ def test_experiment_with_a_robot_and_a_gesture_of_ones_own(
     tall_file: Path, own_gestures: Path, tmp_path: Path
 ) -> None:
     options = ("--robot", tall_file, "--gestures", own_gestures)
-    out = miburi("experiment", "--seconds", "8", "--no-film", "--out", tmp_path, *options)
+    out = miburi("experiment", "--seconds", "2", "--no-film", "--out", tmp_path, *options)
     assert out.returncode == 0, out.stderr
+    assert "nothing was touched" in out.stdout
     report = json.loads((tmp_path / "experiment.json").read_text())
-    assert len(report["gestures"]) > 2
+    assert report["gestures"]
     assert report["false_stops"] == 0
     assert report["ik"]["max_error_m"] < 1e-3
 
@@ -90,35 +93,6 @@ def test_without_a_rule_the_motors_limit_alone_keeps_the_push_low() -> None:
     assert "are for XL330-M288-T servos, and this robot has imagined" in done.stderr
     imagined = json.loads(done.stdout)  # it has no such limit
     assert figures["sustained_force_p95"] <= 0.7 * imagined["sustained_force_p95"]
-
-
-@pytest.mark.parametrize("option", ["--rule", "--without", "--state"])
-def test_trials_name_what_they_can_compare(option: str) -> None:
-    done = miburi("trials", option, "nothing")
-    assert done.returncode == 2
-    assert f"{option} must be one of" in done.stderr
-    assert "got 'nothing'" in done.stderr
-
-
-def test_a_servo_has_one_calibration() -> None:
-    done = miburi("trials", "--state", "hot", "--servos", "2")
-    assert done.returncode == 2
-    assert "give one of them" in done.stderr
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--play", "0.5"], "--play 0.5 needs --servos"),
-        (["--play", "3", "--servos", "1"], "less than or equal to 2; got"),
-    ],
-)
-def test_gears_play_where_servos_are_drawn_and_by_two_degrees_at_most(
-    options: list[str], words: str
-) -> None:
-    done = miburi("trials", *options)
-    assert done.returncode == 2
-    assert words in done.stderr
 
 
 def test_a_robot_that_cannot_be_calibrated_makes_no_trials_and_the_others_do(
@@ -153,26 +127,39 @@ def test_in_a_state_and_without_a_part_trials_still_notice() -> None:
         assert figures["missed_above_2N"] == 0
 
 
-@pytest.mark.parametrize("command", ["run", "experiment", "calibrate", "tune"])
-def test_trials_alone_can_switch_the_rule_off(command: str) -> None:
-    done = miburi(command, "--rule", "off")
-    assert done.returncode == 2
-    assert "rule" in done.stderr
+def test_a_calibration_of_a_robot_of_ones_own_is_used(
+    tall_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """How servos are calibrated is tested in tests/studies; here none is moved."""
 
+    def calibrate(body: Robot, _seed: int) -> Calibrated:
+        rule = replace(FreeRule.of(body), period=170_000)
+        return Calibrated(body, body, rule, None, ("all is well",), 9.0)  # type: ignore[arg-type]
 
-def test_an_unknown_servo_is_refused_with_those_that_there_are() -> None:
-    done = miburi("experiment", "--servo", "ax-12")
-    assert done.returncode == 2
-    assert "ax-12" in done.stderr
-    assert "xl330-m288-t" in done.stderr
-
-
-def test_a_calibration_of_a_robot_of_ones_own_is_used(tall_file: Path, tmp_path: Path) -> None:
+    monkeypatch.setattr(workshop, "calibrate_servos", calibrate)
     file = tmp_path / "calibration.toml"
     out = miburi("calibrate", "--robot", tall_file, "--out", file)
     assert out.returncode == 0, out.stderr
-    assert "s of the robot's time" in out.stdout
+    assert out.stdout == f"all is well\n9 s of the robot's time\n{file}\n"
     assert "Contact rule of tall" in file.read_text()
+    used: list[int] = []
+
+    def carry_out(plan: Plan, *_: object, **__: object) -> None:
+        used.extend(subject.rule.period for subject in plan.servos)
+        raise OutputError("enough")
+
+    monkeypatch.setattr(runs, "carry_out_plan", carry_out)
+    out = miburi(*TRIALS, "--robot", tall_file, "--calibration", file)
+    assert out.stderr.endswith("miburi: enough\n")
+    assert used == [170_000]
+
+
+@pytest.mark.proof("test_a_calibration_of_a_robot_of_ones_own_is_used")
+def test_a_calibrated_robot_stops_when_it_should_and_only_then(
+    tall_file: Path, tmp_path: Path
+) -> None:
+    file = tmp_path / "calibration.toml"
+    assert miburi("calibrate", "--robot", tall_file, "--out", file).returncode == 0
     options = ("--robot", tall_file, "--calibration", file)
     out = miburi(*TRIALS, "--free", "4", "--blocked", "4", *options)
     assert out.returncode == 0, out.stderr

@@ -91,19 +91,6 @@ def test_whoever_runs_a_study_can_delete_for_a_participant(tmp_path: Path) -> No
     assert (lab.store.counts(4).began, lab.store.counts(4).withdrawn) == (2, 1)
 
 
-@pytest.mark.proof("test_a_study_must_say_who_runs_it_but_can_be_tried_out")
-def test_a_study_is_served_until_somebody_ends_it(tmp_path: Path) -> None:
-    lab = Lab(tmp_path)
-    browsing = httpx.Client(verify=False, follow_redirects=True)
-    with served(tmp_path) as (home, said), browsing as browser:
-        page = browser.post(home, data={"agree": "yes"})
-        assert "Question 1 of 4" in page.text
-        assert browser.post(f"{home}/page", data={"step": "0", "answer": "fear"}).is_success
-    assert "Next: miburi study report" in said[-1]
-    assert [answer.value for answer in lab.store.answers()] == ["fear"]
-    assert (tmp_path / "report" / "index.html") == Path(run("report", tmp_path).strip())
-
-
 @contextmanager
 def served(*options: str | Path) -> Iterator[tuple[str, list[str]]]:
     """Run ``miburi study run``; yields the address, and what it says until its end."""

@@ -6,7 +6,6 @@ import pytest
 from typer.testing import CliRunner
 
 from miburi.cli.commands import app
-from miburi.errors import InputError
 from miburi.feelings import load_temperament
 from miburi.gestures import load
 from miburi.robot import load_robot
@@ -35,10 +34,3 @@ def test_a_copy_of_each_file_works(kind: str, read, tmp_path: Path) -> None:
         copy = tmp_path / f"{name}.toml"
         copy.write_text(run(kind, name), encoding="utf-8")
         read(copy)
-
-
-def test_a_wrong_name_lists_those_that_there_are() -> None:
-    with pytest.raises(InputError, match="one of feelings, gesture, robot.* got 'face'"):
-        run("face")
-    with pytest.raises(InputError, match=r"one of calm, .*playful, got 'merry'"):
-        run("temperament", "merry")

@@ -38,6 +38,41 @@ LINES = {
     "to-ros notes.txt notes.txt": "notes.txt is the file to read",
     "card load calibration.toml /dev/ttyACM0": "the port comes first, then the file; got",
     "card monitor /dev/ttyACM0 --seconds -5": "-5",
+    "experiment --no-film --seconds 1": "from 2 to 86400 s, got 1",
+    "experiment --no-film --seconds nan": "the length must be from 2",
+    "experiment --no-film --seed -1": "the seed must be 0 or more, got -1",
+    "experiment --no-film --seed one": "--seed",
+    "experiment --no-film --feeling joy": "got 'joy'",
+    "experiment --no-film --mood 2": "from 0 to 1, got 2.0",
+    "experiment --no-film --period 0": "from 0.5 to 60 s, got 0",
+    "experiment --no-film --ik magic": "one of default, residual, paper, got 'magic'",
+    "experiment --no-film --servo ax-12": "xl330-m288-t",
+    "experiment --no-film --out /proc/miburi": "/proc/miburi cannot be written",
+    "experiment --calibration no.toml": "no.toml: cannot be read",
+    "run --calibration no.toml": "no.toml: cannot be read",
+    "feelings day --emotional-model x": "must be one of cascade, spiking",
+    "forward 1 2": "8 angles are needed, got [1.0, 2.0]",
+    "forward --robot notes.txt": "notes.txt: this is not TOML",
+    "export obj": "must be one of mjcf, urdf, got 'obj'",
+    "template face": "one of feelings, gesture, robot, servo, temperament, got 'face'",
+    "template temperament merry": "playful, got 'merry'",
+    "paper --claim table-2": "one of always-active",
+    "trials --rule nothing": "--rule must be one of",
+    "trials --without nothing": "--without must be one of",
+    "trials --state nothing": "--state must be one of",
+    "trials --state hot --servos 2": "give one of them",
+    "trials --play 0.5": "--play 0.5 needs --servos",
+    "trials --play 3 --servos 1": "less than or equal to 2; got",
+    # Only trials can switch the contact rule off.
+    **dict.fromkeys(
+        ("run --rule off", "experiment --rule off", "calibrate --rule off", "tune --rule off"),
+        "No such option: --rule",
+    ),
+    "card info /dev/nowhere": "there is no port /dev/nowhere",
+    "card load /dev/nowhere no.toml": "no.toml: cannot be read",
+    "card upload /dev/nowhere --firmware no.hex": "no.hex",
+    "card calibrate /dev/none --built --zeros": "give one of them",
+    "card calibrate /dev/none --built": "this robot cannot be printed",
     "hardware bill --fit 0,25": "0,25",
 }
 
@@ -68,10 +103,3 @@ def test_a_wrong_line_is_answered_with_what_was_got_and_what_is_allowed(folder: 
             failed.append(f"$ miburi {line}\n{done.returncode} {said}")
     assert not failed, "\n".join(failed)
     assert [path.name for path in folder.iterdir()] == ["notes.txt"]
-
-
-def test_a_damaged_line_of_angles_is_shown(folder: Path) -> None:
-    done = miburi("forward", given="[0, 0, 0\n")
-    assert done.returncode == 2
-    assert "line 1 is not JSON" in done.stderr
-    assert "got '[0, 0, 0'. A line is a list of numbers" in done.stderr
