@@ -18,25 +18,13 @@ from miburi.live.recording.archive import Archive
 from miburi.live.runner import Runner
 from miburi.robot import iphonoid
 
-_TEXTS = {"description", "title", "summary", "examples", "example"}
 CLIENT = Path(__file__).parents[1] / "clients" / "typescript"
 
 
 def digest(description: dict[str, Any]) -> str:
-    """Return what changes whenever a path, a field or a type of the interface does."""
-    told = {key: _bare(description[key]) for key in ("paths", "components")}
+    """Return what changes whenever a path, a field, a type or a text of the interface does."""
+    told = {key: description[key] for key in ("paths", "components")}
     return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
-
-
-def _bare(part: Any) -> Any:
-    """Return a part of the description without its texts."""
-    if isinstance(part, dict):
-        return {
-            key: _bare(value)
-            for key, value in part.items()
-            if not (key in _TEXTS and not isinstance(value, dict))
-        }
-    return [_bare(one) for one in part] if isinstance(part, list) else part
 
 
 def main() -> None:
