@@ -2,7 +2,7 @@
 
 import pytest
 
-from miburi.languages import LANGUAGES
+from miburi.languages import folders
 from miburi.languages.rhythm import rhythm_of, rhythm_of_sound
 
 #: Everyday words whose second or third syllable is stressed, and others whose first is.
@@ -79,7 +79,7 @@ def test_a_mute_e_is_not_stressed_in_french() -> None:
     assert at < end - 0.1
 
 
-@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("language", folders())
 @pytest.mark.parametrize("text", ["", "…", "?!", "🎉", "42"])
 def test_what_has_no_words_beats_nothing_that_is_late(language: str, text: str) -> None:
     said = rhythm_of(text, language)

@@ -15,7 +15,7 @@ from miburi.live.wishes import Release
 from miburi.robot import Robot
 from miburi.safety.free import FreeRule
 from miburi.studio.contact_panel import facts, why
-from miburi.studio.words import LANGUAGES, words
+from miburi.studio.words import page_languages, words
 
 
 def partner(robot: Robot, folder: Path, body: str = "simulated") -> Runner:
@@ -28,7 +28,7 @@ def partner(robot: Robot, folder: Path, body: str = "simulated") -> Runner:
     return Runner(robot, feelings, Archive(folder), body=body, rule=rule)
 
 
-@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("language", page_languages())
 def test_the_panel_says_what_the_running_rule_has(
     robot: Robot, tmp_path: Path, language: str
 ) -> None:

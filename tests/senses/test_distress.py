@@ -6,7 +6,7 @@ import pytest
 
 from miburi.errors import InputError
 from miburi.feelings import TEMPERAMENTS, shipped_temperament
-from miburi.languages import LANGUAGES, Language, language_of, plain
+from miburi.languages import Language, folders, language_of, plain
 from miburi.senses import Impression, stimuli
 from miburi.senses.distress import Doubt, hear_distress, judge_distress
 from miburi.senses.kinds import KINDS
@@ -247,7 +247,7 @@ def test_a_recognisers_spelling_is_read() -> None:
         assert plain(said, "en") == "i can not breathe"
 
 
-@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("language", folders())
 def test_every_kind_has_help_in_every_language_for_every_region(language: Language) -> None:
     words = words_of_care(language)
     assert set(words.help) == set(KINDS)

@@ -14,7 +14,7 @@ from miburi.senses.happenings import notice
 from miburi.senses.tone import coloured
 from miburi.senses.words import hear
 from miburi.studio.contact_panel import line, measurements, why
-from miburi.studio.words import LANGUAGES, words
+from miburi.studio.words import page_languages, words
 
 
 def read(runner: Runner, reason: StopReason, motor: str | None, language: str) -> str:
@@ -32,7 +32,7 @@ def read(runner: Runner, reason: StopReason, motor: str | None, language: str) -
     return " ".join((*why(state, words(language)), line(entry, words(language))))
 
 
-@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("language", page_languages())
 @pytest.mark.parametrize("motor", [None, "left_elbow"])
 def test_every_stop_is_told_in_words_and_none_by_its_key(
     runner: Runner, motor: str | None, language: str

@@ -15,7 +15,7 @@ from miburi.doors.ros_network import RosNetwork
 from miburi.live.runner import Runner
 from miburi.serving.reach import Reach
 from miburi.studio.privacy_page import privacy_router, switches
-from miburi.studio.words import LANGUAGES, words
+from miburi.studio.words import page_languages, words
 from miburi.talk.endpoint import Endpoint
 
 OPEN = Doors(
@@ -40,7 +40,7 @@ def test_every_door_has_a_switch() -> None:
     assert {field.name for field in fields(Doors)} - {"name", "care", "seed"} <= names
 
 
-@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("language", page_languages())
 def test_with_all_closed_nothing_is_on(runner: Runner, language: str) -> None:
     said = page(runner, Doors(), Reach(), language)
     say = words(language)["privacy"]
@@ -67,7 +67,7 @@ def test_with_all_open_it_names_with_whom_and_no_secret(runner: Runner) -> None:
     )
 
 
-@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("language", page_languages())
 def test_each_sense_is_there_in_its_own_words(runner: Runner, language: str) -> None:
     said = unescape(page(runner, Doors(), Reach(), language))
     senses = words(language)["senses"]

@@ -9,7 +9,7 @@ from pydantic import ValidationError
 from tests.fixtures.answers import NOTHING, NOW, answer, meant
 
 from miburi.feelings import FEELINGS
-from miburi.languages import LANGUAGES, Language, language_of
+from miburi.languages import Language, folders, language_of
 from miburi.senses import Impression
 from miburi.senses.words import hear
 from miburi.talk.answers import UNREPEATED, Answerer, wants_stop
@@ -170,7 +170,7 @@ def test_after_a_feeling_it_takes_up_only_what_it_can_name() -> None:
     assert followed("That is my sister again.", "family")
 
 
-@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("language", folders())
 def test_nothing_is_said_twice_within_twenty_turns(language: Language) -> None:
     one = Answerer()
     remark = {"en": "The door is open.", "ja": "ドアが開いている", "fr": "La porte est ouverte."}
@@ -196,7 +196,7 @@ def test_it_speaks_of_its_own_feeling_every_other_time_at_most() -> None:
     assert not any(now and after for now, after in itertools.pairwise(own))
 
 
-@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("language", folders())
 def test_every_answer_is_in_its_language_and_can_be_said(language: Language) -> None:
     slots = {"it", "words", "name", "clock", "date", "tomorrow", "last"}
     slots |= {"told", "latest", "kept", "before", "next", "away", "ahead", "day", "sum"}
@@ -208,7 +208,7 @@ def test_every_answer_is_in_its_language_and_can_be_said(language: Language) -> 
             assert language_of(plain) == language, line
 
 
-@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("language", folders())
 def test_the_same_turns_are_known_in_every_language(language: Language) -> None:
     """What moves the body, stops it or remembers something is not left out."""
 
@@ -325,7 +325,7 @@ WORDS = {
 
 
 @pytest.mark.timeout(20)
-@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("language", folders())
 def test_no_sentence_holds_up_the_patterns(language: Language) -> None:
     """A word said over and over made one that backtracks try 2^n ways: "so so so so so …"."""
     space = "" if language == "ja" else " "

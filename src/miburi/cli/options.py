@@ -24,6 +24,7 @@ __all__ = [
     "EmotionalModelName",
     "GesturesFolder",
     "IkWay",
+    "LanguagesFolder",
     "RobotFile",
     "SensesFile",
     "ServoName",
@@ -71,6 +72,30 @@ SensesFile = Annotated[
         help="A file of events that your programs report, and the feelings that they cause.",
         envvar="MIBURI_SENSES",
         callback=_choose_senses,
+    ),
+]
+
+
+def _choose_languages(path: Path | None) -> Path | None:
+    if path is not None:
+        from miburi.languages import VARIABLE, folders
+        from miburi.talk.own_languages import check_languages
+
+        os.environ[VARIABLE] = str(path.resolve())  # also for the processes that it starts
+        folders.cache_clear()
+        for warning in check_languages(path):
+            typer.echo(f"miburi: {warning}", err=True)
+    return path
+
+
+LanguagesFolder = Annotated[
+    Path | None,
+    typer.Option(
+        "--languages",
+        help="A folder of languages that the partner hears and speaks besides its own.",
+        envvar="MIBURI_LANGUAGES",
+        callback=_choose_languages,
+        show_default=False,
     ),
 ]
 BrokerCertificates = Annotated[

@@ -15,6 +15,7 @@ from miburi.cli.options import (
     EmotionalModelName,
     GesturesFolder,
     IkWay,
+    LanguagesFolder,
     RobotFile,
     SensesFile,
     ServoName,
@@ -101,6 +102,7 @@ def run(
     servo: ServoName = None,
     gestures: GesturesFolder = None,
     senses: SensesFile = None,  # noqa: ARG001  (its callback hands it on)
+    languages: LanguagesFolder = None,  # noqa: ARG001  (its callback hands it on)
     calibration: CalibrationFile = None,
     solver: IkWay = "default",
     folder: Annotated[

@@ -5,25 +5,32 @@
     care.toml       what it says to somebody in distress, and what it never says
     rhythm.toml     how fast it is spoken, and what is stressed (English if there is none)
     distress.toml   the words of distress (if there is none, no distress is heard)
+    pages.toml      the words of the pages (if there is none, they are in the other languages)
 
-A new language is a new folder. Its name is the code of the language, such as ``fr``.
+A new language is a new folder, whose name is the code of the language, such as ``fr``. It may lie
+outside Miburi: name the folder around it in the environment variable ``MIBURI_LANGUAGES``, or call
+``miburi run --languages FOLDER``, which sets the variable for all processes. Your own folder
+replaces one of the same name that ships.
 """
 
+import os
 import re
-import tomllib
 import unicodedata
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache, cached_property
 from importlib import resources
-from typing import Annotated, Any, Literal
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from typing import Annotated, Literal
 
 from pydantic import Field
 
-from miburi.ground.tables import Table
+from miburi.errors import DescriptionError
+from miburi.ground.tables import AnyTable, Table, load_table
 
 __all__ = [
     "FALLBACK",
-    "LANGUAGES",
+    "VARIABLE",
     "Clue",
     "Language",
     "clues_in",
@@ -32,6 +39,7 @@ __all__ = [
     "compile_phrases",
     "find_phrase",
     "fits",
+    "folders",
     "is_elsewhere",
     "is_spaced",
     "language_of",
@@ -43,16 +51,10 @@ __all__ = [
     "with_whom",
 ]
 
-#: One of ``LANGUAGES``.
+#: The name of one of the :func:`folders`.
 Language = str
-#: The folders' names.
-LANGUAGES: tuple[Language, ...] = tuple(
-    sorted(
-        folder.name
-        for folder in resources.files(__package__).iterdir()
-        if folder.joinpath("language.toml").is_file()
-    )
-)
+#: Names the folder of your own languages.
+VARIABLE = "MIBURI_LANGUAGES"
 #: The language of a text that no other language claims.
 FALLBACK: Language = "en"
 
@@ -125,15 +127,46 @@ class _Rules(Table):
         return [(re.compile(_filled(each.tells, self.parts)), each.names) for each in self.clues]
 
 
-def read(language: Language, name: str) -> dict[str, Any] | None:
-    """Return one file of a language's folder, such as ``talk``; None if it has none."""
-    file = resources.files(__package__) / language / f"{name}.toml"
-    return tomllib.loads(file.read_text(encoding="utf-8")) if file.is_file() else None
+@cache
+def folders() -> dict[Language, Traversable]:
+    """Return the folder of each language, in the order of their names; it is looked up once.
+
+    Raises
+    ------
+    DescriptionError
+        Your own folder has no language in it.
+    """
+    found = _folders_in(resources.files(__package__))
+    if own := os.environ.get(VARIABLE):
+        mine = _folders_in(Path(own)) if Path(own).is_dir() else {}
+        if not mine:
+            raise DescriptionError(
+                f"{own}: no language is in this folder. Put a folder for each into it, such as "
+                f"{Path(own) / 'it' / 'language.toml'}."
+            )
+        found |= mine
+    return dict(sorted(found.items()))
+
+
+def _folders_in(place: Traversable) -> dict[Language, Traversable]:
+    return {one.name: one for one in place.iterdir() if (one / "language.toml").is_file()}
+
+
+def read(model: type[AnyTable], language: Language, name: str) -> AnyTable | None:
+    """Return one file of a language's folder, such as ``talk``; None if it has none.
+
+    Raises
+    ------
+    DescriptionError
+        The file cannot be read, or is wrong; the message names the file and every wrong key.
+    """
+    with resources.as_file(folders()[language] / f"{name}.toml") as path:
+        return load_table(model, path) if path.is_file() else None
 
 
 @cache
 def _rules(language: Language) -> _Rules:
-    return _Rules.model_validate(read(language, "language"))
+    return read(_Rules, language, "language") or _Rules()
 
 
 def language_of(text: str, usual: Language = FALLBACK) -> Language:
@@ -145,12 +178,12 @@ def language_of(text: str, usual: Language = FALLBACK) -> Language:
     ['en', 'ja', 'fr']
     """
     hits = {}
-    for language in LANGUAGES:
+    for language in folders():
         rules = _rules(language)
         if rules.script and re.search(rules.script, text):
             return language
         hits[language] = sum(word in rules.words for word in plain(text, language).split())
-    return max(LANGUAGES, key=lambda language: (hits[language], language == usual))
+    return max(hits, key=lambda language: (hits[language], language == usual))
 
 
 def is_spaced(language: Language) -> bool:

@@ -75,8 +75,8 @@ class _Table(Table):
 
 @cache
 def _table(language: Language) -> _Table:
-    found = read(language, "rhythm") or read(FALLBACK, "rhythm")
-    return _Table.model_validate(found)
+    found = read(_Table, language, "rhythm")
+    return _table(FALLBACK) if found is None else found
 
 
 def rhythm_of(text: str, language: Language, rate: float = 1.0) -> Rhythm:

@@ -37,7 +37,7 @@ from miburi.senses.kinds import KINDS, Distress
 from miburi.senses.linear import groups_of, load_model, numbered
 from miburi.senses.network import agreed, load_network
 
-__all__ = ["Doubt", "Heard", "features", "hear_distress", "judge_distress"]
+__all__ = ["Doubt", "Heard", "features", "hear_distress", "hears_distress_in", "judge_distress"]
 
 
 #: Thresholds of the likelihood of distress: a slight sign above the first, a question to the person
@@ -110,16 +110,20 @@ class Heard:
 def _compiled(
     language: Language,
 ) -> tuple[dict[Distress, re.Pattern[str]], dict[str, re.Pattern[str]]] | None:
-    written = read(language, "distress")
-    if written is None:
+    table = read(_Patterns, language, "distress")
+    if table is None:
         return None
-    table = _Patterns.model_validate(written)
     kinds = {kind: compile_phrases(table.kinds[kind], language, table.words) for kind in KINDS}
     excuses = {
         name: compile_phrases(phrases, language, table.words)
         for name, phrases in table.excuses.items()
     }
     return kinds, excuses
+
+
+def hears_distress_in(language: Language) -> bool:
+    """Return whether a language has words of distress."""
+    return _compiled(language) is not None
 
 
 def features(said: str, language: Language) -> list[int]:
@@ -154,7 +158,8 @@ def _model(language: Language) -> Callable[[str], Heard | None] | None:
         return None
 
     network = load_network("distress", language)
-    finds = _Patterns.model_validate(read(language, "distress")).finds
+    table = read(_Patterns, language, "distress")
+    finds = 1.0 if table is None else table.finds
 
     def weigh(said: str) -> NDArray[np.float64]:
         fitting = _fitting(said, language)

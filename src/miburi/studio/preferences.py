@@ -16,7 +16,7 @@ _STRENGTH = 0.7
 class Preferences:
     """A visitor's preferences for the pages."""
 
-    language: str  #: one of ``LANGUAGES``
+    language: str  #: of the page
     dark: bool | None  #: None: as the device is set
     tab: str  #: the open panel, one of ``TABS``
     strength: float  #: how strong a short press is, 0.05 to 1

@@ -33,7 +33,7 @@ from miburi.studio.gestures_panel import gestures_panel
 from miburi.studio.pages import missing_page
 from miburi.studio.parts import attempt, button, heading, set_label
 from miburi.studio.preferences import TABS, Preferences, keep
-from miburi.studio.words import LANGUAGES, own_name, words
+from miburi.studio.words import own_name, page_languages, words
 
 __all__ = ["HAND_START", "forget_pages", "make_studio"]
 
@@ -212,7 +212,7 @@ class _Studio:
         chosen = self._preferences.language
         options = "".join(
             f'<option value="{name}"{" selected" if name == chosen else ""}>{own_name(name)}'
-            for name in LANGUAGES
+            for name in page_languages()
         )
         choice = ui.html(options, sanitize=False, tag="select").classes("plain-button")
         choice.props(f'aria-label="{self._words["studio"]["choose_language"]}"')

@@ -148,7 +148,7 @@ class Answerer:
         felt
             What the partner itself feels, if anything.
         language
-            One of ``LANGUAGES``.
+            One of :func:`miburi.languages.folders`.
         now
             The local time where it stands.
         known

@@ -179,8 +179,9 @@ def may_be_said(text: str) -> bool:
 
 @cache
 def words_of_care(language: Language) -> WordsOfCare:
-    """Return a language's ``care.toml``, which is read once."""
-    return WordsOfCare.model_validate(read(language, "care"))
+    """Return a language's ``care.toml``, or else the English one; it is read once."""
+    found = read(WordsOfCare, language, "care")
+    return words_of_care(FALLBACK) if found is None else found
 
 
 @cache

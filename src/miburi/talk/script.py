@@ -10,7 +10,8 @@ from typing import Annotated, get_args
 
 from pydantic import Field
 
-from miburi.languages import Language, compile_phrases, is_spaced, plain, read
+from miburi.errors import DescriptionError
+from miburi.languages import Language, compile_phrases, folders, is_spaced, plain, read
 from miburi.talk.asking import NOTHING, asked_for, tells_a_fact
 from miburi.talk.calendar import Calendar
 from miburi.talk.cue import Answers, Cue, Do, Line, Lines, Match
@@ -302,9 +303,17 @@ class Script(Calendar):
 
 @cache
 def script(language: Language) -> Script:
-    """Return a language's script; it is read once."""
-    written = read(language, "talk") or {}
-    return Script.model_validate(written | {"language": language})
+    """Return a language's script; it is read once.
+
+    Raises
+    ------
+    DescriptionError
+        There is no ``talk.toml``, or it is wrong.
+    """
+    written = read(Script, language, "talk")
+    if written is None:
+        raise DescriptionError(f"{folders()[language]}: talk.toml is missing; add it.")
+    return written.model_copy(update={"language": language})
 
 
 def _is_brief(said: str, language: Language) -> bool:

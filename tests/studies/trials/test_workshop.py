@@ -54,7 +54,7 @@ def playing(robot: Robot) -> Robot:
 
 
 def test_a_servo_like_its_description_is_found_to_be_so(robot: Robot, found: Identified) -> None:
-    assert np.abs(np.log(found.stiffness)).max() < np.log(1.35)
+    assert np.abs(np.log(found.stiffness)).max() < np.log(1.3)
     assert found.missed.max() < 1.0
     assert not play(robot, found).any()
     assert 4000 <= found.delay <= 8000

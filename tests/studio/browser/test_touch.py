@@ -11,7 +11,7 @@ from playwright.sync_api import Browser, CDPSession, Page, Route, expect
 from tests.fixtures.browser import ask, needs_browser, posts, until, visiting
 
 from miburi.feelings import FEELINGS
-from miburi.studio.words import LANGUAGES, words
+from miburi.studio.words import page_languages, words
 
 pytestmark = needs_browser
 
@@ -216,7 +216,7 @@ def test_what_a_page_that_is_not_secure_cannot_do_is_grey_and_says_why(
     with visiting(browser) as context:
         page = context.new_page()
         page.route(FAR + "/**", serve)
-        for language in LANGUAGES:
+        for language in page_languages():
             page.goto(f"{FAR}/face?lang={language}")
             assert page.evaluate("window.isSecureContext") is False
             page.evaluate("document.querySelector('.senses').open = true")

@@ -10,7 +10,8 @@ const HELD = 400; // ms; who lets go sooner has pressed, and speaks until a paus
 export async function start({ tones }) {
   if (!window.isSecureContext) throw new Error("insecure");
   const Recogniser = window.SpeechRecognition;
-  const lang = document.documentElement.lang === "ja" ? "ja-JP" : "en-US";
+  const page = document.documentElement.lang;
+  const lang = { en: "en-US", ja: "ja-JP" }[page] ?? page;
   if (!Recogniser?.available || !("processLocally" in Recogniser.prototype)) throw new Error("not_here");
   const wish = { langs: [lang], processLocally: true };
   const there = await Recogniser.available(wish);

@@ -1,23 +1,30 @@
-"""The words of the pages: one file for each language, and the feelings' own words."""
+"""The words of the pages, from the languages' folders, and the feelings' own words."""
 
 import tomllib
 from functools import cache
-from importlib import resources
+from typing import Any
 
 from miburi.errors import InputError
 from miburi.feelings.catalogue import CATALOGUE
+from miburi.languages import folders
 
 Words = dict[str, dict[str, str]]
 
-#: The languages, by the names of their files.
-LANGUAGES = tuple(
-    sorted(
-        file.name.removesuffix(".toml")
-        for file in resources.files(__package__).iterdir()
-        if file.name.endswith(".toml")
-    )
-)
 FALLBACK = "en"
+
+
+@cache
+def page_languages() -> tuple[str, ...]:
+    """Return the languages in which there are pages."""
+    return tuple(name for name, each in folders().items() if (each / "pages.toml").is_file())
+
+
+@cache
+def _read(language: str) -> dict[str, Any]:
+    if language not in page_languages():
+        allowed = ", ".join(page_languages())
+        raise InputError(f"the language must be one of {allowed}, got {language!r}.")
+    return tomllib.loads((folders()[language] / "pages.toml").read_text(encoding="utf-8"))
 
 
 @cache
@@ -27,21 +34,16 @@ def words(language: str) -> Words:
     Raises
     ------
     InputError
-        There is no such language.
+        There are no pages in that language.
     """
-    if language not in LANGUAGES:
-        raise InputError(f"the language must be one of {', '.join(LANGUAGES)}, got {language!r}.")
-    text = (resources.files(__package__) / f"{language}.toml").read_text(encoding="utf-8")
-    sections = {key: value for key, value in tomllib.loads(text).items() if isinstance(value, dict)}
+    sections = {key: value for key, value in _read(language).items() if isinstance(value, dict)}
     feelings = {each.name: each.words.get(language, each.name) for each in CATALOGUE.feeling}
     return {**sections, "feeling": feelings}
 
 
-@cache
 def own_name(language: str) -> str:
     """Return a language's name in that language."""
-    text = (resources.files(__package__) / f"{language}.toml").read_text(encoding="utf-8")
-    return str(tomllib.loads(text)["language"])
+    return str(_read(language)["language"])
 
 
 def preferred(*wishes: str | None) -> str:
@@ -52,6 +54,6 @@ def preferred(*wishes: str | None) -> str:
     for wish in wishes:
         for part in (wish or "")[:200].split(","):
             language = part.split(";")[0].strip().lower().split("-")[0]
-            if language in LANGUAGES:
+            if language in page_languages():
                 return language
     return FALLBACK

@@ -1,0 +1,91 @@
+"""Languages in a folder of one's own, such as that of the examples."""
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from miburi.errors import DescriptionError
+from miburi.languages import VARIABLE, folders, language_of
+from miburi.senses.distress import hear_distress
+from miburi.studio.words import own_name, page_languages, words
+from miburi.talk.care import Care
+from miburi.talk.own_languages import check_languages
+from miburi.talk.script import script
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "own_language"
+ENGLISH = Path(str(folders()["en"]))
+
+
+@pytest.fixture
+def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A copy of the example, which the partner knows."""
+    shutil.copytree(EXAMPLE, tmp_path, dirs_exist_ok=True)
+    monkeypatch.setenv(VARIABLE, str(tmp_path))
+    caches = (folders, page_languages, script)
+    for each in caches:
+        each.cache_clear()
+    yield tmp_path
+    monkeypatch.undo()
+    for each in caches:
+        each.cache_clear()
+
+
+def test_the_example_is_recognised_answered_and_cared_for(own: Path) -> None:
+    assert check_languages(own) == []
+    assert language_of("Buongiorno, come sta?") == "it"
+    assert [match.cue.move for match in script("it").intents_of("Alza le braccia")] == ["lift"]
+    assert [match.cue.do for match in script("it").intents_of("Fermati!")] == ["stop"]
+    heard = hear_distress("Sono caduta e non riesco ad alzarmi.")
+    assert heard is not None
+    assert heard.kind == "fall"
+    assert "Chiami" in Care().help(heard.kind, "it", 0)
+    assert language_of("Je suis triste") == "fr"  # those that ship are still there
+
+
+def test_pages_are_shown_in_a_language_that_has_words_for_them(own: Path) -> None:
+    assert "it" not in page_languages()
+    pages = (ENGLISH / "pages.toml").read_text(encoding="utf-8")
+    pages = pages.replace('language = "English"', 'language = "Italiano"')
+    (own / "it" / "pages.toml").write_text(pages, encoding="utf-8")
+    page_languages.cache_clear()
+    assert own_name("it") == "Italiano"
+    assert words("it").keys() == words("en").keys()
+
+
+def test_a_language_without_words_of_distress_is_named(own: Path) -> None:
+    shutil.copytree(own / "it", own / "xx")
+    (own / "xx" / "distress.toml").unlink()
+    folders.cache_clear()
+    (warning,) = check_languages(own)
+    assert warning.startswith(f"{own / 'xx'}: distress.toml is missing")
+
+
+@pytest.mark.parametrize(
+    ("name", "file", "old", "new", "said"),
+    [
+        ("ya", "talk", "clock =", "klock =", "talk.toml"),
+        ("yb", "talk", "'^(no )?(stop|", "'^(no )?((stop|", "is no regular expression"),
+        ("yc", "language", 'apostrophes = "split"', 'apostrophes = "cut"', "apostrophes"),
+    ],
+)
+def test_a_mistake_in_a_file_is_named(
+    own: Path, name: str, file: str, old: str, new: str, said: str
+) -> None:
+    wrong = own / name
+    shutil.copytree(own / "it", wrong)
+    text = (wrong / f"{file}.toml").read_text(encoding="utf-8")
+    assert old in text
+    (wrong / f"{file}.toml").write_text(text.replace(old, new), encoding="utf-8")
+    folders.cache_clear()
+    with pytest.raises(DescriptionError, match=said) as refused:
+        check_languages(own)
+    assert str(wrong) in str(refused.value)
+
+
+def test_a_folder_without_a_language_is_refused(own: Path) -> None:
+    shutil.rmtree(own / "it")
+    folders.cache_clear()
+    with pytest.raises(DescriptionError, match="no language is in this folder"):
+        folders()
