@@ -3,7 +3,7 @@
 No model has a field for any part of the contact rule, so no request can change it.
 """
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
@@ -62,6 +62,10 @@ Point = Annotated[list[Annotated[float, Field(ge=-2, le=2)]], Field(min_length=3
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_-]{0,39}$")]
 
 
+def _example(**fields: Any) -> ConfigDict:
+    return ConfigDict(json_schema_extra={"examples": [fields]})
+
+
 class Message(BaseModel):
     """A message from a client: no unknown keys, no NaN, no silent conversions."""
 
@@ -71,9 +75,7 @@ class Message(BaseModel):
 class StimulusIn(Message):
     """Something that the partner is to feel."""
 
-    model_config = ConfigDict(
-        json_schema_extra={"examples": [{"feeling": "happiness", "strength": 0.8}]}
-    )
+    model_config = _example(feeling="happiness", strength=0.8)
 
     feeling: FeelingName = Field(description="What it feels.")
     strength: Share = Field(default=0.7, description="How strongly, 0 to 1.")
@@ -102,7 +104,7 @@ def fields_of(stimulus: object) -> dict[str, str | float]:
 class SayIn(Message):
     """What somebody says to the partner, in English, Japanese or French."""
 
-    model_config = ConfigDict(json_schema_extra={"examples": [{"text": "I am so happy today"}]})
+    model_config = _example(text="I am so happy today")
 
     text: Annotated[
         str, StringConstraints(strip_whitespace=True, min_length=1, max_length=1000)
@@ -113,9 +115,7 @@ class SayIn(Message):
 class SpeakIn(Message):
     """What the partner is to say aloud; its language is recognised from the text."""
 
-    model_config = ConfigDict(
-        json_schema_extra={"examples": [{"text": "Somebody is at the door."}]}
-    )
+    model_config = _example(text="Somebody is at the door.")
 
     text: Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=300)] = (
         Field(description="What it says.")
@@ -125,9 +125,7 @@ class SpeakIn(Message):
 class SenseIn(Message):
     """Something that happened to the partner, as a page noticed it."""
 
-    model_config = ConfigDict(
-        json_schema_extra={"examples": [{"kind": "stroke", "clearness": 1.0}]}
-    )
+    model_config = _example(kind="stroke", clearness=1.0)
 
     kind: Kind = Field(description="What happened.")
     clearness: Share = Field(default=1.0, description="How clear or sudden it was.")
@@ -136,7 +134,7 @@ class SenseIn(Message):
 class FaceIn(Message):
     """Where in a camera's picture a face is; the picture itself stays in the page."""
 
-    model_config = ConfigDict(json_schema_extra={"examples": [{"x": 0.5}]})
+    model_config = _example(x=0.5)
 
     x: Share | None = Field(description="Its middle, 0 (left) to 1 (right); null: nobody.")
 
@@ -144,7 +142,7 @@ class FaceIn(Message):
 class AttendIn(Message):
     """Whose turn it is in the conversation."""
 
-    model_config = ConfigDict(json_schema_extra={"examples": [{"turn": "listening"}]})
+    model_config = _example(turn="listening")
 
     turn: Turn = Field(
         description="`listening`: somebody is about to speak, or is typing; for 10 s. "
@@ -164,11 +162,7 @@ class EffortIn(Message):
 class ExpressIn(Message):
     """A gesture to perform once, whatever the feelings are."""
 
-    model_config = ConfigDict(
-        json_schema_extra={
-            "examples": [{"feeling": "surprise", "mood": 0.6, "blend": {"thrill": 0.3}}]
-        }
-    )
+    model_config = _example(feeling="surprise", mood=0.6, blend={"thrill": 0.3})
 
     feeling: FeelingName = Field(description="The feeling of the main gesture.")
     mood: Share = Field(default=0.7, description="The intensity μ.")
@@ -182,7 +176,7 @@ class ExpressIn(Message):
 class LookIn(Message):
     """Where to look, and for how long; ``user`` is straight ahead, ``aside`` looks thoughtful."""
 
-    model_config = ConfigDict(json_schema_extra={"examples": [{"at": "left", "seconds": 2.0}]})
+    model_config = _example(at="left", seconds=2.0)
 
     at: Direction = Field(description="`user` is ahead; `aside` looks thoughtful.")
     seconds: Annotated[float, Field(ge=0, le=30)] = Field(
@@ -193,22 +187,16 @@ class LookIn(Message):
 class PosesIn(Message):
     """A user's own key poses, written as in a gesture file, to perform once."""
 
-    model_config = ConfigDict(
-        json_schema_extra={
-            "examples": [
-                {
-                    "pose": [
-                        {
-                            "phase": 0.5,
-                            "right": [0.7, 0.5, 0.3],
-                            "left": [0.7, 0.5, 0.3],
-                            "head": [0.6, 0.3, 0.74],
-                        }
-                    ],
-                    "duration": 2.0,
-                }
-            ]
-        }
+    model_config = _example(
+        pose=[
+            {
+                "phase": 0.5,
+                "right": [0.7, 0.5, 0.3],
+                "left": [0.7, 0.5, 0.3],
+                "head": [0.6, 0.3, 0.74],
+            }
+        ],
+        duration=2.0,
     )
 
     pose: list[Posture] = Field(
@@ -274,17 +262,11 @@ class PerformanceIn(Message):
     Sentences run alongside them.
     """
 
-    model_config = ConfigDict(
-        json_schema_extra={
-            "examples": [
-                {
-                    "acts": [
-                        {"do": "gesture", "feeling": "happiness", "mood": 0.8},
-                        {"do": "speech", "text": "Look at this!", "offset": 0.5},
-                    ]
-                }
-            ]
-        }
+    model_config = _example(
+        acts=[
+            {"do": "gesture", "feeling": "happiness", "mood": 0.8},
+            {"do": "speech", "text": "Look at this!", "offset": 0.5},
+        ]
     )
 
     acts: list[AnyAct] = Field(min_length=1, max_length=20, description="What to do.")
@@ -303,7 +285,7 @@ class WishOut(BaseModel):
 class WordsIn(Message):
     """Whether events may contain what people say to the partner."""
 
-    model_config = ConfigDict(json_schema_extra={"examples": [{"allowed": False}]})
+    model_config = _example(allowed=False)
 
     allowed: bool = Field(
         description="false also deletes the words from the stored events.", examples=[False]
@@ -313,11 +295,7 @@ class WordsIn(Message):
 class HandIn(Message):
     """A place for the simulated human hand; a null position takes it away."""
 
-    model_config = ConfigDict(
-        json_schema_extra={
-            "examples": [{"position": [0.12, -0.11, 0.12], "along": [1.0, 0.0, 0.0]}]
-        }
-    )
+    model_config = _example(position=[0.12, -0.11, 0.12], along=[1.0, 0.0, 0.0])
 
     position: Point | None = Field(description="Middle of the fingers in the base frame, m.")
     along: Point = Field(default=[0.0, 0.0, 1.0], description="The direction of the fingers.")
@@ -326,7 +304,7 @@ class HandIn(Message):
 class BodyIn(Message):
     """The body to change to."""
 
-    model_config = ConfigDict(json_schema_extra={"examples": [{"name": "simulated"}]})
+    model_config = _example(name="simulated")
 
     name: Name = Field(description="`simulated`, `card` or `emulated-card`.")
     port: Annotated[str, Field(max_length=200)] | None = Field(
@@ -337,7 +315,7 @@ class BodyIn(Message):
 class PauseIn(Message):
     """Whether the partner rests at neutral; it still feels, and still stops when touched."""
 
-    model_config = ConfigDict(json_schema_extra={"examples": [{"paused": True}]})
+    model_config = _example(paused=True)
 
     paused: bool = Field(description="true: rest at neutral; false: go on.")
 
@@ -345,7 +323,7 @@ class PauseIn(Message):
 class TemperamentIn(Message):
     """The temperament to change to."""
 
-    model_config = ConfigDict(json_schema_extra={"examples": [{"name": "calm", "rest": "still"}]})
+    model_config = _example(name="calm", rest="still")
 
     name: Name = Field(
         description="One that ships with Miburi, or the one that the partner began with."
@@ -360,7 +338,7 @@ class TemperamentIn(Message):
 class RecordingIn(Message):
     """Whether to start or end a recording."""
 
-    model_config = ConfigDict(json_schema_extra={"examples": [{"on": True}]})
+    model_config = _example(on=True)
 
     on: bool = Field(description="true: start one unless one is running; false: end it.")
 
