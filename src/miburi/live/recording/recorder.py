@@ -55,56 +55,29 @@ __all__ = [
 
 #: What the reader raises at the end of a broken file, or for a file that is not MCAP.
 _BROKEN = (McapError, struct.error, ZstdError, ValueError)
-_NUMBERS = {"type": "array", "items": {"type": "number"}}
-_NAMES = {"type": "array", "items": {"type": "string"}}
+_NUMBER, _NUMBERS = {"type": "number"}, {"type": "array", "items": {"type": "number"}}
+_TEXT, _NAMES = {"type": "string"}, {"type": "array", "items": {"type": "string"}}
+_TEXT_OR_NULL, _NUMBER_OR_NULL = {"type": ["string", "null"]}, {"type": ["number", "null"]}
+_WHY = {"type": "object", "properties": {"what": _TEXT, "weight": _NUMBER}}
 _FRAMES, _SCENE = "foxglove.FrameTransforms", "foxglove.SceneUpdate"
 _CONTENTS: dict[str, dict[str, Any]] = {
-    "/joint_states": {
-        "name": _NAMES,
-        "position": _NUMBERS,
-        "velocity": _NUMBERS,
-        "phase": {"type": "string"},
-    },
-    "/commands": {
-        "name": _NAMES,
-        "position": _NUMBERS,
-        "speed": _NUMBERS,
-        "ik_error_m": _NUMBERS,
-    },
+    "/joint_states": {"name": _NAMES, "position": _NUMBERS, "velocity": _NUMBERS, "phase": _TEXT},
+    "/commands": {"name": _NAMES, "position": _NUMBERS, "speed": _NUMBERS, "ik_error_m": _NUMBERS},
     "/feelings": {
-        "name": _NAMES,
-        "emotion": _NUMBERS,
-        "feeling": _NUMBERS,
-        "mood": _NUMBERS,
-        "expressed": {"type": ["string", "null"]},
+        "name": _NAMES, "emotion": _NUMBERS, "feeling": _NUMBERS, "mood": _NUMBERS,
+        "expressed": _TEXT_OR_NULL,
     },
     "/contacts": {
-        "reason": {"type": "string"},
-        "motor": {"type": ["string", "null"]},
-        "sign": {"type": ["string", "null"]},
-        "ratio": {"type": ["number", "null"]},
-        "force": {"type": ["number", "null"]},
-        "part": {"type": ["string", "null"]},
-        "mood_before": {"type": "number"},
-        "mood_after": {"type": "number"},
+        "reason": _TEXT, "motor": _TEXT_OR_NULL, "sign": _TEXT_OR_NULL, "ratio": _NUMBER_OR_NULL,
+        "force": _NUMBER_OR_NULL, "part": _TEXT_OR_NULL,
+        "mood_before": _NUMBER, "mood_after": _NUMBER,
     },
-    "/touch": {
-        "force": {"type": "number"},
-        "part": {"type": ["string", "null"]},
-    },
+    "/touch": {"force": _NUMBER, "part": _TEXT_OR_NULL},
     "/stimuli": {
-        "feeling": {"type": "string"},
-        "strength": {"type": "number"},
-        "source": {"type": "string"},
-        "why": {
-            "type": "array",
-            "items": {
-                "type": "object",
-                "properties": {"what": {"type": "string"}, "weight": {"type": "number"}},
-            },
-        },
+        "feeling": _TEXT, "strength": _NUMBER, "source": _TEXT,
+        "why": {"type": "array", "items": _WHY},
     },
-}
+}  # fmt: skip
 _SCHEMAS: dict[str, dict[str, Any]] = {
     topic: {
         "type": "object",

@@ -15,17 +15,7 @@ __all__ = ["Tape"]
 
 
 class Tape:
-    """Collects each step of a partner for its recordings.
-
-    Parameters
-    ----------
-    feelings
-        The partner's emotional model.
-    history
-        Its events.
-    seed
-        The seed of its gestures' variations.
-    """
+    """Collects each step of a partner for its recordings; ``seed`` is that of its gestures."""
 
     def __init__(self, feelings: FeelingModel, history: History, seed: int) -> None:
         self._feelings, self._history, self._seed = feelings, history, seed
