@@ -4,15 +4,14 @@ A request is a *wish*: an event with an id records its arrival, and exactly one 
 its end, such as ``gesture_ended``, ``speech_broken_off`` or ``wish_dropped``.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 from miburi.feelings import Expression
-from miburi.gestures import KeyPose
-from miburi.languages.rhythm import Rhythm
 from miburi.live.events.event import LiveEvent
 from miburi.live.speaker import Speaker
 from miburi.live.stage import Act, Play, Stage
-from miburi.live.state import Spoken, StopOut, Tune
+from miburi.live.state import StopOut, Tune
+from miburi.live.wishes import KeepTime, Perform, PerformActs, Speak
 from miburi.partner import (
     LAPSES,
     Event,
@@ -33,12 +32,7 @@ __all__ = ["Agenda"]
 class Agenda:
     """The open wishes of one live partner; only the partner's loop uses this class.
 
-    Parameters
-    ----------
-    note
-        Records an event of the given kind with its fields, and returns the event.
-    speaker
-        The partner's speech.
+    ``note`` records an event of the given kind with its fields, and returns the event.
     """
 
     def __init__(self, note: Callable[..., LiveEvent], speaker: Speaker) -> None:
@@ -50,75 +44,54 @@ class Agenda:
         # How long the body has been stopped, s, and whether it is returning to neutral.
         self._stopped, self._returns = 0.0, False
 
-    def perform(
-        self,
-        partner: Partner,
-        expression: Expression | None,
-        poses: Sequence[KeyPose] | None,
-        name: str,
-        by: By,
-    ) -> str:
-        """Have the body perform something once, in place of queued requests.
-
-        Return the wish's id.
-        """
-        self._clear("replaced")
-        wish = self._ask(name, by, expression)
-        partner.perform(expression, poses, wish=wish)
+    def perform(self, partner: Partner, asked: Perform) -> str:
+        """Have the body perform something once, in place of queued requests; return its id."""
+        self.clear("replaced")
+        wish = self._ask(asked.name, asked.by, asked.expression)
+        partner.perform(asked.expression, asked.poses, wish=wish)
         return wish
 
-    def act(self, partner: Partner, acts: Sequence[Act], by: By, *, queued: bool) -> str:
-        """Queue a performance, or begin it now in place of all others; return the wish's id."""
-        if not queued:
-            self._clear("replaced", partner)
-        wish = self._ask("performance", by)
+    def act(self, partner: Partner, asked: PerformActs) -> str:
+        """Queue a performance, or begin it now in place of all others; return its id."""
+        if not asked.queued:
+            self.clear("replaced", partner)
+        wish = self._ask("performance", asked.by)
         try:
-            self._stage.add(Play(wish, tuple(acts)))
+            self._stage.add(Play(wish, tuple(asked.acts)))
         except Exception:
             self._end(wish, "wish_dropped", name="busy")
             raise
-        if not queued:
+        if not asked.queued:
             self._begin(interrupts=True)
         return wish
 
-    def say(
+    def say(self, partner: Partner, asked: Speak, felt: Expression | None) -> str:
+        """Say something aloud, instead of what is being said; return its id."""
+        wish = self._ask("speech", asked.by)
+        self._tell(partner, asked.text, felt, wish, asked.tune, asked.why)
+        return wish
+
+    def keep_time(self, partner: Partner, asked: KeepTime) -> None:
+        """Let the arms follow the sound of a sentence, if that is still the latest."""
+        if self._speaker.sounds(asked.number, asked.rhythm):
+            partner.gesticulate(self._speaker.beats())
+
+    def _tell(
         self,
         partner: Partner,
         text: str,
         felt: Expression | None,
-        by: By | None,
+        wish: str | None,
         tune: Tune | None = None,
         why: str | None = None,
-    ) -> str:
-        """Say something aloud, instead of what is being said; return the wish's id."""
-        wish = self._ask("speech", by)
-        self.tell(partner, lambda: self._speaker.say(text, felt, wish, tune), why)
-        return wish
-
-    def keep_time(self, partner: Partner, number: int, rhythm: Rhythm) -> None:
-        """Let the arms follow the sound of sentence ``number``, if that is still the latest."""
-        if self._speaker.sounds(number, rhythm):
-            partner.gesticulate(self._speaker.beats())
-
-    def tell(
-        self, partner: Partner, say: Callable[[], Spoken], why: str | None = None
-    ) -> LiveEvent:
-        """Call ``say`` to begin a sentence; record it with the reason, and return the event."""
+    ) -> None:
+        """Begin a sentence, and record it with the reason."""
         if self._speaker.speaking:
             self._end_speech("speech_broken_off")
-        spoken = say()
+        spoken = self._speaker.say(text, felt, wish, tune)
         partner.gesticulate(self._speaker.beats())
-        wish = self._speaker.wish
         said = {"text": spoken.text, "feeling": spoken.feeling, "wish": wish}
-        return self._note("speech_begun", name=why, **said)
-
-    def stop(self) -> None:
-        """Drop the performances: a person has pressed Stop."""
-        self._clear("stopped")
-
-    def pause(self) -> None:
-        """Drop the performances: the body rests."""
-        self._clear("paused")
+        self._note("speech_begun", name=why, **said)
 
     def release(self, by: By | None) -> None:
         """Note that the body goes back to neutral, after a release or by itself."""
@@ -134,7 +107,7 @@ class Agenda:
             self._end_return("release_ended")
         self._stopped = self._stopped + dt if phase is Phase.STOPPED else 0.0
         if self._stopped > LAPSES:
-            self._clear("lapsed", partner)
+            self.clear("lapsed", partner)
         free = partner.expression is None and not partner.asked
         if free and phase is not Phase.STOPPED:
             self._begin()
@@ -145,9 +118,8 @@ class Agenda:
 
     def _carry_out(self, act: Act, partner: Partner, felt: Expression | None) -> None:
         wish = self._stage.current.wish if self._stage.current else None
-        words = act.words
-        if words is not None:
-            self.tell(partner, lambda: self._speaker.say(words, felt, wish))
+        if act.words is not None:
+            self._tell(partner, act.words, felt, wish)
             return
         partner.perform(act.expression, act.poses, wish=wish, interrupt=self._interrupts)
         self._interrupts = False
@@ -155,13 +127,7 @@ class Agenda:
     def take(self, event: Event, stop: StopOut | None, limit: float) -> None:
         """Record an event of the partner, if its kind is reported.
 
-        Parameters
-        ----------
-        event
-            What has happened.
-        stop, limit
-            The body's report of its stop, and the limit of the contact rule, if the event is a
-            stop.
+        If it is a stop, ``stop`` is the body's report, and ``limit`` that of the contact rule.
         """
         match event:
             case GestureStarted(_, shown, name, wish):
@@ -191,7 +157,7 @@ class Agenda:
         """End what is going on, because another body takes over."""
         for event in partner.leave():
             self.take(event, None, 0.0)
-        self._clear("body")
+        self.clear("body")
         self._end_return("release_broken_off")
 
     def _end_return(self, kind: str) -> None:
@@ -227,7 +193,7 @@ class Agenda:
         elif complete:
             self._stage.end_act(wish, body=True)
         else:
-            self._stage.leave()
+            self._stage.current = None
             self._end(wish, "performance_broken_off")
 
     def _is_performance(self, wish: str) -> bool:
@@ -239,13 +205,12 @@ class Agenda:
             self._interrupts = interrupts
             self._note("performance_begun", wish=begun.wish)
 
-    def _clear(self, why: Lapse, partner: Partner | None = None) -> None:
+    def clear(self, why: Lapse, partner: Partner | None = None) -> None:
         """End all performances, and drop wishes that the body has not begun."""
         if partner is not None:
             partner.drop(why)
-        current = self._stage.current
-        for wish in self._stage.clear():
-            if current is not None and wish == current.wish:
-                self._end(wish, "performance_broken_off", name=why)
-            else:
-                self._end(wish, "wish_dropped", name=why)
+        current, waiting = self._stage.clear()
+        if current is not None:
+            self._end(current.wish, "performance_broken_off", name=why)
+        for play in waiting:
+            self._end(play.wish, "wish_dropped", name=why)

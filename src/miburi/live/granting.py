@@ -96,7 +96,7 @@ class Inside:
         if self.hold.press(by):
             self.note("pressed", by=by)
         self.partner.stop()
-        self.agenda.stop()
+        self.agenda.clear("stopped")
         self.stop_seen_in = self.serial + 1
 
     def feel(
@@ -180,39 +180,31 @@ def _note_talk(wish: wishes.NoteTalk, inside: Inside) -> Command:
 
 @command.register
 def _speak(wish: wishes.Speak, inside: Inside) -> Command:
-    return lambda: inside.agenda.say(
-        inside.partner, wish.text, inside.feelings.express(), wish.by, wish.tune, wish.why
-    )
+    return lambda: inside.agenda.say(inside.partner, wish, inside.feelings.express())
 
 
 @command.register
 def _keep_time(wish: wishes.KeepTime, inside: Inside) -> Command:
-    return lambda: inside.agenda.keep_time(inside.partner, wish.number, wish.rhythm)
+    return lambda: inside.agenda.keep_time(inside.partner, wish)
 
 
 @command.register
 def _perform(wish: wishes.Perform, inside: Inside) -> Command:
-    def run() -> str:
-        _need_awake(inside)
-        return inside.agenda.perform(
-            inside.partner, wish.expression, wish.poses, wish.name, wish.by
-        )
-
-    return run
+    return _while_awake(inside, lambda: inside.agenda.perform(inside.partner, wish))
 
 
 @command.register
 def _perform_acts(wish: wishes.PerformActs, inside: Inside) -> Command:
+    return _while_awake(inside, lambda: inside.agenda.act(inside.partner, wish))
+
+
+def _while_awake(inside: Inside, perform: Callable[[], str]) -> Command:
     def run() -> str:
-        _need_awake(inside)
-        return inside.agenda.act(inside.partner, wish.acts, wish.by, queued=wish.queued)
+        if inside.paused:
+            raise BodyError("the partner is paused; resume it first.")
+        return perform()
 
     return run
-
-
-def _need_awake(inside: Inside) -> None:
-    if inside.paused:
-        raise BodyError("the partner is paused; resume it first.")
 
 
 @command.register
@@ -239,7 +231,7 @@ def _pause(wish: wishes.Pause, inside: Inside) -> Command:
         if wish.paused != inside.paused:
             inside.paused = wish.paused
             (inside.partner.pause if wish.paused else inside.partner.resume)()
-            inside.agenda.pause()
+            inside.agenda.clear("paused")
             inside.note("paused" if wish.paused else "resumed")
 
     return run

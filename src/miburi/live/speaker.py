@@ -79,11 +79,7 @@ class Speaker:
         return self._rhythm.prominent if self._long and self.distress is None else ()
 
     def say(
-        self,
-        text: str,
-        felt: Expression | None,
-        wish: str | None = None,
-        tune: Tune | None = None,
+        self, text: str, felt: Expression | None, wish: str | None, tune: Tune | None = None
     ) -> Spoken:
         """Say a text with the voice coloured by a feeling, or play a tune instead."""
         number = self.spoken.number + 1 if self.spoken else 1

@@ -72,17 +72,12 @@ class Stage:
             raise BusyError(f"{WAITING} performances wait already; try again when one has ended.")
         self._waiting.append(performance)
 
-    def clear(self) -> list[str]:
-        """End the present performance and all that wait; return their wishes, the present first."""
-        ended = [] if self.current is None else [self.current.wish]
-        ended += [waiting.wish for waiting in self._waiting]
+    def clear(self) -> tuple[Play | None, list[Play]]:
+        """End the present performance and all that wait; return them."""
+        ended = self.current, [*self._waiting]
         self.current = None
         self._waiting.clear()
         return ended
-
-    def leave(self) -> None:
-        """End only the present performance."""
-        self.current = None
 
     def begin(self) -> Play | None:
         """Begin the next performance if none is on; return it."""
