@@ -31,20 +31,13 @@ class Attending:
             self._turn, self._left = turn, FADES[turn]
 
     def step(self, dt: float, sentence: int | None) -> Attention | None:
-        """Advance by ``dt`` s; return what the partner does now, if anything.
+        """Advance by ``dt`` s while it says sentence number ``sentence``, if any.
 
-        Parameters
-        ----------
-        dt
-            Time that passes, s.
-        sentence
-            The number of the sentence that it is saying, if any. Thinking that begins during a
-            sentence lasts until the next sentence begins, or until it times out.
+        Return what the partner does now, if anything. Thinking that begins during a sentence lasts
+        until the next sentence begins, or until it times out.
         """
-        if sentence is not None and sentence != self._sentence:
-            self._turn, self._left = "listening", TURN
-        self._sentence = sentence
-        if sentence is not None and self._turn != "thinking":
+        begins, self._sentence = sentence != self._sentence, sentence
+        if sentence is not None and (begins or self._turn != "thinking"):
             self._turn, self._left = "listening", TURN
             return "speaking"
         self._left -= dt

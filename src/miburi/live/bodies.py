@@ -16,29 +16,20 @@ __all__ = ["KINDS", "BodyKind", "check_port", "make_body"]
 
 @dataclass(frozen=True)
 class BodyKind:
-    """A kind of body.
+    """A kind of body, by its name in commands and requests.
 
-    Attributes
-    ----------
-    name
-        The name in commands and requests.
-    make
-        Makes a body in its neutral pose from a robot, a port and a contact rule.
-    needs_port
-        Whether it needs a serial port.
-    needs_firmware
-        Whether it runs what ``make firmware`` builds.
+    ``make`` makes one in its neutral pose from a robot, a port and a contact rule.
     """
 
     name: str
     make: Callable[[Robot, str | None, Rule | None], Body]
     needs_port: bool = False
-    needs_firmware: bool = False
+    needs_firmware: bool = False  # what `make firmware` builds
 
     @property
     def available(self) -> bool:
         """Whether this installation has everything that it needs."""
-        return is_built() if self.needs_firmware else True
+        return is_built() or not self.needs_firmware
 
 
 def _simulated(robot: Robot, _port: str | None, rule: Rule | None) -> Body:
@@ -89,18 +80,10 @@ def check_port(port: str) -> None:
 
 
 def make_body(name: str, robot: Robot, port: str | None = None, rule: Rule | None = None) -> Body:
-    """Make a body at neutral.
+    """Make a body at neutral; its ``name`` is one of ``KINDS``.
 
-    Parameters
-    ----------
-    name
-        One of ``KINDS``.
-    robot
-        The description.
-    port
-        The serial port of a card, such as ``/dev/ttyACM0``.
-    rule
-        The contact rule of a simulated body, by default the robot's own. A card brings its own.
+    A simulated body has the contact rule ``rule``, by default the robot's own; a card brings its
+    own.
 
     Raises
     ------

@@ -39,13 +39,7 @@ class BusyError(MiburiError):
 
 
 class Commands:
-    """The commands that wait.
-
-    Parameters
-    ----------
-    stop
-        Stops the body; its argument says who pressed Stop.
-    """
+    """The commands that wait; ``stop`` stops the body for whoever pressed Stop."""
 
     def __init__(self, stop: Callable[[By], None]) -> None:
         self._stop = stop
@@ -70,9 +64,8 @@ class Commands:
         try:
             self._waiting.put_nowait((command, future))
         except queue.Full:
-            raise BusyError(
-                f"{WAITING} commands are waiting already; ask again in a moment."
-            ) from None
+            message = f"{WAITING} commands are waiting already; ask again in a moment."
+            raise BusyError(message) from None
         return future
 
     def ask_unless_stopped(self, command: Callable[[], Result]) -> Future[Result]:

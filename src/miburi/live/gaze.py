@@ -19,28 +19,17 @@ _HALF = radians(32)
 
 
 class Gaze:
-    """Keeps track of where the latest face is.
-
-    Parameters
-    ----------
-    rides
-        Whether the camera rides on the head.
-    """
+    """Keeps track of where the latest face is; the camera ``rides`` on the head, or stands."""
 
     def __init__(self, *, rides: bool) -> None:
         self._rides = rides
         self._seen: tuple[float, float] | None = None  # the bearing, rad to the left, and its time
 
     def see(self, x: float | None, body: BodyState) -> None:
-        """Take in where a face is.
+        """Take in where a face is while the body is in this state.
 
-        Parameters
-        ----------
-        x
-            The face's centre as a share of the picture's width from the left, 0 to 1; None without
-            a face.
-        body
-            The present state; its time and the angle of its waist are used.
+        ``x`` is the face's centre as a share of the picture's width from the left, 0 to 1; None
+        without a face.
         """
         # The camera is not mirrored: its left is the partner's left.
         self._seen = None

@@ -21,6 +21,8 @@ __all__ = ["keep", "remember", "remembered"]
 
 #: Time between two writes, and how long to wait for the loop's answer, s (our choice).
 _PERIOD, _PATIENCE = 60.0, 5.0
+#: What a file with unexpected content may raise.
+_UNUSABLE = (ValueError, LookupError, TypeError, AttributeError, RecursionError)
 
 
 def remembered(
@@ -45,14 +47,7 @@ def remembered(
         kept = json.loads(content, parse_int=float)
         away = max(0.0, time.time() - _moment(kept["when"]))
         return model.load(kept["feelings"], temperament, away=away)
-    except (
-        ValueError,
-        LookupError,
-        TypeError,
-        AttributeError,
-        RecursionError,
-        InputError,
-    ) as error:
+    except (*_UNUSABLE, InputError) as error:
         aside, known = path.with_name(f"{path.name}.bad"), isinstance(error, InputError)
         with suppress(OSError):
             path.replace(aside)
@@ -80,16 +75,10 @@ def remember(path: Path, feelings: Mapping[str, Any]) -> None:
 def keep(
     path: Path, save: Callable[[], Future[dict[str, Any]]], wait: Callable[[float], bool]
 ) -> None:
-    """Write the feelings every minute until the partner ends; run it in a thread.
+    """Write the feelings to a file every minute until the partner ends; run it in a thread.
 
-    Parameters
-    ----------
-    path
-        The file.
-    save
-        Asks the loop for the state of the feelings.
-    wait
-        Waits the given number of seconds; returns True when the partner has ended.
+    ``save`` asks the loop for their state; ``wait`` waits for the given seconds, and returns True
+    when the partner has ended.
     """
     while not wait(_PERIOD):
         with suppress(MiburiError, TimeoutError):  # a minute later is early enough

@@ -28,28 +28,13 @@ _SPEED_STEPS = 5
 
 
 class Observer:
-    """Observe one body and its partner, step by step.
-
-    Parameters
-    ----------
-    name, port
-        The kind of body, and its serial port.
-    partner
-        The partner that moves the body.
-    feelings
-        Its emotional model.
-    """
+    """Observe one kind of body, ``name``, and its partner, step by step."""
 
     def __init__(
-        self,
-        name: str,
-        port: str | None,
-        partner: Partner,
-        feelings: FeelingModel,
+        self, name: str, port: str | None, partner: Partner, feelings: FeelingModel
     ) -> None:
         self.name, self.port = name, port
-        self._partner = partner
-        self._feelings = feelings
+        self._partner, self._feelings = partner, feelings
         self._robot = partner.body.robot
         self._home = forward(self._robot, self._robot.neutral)[:6].reshape(2, 3)
         self._computed = (self._robot.neutral.copy(), self._home)

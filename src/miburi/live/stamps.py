@@ -15,12 +15,8 @@ class Stamps:
 
     Differences between stamps equal those of the body's clock, so that speeds computed from them
     are right. If the body's clock halts or the body is replaced, the stamps are set to the
-    computer's clock. They are never ahead of that clock, and go back only if it does.
-
-    Parameters
-    ----------
-    clock
-        Returns the time in ns since 1970.
+    computer's clock. They are never ahead of that clock, and go back only if it does. ``clock``
+    returns the time in ns since 1970.
     """
 
     def __init__(self, clock: Callable[[], int] = time.time_ns) -> None:

@@ -30,20 +30,13 @@ USUAL = Lateness()
 
 
 class Watchdog:
-    """Waits for the beats of a loop.
+    """Waits for the beats of a loop, one every ``period`` s.
+
+    A delay lasts until the next beat. ``late`` is called once in each delay longer than
+    ``lateness.stop``; ``dead`` is called only once, in a delay longer than ``lateness.give_up``.
 
     Parameters
     ----------
-    period
-        s between two beats.
-    late, dead
-        A delay lasts until the next beat. ``late`` is called once in each delay longer than
-        ``lateness.stop``; ``dead`` is called only once, in a delay longer than
-        ``lateness.give_up``.
-    lateness
-        The delays beyond which ``late`` and ``dead`` are called.
-    clock
-        Returns the time in s.
     apart
         Whether the beats come from another process. While this process sleeps, as on a closed
         laptop, it hears no beats, and that is not the fault of the other process.

@@ -144,14 +144,8 @@ class History:
 class Log:
     """Records what happens; only the loop's thread adds to it.
 
-    Parameters
-    ----------
-    store
-        The store in which events outlast the program; None if there is none.
-    boot
-        The id of this start, 8 hex digits; by default a new one.
-    now
-        Gives the time by the computer's clock.
+    Events outlast the program in the ``store``, if there is one. ``boot`` is the id of this start,
+    8 hex digits, by default a new one; ``now`` gives the time by the computer's clock.
     """
 
     def __init__(
@@ -162,25 +156,20 @@ class Log:
     ) -> None:
         boot = boot or uuid4().hex[:8]
         self._store, self._now = store, now
-        self._words = store is not None and store.note(_WORDS) == "1"
+        #: Whether words said to the partner may be reported and stored.
+        self.words = store is not None and store.note(_WORDS) == "1"
         #: What has happened.
         self.history = History(boot, 1 if store is None else store.begin(boot), store)
         self._told: SimpleQueue[LiveEvent | threading.Event | None] = SimpleQueue()
         self._thread: threading.Thread | None = None
         if store is not None:
-            self._thread = threading.Thread(
-                target=_write, args=(store, self._told), name="events", daemon=True
-            )
+            writing = (store, self._told)
+            self._thread = threading.Thread(target=_write, args=writing, name="events", daemon=True)
             self._thread.start()
-
-    @property
-    def words(self) -> bool:
-        """Whether words said to the partner may be reported and stored."""
-        return self._words
 
     def allow_words(self, allowed: bool) -> None:
         """Allow people's words in events from now on, or delete them; waits for the disk."""
-        self._words = allowed
+        self.words = allowed
         if self._store is not None:
             self._store.set_note(_WORDS, "1" if allowed else "0")
             if not allowed:
@@ -197,19 +186,12 @@ class Log:
     def note(self, time: float, kind: str, **content: Any) -> LiveEvent:
         """Record an event with the fields of its kind and its time, s; return it."""
         now = self._now()
-        event = LiveEvent.model_validate(
-            {
-                "boot": self.history.boot,
-                "number": self.history.number + 1,
-                "wall": now.replace(microsecond=now.microsecond // 1000 * 1000),
-                "time": round(time, 2),
-                "kind": kind,
-                **content,
-            }
-        )
+        wall = now.replace(microsecond=now.microsecond // 1000 * 1000)
+        stamp = {"boot": self.history.boot, "number": self.history.number + 1, "wall": wall}
+        event = LiveEvent.model_validate({**stamp, "time": round(time, 2), "kind": kind, **content})
         self.history.add([event])
         if self._thread is not None:
-            self._told.put(event if self._words else without_words(event))
+            self._told.put(event if self.words else without_words(event))
         return event
 
     def close(self, patience: float = _PATIENCE) -> None:

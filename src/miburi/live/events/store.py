@@ -96,11 +96,6 @@ class EventStore:
             self._file.close()
 
     @property
-    def latest(self) -> int:
-        """The highest number that is kept, or 0."""
-        return self._number("SELECT max(number) FROM events")
-
-    @property
     def pruned(self) -> int:
         """The highest number of the events deleted because they were too old, or 0."""
         return int(self.note("pruned") or 0)
@@ -205,11 +200,6 @@ class EventStore:
         if last is not None:
             self._set("pruned", str(last))
             self._file.execute(f"DELETE FROM events WHERE {_OLD}", bounds)  # noqa: S608
-
-    def _number(self, query: str) -> int:
-        with self._lock:
-            (number,) = self._file.execute(query).fetchone()
-        return int(number or 0)
 
 
 def kept_events(folder: Path, *, quiet: bool = False) -> EventStore | None:
