@@ -19,7 +19,7 @@ from miburi.errors import BodyError, InputError, MiburiError
 from miburi.feelings import Expression, Stimulus
 from miburi.languages.rhythm import Rhythm
 from miburi.live import granting, wishes
-from miburi.live.crossing.answering import answer
+from miburi.live.crossing.answering import Answering
 from miburi.live.crossing.far import FarPartner
 from miburi.live.crossing.lanes import Answer, Ask, Hello, Lanes, Latest, lanes
 from miburi.live.runner import Runner
@@ -49,7 +49,7 @@ def done(runner: Runner, future: Future[object]) -> object:
 def far(runner: Runner) -> Iterator[FarPartner]:
     """The runner, seen through pipes; time passes when a test calls ``tick``."""
     near, ends = lanes()
-    answer(runner, near)
+    Answering(runner, near)
     yield FarPartner(ends)
     ends.close()
 
@@ -85,12 +85,13 @@ def pair(runner: Runner) -> Iterator[tuple[FarPartner, Lanes]]:
 def test_it_shows_what_the_runner_has(runner: Runner, far: FarPartner) -> None:
     assert (far.robot.name, far.temperaments) == (runner.robot.name, runner.temperaments)
     done(runner, far.ask(Feel(Stimulus("happiness", 0.9, "speech"))))
-    run(runner, 3.0)
+    assert block(runner).stop
+    run(runner, 0.5)
     until(lambda: far.snapshot.json == runner.snapshot.json)
     assert far.snapshot.state == runner.snapshot.state
     until(lambda: far.history.after(0) == runner.history.after(0))
     until(lambda: far.samples_after(0) == runner.samples_after(0))
-    assert len(far.samples_after(0)) >= 30
+    assert len(far.samples_after(0)) >= 20
     assert far.history.after(1) == runner.history.after(1)
     until(lambda: far.motors == runner.motors)
     assert far.body_name == "simulated"
@@ -178,7 +179,7 @@ def test_who_gives_up_waiting_takes_a_command_back_but_no_stop(
 
 def test_a_stop_makes_a_release_void_that_it_has_overtaken(runner: Runner) -> None:
     near, ends = lanes()
-    answer(runner, near)
+    Answering(runner, near)
     assert isinstance(ends.asking.recv(), Hello)
     ends.stopping.send((1.0, PRESSED))
     until(lambda: runner.tick() or ends.stopping.poll())
@@ -245,14 +246,14 @@ def test_a_flood_of_stops_fills_no_pipe_and_none_is_lost(
     pair: tuple[FarPartner, Lanes],
 ) -> None:
     far, near = pair
-    futures = {id(future): future for future in (far.stop() for _ in range(10_000))}
+    futures = {id(future): future for future in (far.stop() for _ in range(1000))}
     assert len(futures) == 2
     first, second = futures.values()
     assert near.stopping.recv() == (1, PRESSED)
     assert not near.stopping.poll()
     near.stopping.send(None)
     first.result(60)
-    assert near.stopping.recv() == (10_000, PRESSED)
+    assert near.stopping.recv() == (1000, PRESSED)
     assert not second.done()
     near.stopping.send(None)
     second.result(60)
@@ -298,7 +299,7 @@ def test_a_sleep_of_the_server_itself_is_not_the_partners_silence(
 
 def test_who_has_been_answered_from_afar_reads_a_state_that_shows_it(live: Runner) -> None:
     near, ends = lanes()
-    answer(live, near)
+    Answering(live, near)
     far = FarPartner(ends)
     for paused in (True, False) * 10:
         far.ask(Pause(paused)).result(60)
@@ -336,7 +337,7 @@ def test_the_body_is_stopped_while_the_server_serves_nobody(
 ) -> None:
     monkeypatch.setattr("miburi.live.crossing.answering.UNSERVED", 0.0)
     near, ends = lanes()
-    answer(live, near)
+    Answering(live, near)
     far = FarPartner(ends)
     far.tell_ready()
     until(lambda: live.held)
@@ -349,7 +350,7 @@ def test_it_is_ready_when_the_server_and_the_reception_are(runner: Runner, first
     """Else a reception that hangs before its first sign of life would never be missed."""
     (near, ends), (reception, ours) = lanes(), Pipe()
     ready = SimpleQueue[None]()
-    answer(runner, near, on_ready=lambda: ready.put(None), reception=reception)
+    Answering(runner, near, on_ready=lambda: ready.put(None), reception=reception)
     far = FarPartner(ends)
 
     def tell(who: str) -> None:
@@ -367,9 +368,3 @@ def test_it_is_ready_when_the_server_and_the_reception_are(runner: Runner, first
     ready.get(timeout=60)
     ends.close()
     ours.close()
-
-
-def test_a_contact_is_told_from_afar(runner: Runner, far: FarPartner) -> None:
-    stop = block(runner).stop
-    until(lambda: far.snapshot.state.stop == stop)
-    until(lambda: any(event.kind == "stop" for event in far.history.after(0)))

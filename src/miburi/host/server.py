@@ -14,6 +14,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from queue import Empty, SimpleQueue
 
@@ -26,7 +27,7 @@ from miburi.ground.cores import coming_first
 from miburi.host.given import Pages
 from miburi.host.helpers import GLANCE, Helpers, Moment, signals, start_helpers, watch_process
 from miburi.live.bodies import KINDS
-from miburi.live.crossing.answering import answer
+from miburi.live.crossing.answering import Answering
 from miburi.live.events.store import kept_events
 from miburi.live.memory import keep, remember, remembered
 from miburi.live.recording.archive import Archive
@@ -36,7 +37,7 @@ from miburi.robot import Robot
 from miburi.safety.contact import Rule
 from miburi.serving.addresses import listening_plainly, listening_twice
 from miburi.serving.press import Hold, Press
-from miburi.serving.reach import Reach
+from miburi.serving.reach import Reach, pairing_url, qr_for_terminal
 from miburi.serving.renewal import reach_of
 from miburi.studio.words import FALLBACK, words
 from miburi.talk.endpoint import Endpoint
@@ -145,13 +146,8 @@ def _serve(launch: Launch, meanwhile: Callable[[], None]) -> None:
         meanwhile()
         feelings = _feelings(launch, memory)
         runner = _wake(launch, feelings, folder)
-        talk = launch.doors.talk
-        end = _live(
-            runner,
-            helpers,
-            memory,
-            lambda: _announce(url, reach, talk, launch.headless),
-        )
+        announce = partial(_announce, url, reach, launch.doors.talk, launch.headless)
+        end = _live(runner, helpers, memory, announce)
     finally:
         with signals(SimpleQueue()):  # a second Ctrl-C must leave no process behind
             helpers.end()
@@ -203,7 +199,12 @@ def _memory(folder: Path, model: type[FeelingModel]) -> Path:
 
 def _feelings(launch: Launch, memory: Path | None) -> FeelingModel:
     """Return the saved feelings or new ones, with happiness at the start."""
-    kept = None if memory is None else _recall(memory, launch)
+    kept = None
+    if memory is not None:
+        try:
+            kept = remembered(memory, launch.temperament, launch.emotional_model)
+        except InputError as error:
+            print(f"miburi: {error}", file=sys.stderr)
     feelings = kept or launch.emotional_model(launch.temperament)
     feelings.stimulate(GREETING)
     return feelings
@@ -234,11 +235,8 @@ def _wake(launch: Launch, feelings: FeelingModel, folder: Path) -> Runner:
 
 
 def _live(
-    runner: Runner,
-    helpers: "Helpers",
-    memory: Path | None,
-    announce: Callable[[], None],
-) -> "Moment":
+    runner: Runner, helpers: Helpers, memory: Path | None, announce: Callable[[], None]
+) -> Moment:
     """Run the partner until something ends it, close it, and return what ended it."""
     happenings: SimpleQueue[Moment] = SimpleQueue()
     runner.start(on_failure=lambda: happenings.put(Moment.LOOP_GAVE_UP))
@@ -254,7 +252,7 @@ def _live(
         thread.start()
     gc.freeze()  # otherwise a garbage collection would scan all of it, and make the loop late
     with signals(happenings):
-        answer(
+        Answering(
             runner,
             helpers.server,
             on_ready=lambda: happenings.put(Moment.LISTENS),
@@ -287,14 +285,6 @@ def _next(happenings: "SimpleQueue[Moment]") -> Moment:
             return happenings.get(timeout=GLANCE)
 
 
-def _recall(path: Path, launch: Launch) -> FeelingModel | None:
-    try:
-        return remembered(path, launch.temperament, launch.emotional_model)
-    except InputError as error:
-        print(f"miburi: {error}", file=sys.stderr)
-        return None
-
-
 def _keep(path: Path, feelings: FeelingModel) -> bool:
     try:
         remember(path, feelings.save())
@@ -318,8 +308,6 @@ def _say_good_bye(runner: Runner, folder: Path, *, kept: bool) -> None:
 
 def _announce(url: str, reach: Reach, talk: Endpoint | None, headless: bool) -> None:
     """Say where the studio is; open it unless told otherwise."""
-    from miburi.serving.reach import pairing_url, qr_for_terminal
-
     token, safe = reach.token, reach.authority is not None
     shown = url if token is None or safe else pairing_url(url, token)
     print(f"Miburi is awake. Studio: {shown}   face: {url}/face   (end with Ctrl-C)", flush=True)
@@ -336,8 +324,7 @@ def _announce(url: str, reach: Reach, talk: Endpoint | None, headless: bool) -> 
     elif token is not None:
         print(
             "No phone can connect: this computer is not connected to a home network. Connect "
-            "it, then "
-            "start Miburi again."
+            "it, then start Miburi again."
         )
     if safe:
         print(

@@ -3,11 +3,14 @@
 import threading
 import time
 from collections.abc import Callable
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from miburi.live.watchdog import Lateness, Watchdog
 
-__all__ = ["STEP", "Pace", "Paced"]
+if TYPE_CHECKING:
+    from miburi.live.runner import Runner
+
+__all__ = ["STEP", "Pace"]
 
 #: The loop's period in s; the encoders are read twice in it.
 STEP = 0.02
@@ -18,40 +21,12 @@ _PATIENCE = 0.2
 _FAILURES = 50
 
 
-class Paced(Protocol):
-    """The object whose steps are paced."""
-
-    def tick(self) -> None:
-        """Let one step pass."""
-
-    def halt(self) -> None:
-        """Stop the body without the loop; any thread may call this."""
-
-    def excuse(self, error: Exception, kind: str) -> None:
-        """Say that a step has failed."""
-
-    def rest(self) -> None:
-        """Start returning to the neutral pose."""
-
-    @property
-    def settled(self) -> bool:
-        """Whether it has reached neutral, or somebody's Stop keeps it where it is."""
-
-
 class Pace:
-    """Runs steps by the clock.
+    """Runs a partner's steps by the clock; ``lateness`` is when the watchdog stops the body."""
 
-    Parameters
-    ----------
-    paced
-        The object whose steps are run.
-    lateness
-        Lateness at which the watchdog stops the body.
-    """
-
-    def __init__(self, paced: Paced, lateness: Lateness) -> None:
-        self._paced = paced
-        self._watchdog = Watchdog(STEP, paced.halt, lambda: self._give_up("hangs"), lateness)
+    def __init__(self, runner: "Runner", lateness: Lateness) -> None:
+        self._runner = runner
+        self._watchdog = Watchdog(STEP, runner.halt, lambda: self._give_up("hangs"), lateness)
         self._thread: threading.Thread | None = None
         self._ending, self._over = threading.Event(), threading.Event()
         self._failures, self._patience = 0, 0.0
@@ -84,16 +59,16 @@ class Pace:
         while True:
             if self._ending.is_set() and give_up is None:
                 give_up = time.monotonic() + self._patience
-                self._paced.rest()
+                self._runner.rest()
             self._watchdog.beat()
             try:
-                self._paced.tick()
+                self._runner.tick()
                 self._failures = 0
             except Exception as error:
                 self._fail(error)
             if self.failure is not None:
                 return
-            if give_up is not None and (self._paced.settled or time.monotonic() > give_up):
+            if give_up is not None and (self._runner.settled or time.monotonic() > give_up):
                 return
             due += STEP
             ahead = due - time.monotonic()
@@ -104,8 +79,8 @@ class Pace:
 
     def _fail(self, error: Exception) -> None:
         """Stop the body, and go on with the next step; give up after too many failures."""
-        self._paced.halt()
-        self._paced.excuse(error, "loop_failed")
+        self._runner.halt()
+        self._runner.excuse(error, "loop_failed")
         self._failures += 1
         if self._failures >= _FAILURES:
             self._give_up(f"fails at every step ({type(error).__name__}: {error})")

@@ -6,10 +6,8 @@ immutable, so they never make the loop wait.
 """
 
 import time
-from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
-from operator import attrgetter, itemgetter
 from typing import Any
 
 from miburi.bodies import Body
@@ -17,10 +15,9 @@ from miburi.errors import BodyError
 from miburi.feelings import TEMPERAMENTS, FeelingModel
 from miburi.gestures import Repertoire, shipped_repertoire
 from miburi.ground.log import log_once
-from miburi.ground.newer import newer
 from miburi.live.bodies import make_body
 from miburi.live.commands import Commands
-from miburi.live.events.log import History, Log
+from miburi.live.events.log import Log
 from miburi.live.events.store import EventStore
 from miburi.live.gaze import Gaze
 from miburi.live.granting import Inside, command
@@ -30,7 +27,8 @@ from miburi.live.pace import STEP, Pace
 from miburi.live.recording.archive import Archive
 from miburi.live.recording.tape import Tape
 from miburi.live.speaker import Speaker
-from miburi.live.state import MotorsOut, Sample, Snapshot, StopOut
+from miburi.live.state import Sample, Snapshot, StopOut
+from miburi.live.view import LivePartner
 from miburi.live.watchdog import USUAL, Lateness
 from miburi.live.wishes import Granted, Release, Wish
 from miburi.partner import Event, Partner, Solve, solve_with
@@ -41,17 +39,15 @@ from miburi.senses.happenings import notice
 from miburi.serving.press import PRESSED, Hold, Press
 from miburi.version import __version__
 
-__all__ = ["SAMPLED", "STEP", "STEPPED", "Runner"]
+__all__ = ["STEP", "Runner"]
 
 #: The ``period`` of a running :class:`Partner`'s gestures, s, and the time within which a repeated
 #: refusal is logged only once, s (our choice).
 _PERIOD, _REPEATS = 0.5, 60.0
-#: How many samples and states are kept.
-SAMPLED, STEPPED = 1200, 250
 _STEPS_PER_SAMPLE, _STEPS_PER_MOTORS = 5, 50
 
 
-class Runner:
+class Runner(LivePartner):
     """A live partner; all methods but :meth:`tick` may be called from any thread.
 
     Parameters
@@ -78,6 +74,8 @@ class Runner:
         digits, by default a new one.
     """
 
+    recordings: Archive
+
     def __init__(
         self,
         robot: Robot,
@@ -95,13 +93,11 @@ class Runner:
         events: EventStore | None = None,
         boot: str | None = None,
     ) -> None:
+        super().__init__()
         self.robot, self.own_temperament = robot, feelings.temperament
+        self.temperaments = [*dict.fromkeys((*TEMPERAMENTS, self.own_temperament.name))]
         self.repertoire, self.recordings = repertoire or shipped_repertoire(), recordings
-        self._solve = solve or solve_with()
-        self._move: Callable[[Body], Partner] = lambda body: Partner(
-            body, feelings, repertoire=self.repertoire, period=_PERIOD, solve=self._solve,
-            life=seed,
-        )  # fmt: skip
+        self._solve, self._seed = solve or solve_with(), seed
         self._inside = Inside(
             robot,
             rule,
@@ -116,9 +112,7 @@ class Runner:
         )
         self._commands = Commands(self._inside.stop)
         self._pace, self._was_late, self._at_home = Pace(self, lateness), False, False
-        self._snapshot: Snapshot
-        self._steps: deque[Snapshot] = deque(maxlen=STEPPED)
-        self._samples: deque[tuple[int, Sample]] = deque(maxlen=SAMPLED)
+        self.history = self._inside.log.history
         self._tape = Tape(feelings, self.history, seed)
         self._use(body, port, make_body(body, robot, port, rule))
         self._inside.note("started", name=__version__)
@@ -132,21 +126,6 @@ class Runner:
     def reachable(self) -> bool:
         """Whether the loop has not been abandoned."""
         return self.failure is None
-
-    @property
-    def snapshot(self) -> Snapshot:
-        """The latest state."""
-        return self._snapshot
-
-    @property
-    def body_name(self) -> str:
-        """The kind of body in use now."""
-        return self._observer.name
-
-    @property
-    def motors(self) -> MotorsOut:
-        """The state of the motors, at most a second old."""
-        return self._motors
 
     @property
     def at_home(self) -> bool:
@@ -164,27 +143,9 @@ class Runner:
         return self._inside.partner.body
 
     @property
-    def temperaments(self) -> list[str]:
-        """The temperaments to choose from: those that ship with Miburi, and the partner's first."""
-        return [*dict.fromkeys((*TEMPERAMENTS, self.own_temperament.name))]
-
-    @property
     def read_until(self) -> float:
         """The present time, because calls within a process leave no messages on the way."""
         return time.monotonic()
-
-    @property
-    def history(self) -> History:
-        """What has happened, across restarts."""
-        return self._inside.log.history
-
-    def steps_after(self, serial: int) -> list[Snapshot]:
-        """Return the states after a serial, oldest first; only the last five seconds are kept."""
-        return newer(self._steps, serial, attrgetter("serial"))
-
-    def samples_after(self, serial: int) -> list[tuple[int, Sample]]:
-        """Return the samples after a step, each with its step's serial; two minutes are kept."""
-        return newer(self._samples, serial, itemgetter(0))
 
     def ask(self, wish: Wish[Granted]) -> Future[Granted]:
         """Queue a request for the time between two steps; the future holds the answer or an error.
@@ -247,18 +208,18 @@ class Runner:
         if stopped and stopped.reason is StopReason.TOUCHED:
             inside.sense(notice("lead"))
         for event in events:
-            inside.agenda.take(event, stopped, self._motors.rule.ratio)
+            inside.agenda.take(event, stopped, self.motors.rule.ratio)
         self._record(events, stopped, sampled)
         try:
             self._look()
             if sampled:
-                self._samples.append((inside.serial, Sample.of(self._snapshot.state)))
+                self._samples.append((inside.serial, Sample.of(self.snapshot.state)))
         except Exception as error:
             self.excuse(error)
-            self._snapshot = self._snapshot.at_least(
+            self.snapshot = self.snapshot.at_least(
                 inside.serial, partner.body.state, partner.held, self.history.number
             )
-        self._steps.append(self._snapshot)
+        self._steps.append(self.snapshot)
         self._commands.settle()
 
     def start(self, on_failure: Callable[[], None] = lambda: None) -> None:
@@ -296,17 +257,21 @@ class Runner:
         """Stop the body without the loop, and show that it is stopped; any thread may call this."""
         self._was_late = True
         self._inside.partner.halt()
-        self._snapshot = self._snapshot.halted()
+        self.snapshot = self.snapshot.halted()
         self._commands.settle()
 
     def _use(self, name: str, port: str | None, body: Body) -> None:
         inside = self._inside
-        inside.port, inside.partner = port, self._move(body)
+        inside.port = port
+        inside.partner = Partner(
+            body, inside.feelings, repertoire=self.repertoire, period=_PERIOD, solve=self._solve,
+            life=self._seed,
+        )  # fmt: skip
         if inside.paused:
             inside.partner.pause()
         inside.hand, inside.gaze = GuidedHand(), Gaze(rides=name == "card")
         self._observer = Observer(name, port, inside.partner, inside.feelings)
-        self._motors = self._observer.motors()
+        self.motors = self._observer.motors()
         inside.serial += 1
         self._look()
 
@@ -314,13 +279,13 @@ class Runner:
         """Update the state that viewers see."""
         inside = self._inside
         if inside.serial % _STEPS_PER_MOTORS == 0:
-            self._motors = self._observer.motors()
+            self.motors = self._observer.motors()
         state = self._observer.state(
             inside.serial,
             paused=inside.paused,
             recording=self.recordings.current,
             recording_end=self.recordings.ended and self.recordings.ended._asdict(),
-            rule=self._motors.rule,
+            rule=self.motors.rule,
             hand_out=inside.hand.goal is not None,
             spoken=inside.speaker.spoken,
             distress=inside.speaker.distress,
@@ -328,7 +293,7 @@ class Runner:
             boot=self.history.boot,
             latest=self.history.number,
         )
-        self._snapshot = Snapshot(state)
+        self.snapshot = Snapshot(state)
 
     def _record(self, events: list[Event], stopped: StopOut | None, sampled: bool) -> None:
         """Pass the step to the recording, if one is on; note recordings begun, ended or deleted."""

@@ -4,13 +4,17 @@
 :class:`miburi.live.crossing.far.FarPartner`, whose runner is in another process.
 """
 
+from abc import ABC, abstractmethod
+from collections import deque
 from concurrent.futures import Future
+from operator import attrgetter, itemgetter
 from pathlib import Path
 from typing import Protocol
 
 from miburi.errors import MiburiError
 from miburi.feelings import Temperament
 from miburi.gestures import Repertoire
+from miburi.ground.newer import newer
 from miburi.live.events.log import History
 from miburi.live.recording.archive import Kept
 from miburi.live.state import MotorsOut, Sample, Snapshot
@@ -19,6 +23,9 @@ from miburi.robot import Robot
 from miburi.serving.press import PRESSED, Press
 
 __all__ = ["LivePartner", "Recordings", "UnreachableError"]
+
+#: How many samples and states are kept: two minutes, and five seconds.
+_SAMPLED, _STEPPED = 1200, 250
 
 
 class UnreachableError(MiburiError):
@@ -35,9 +42,8 @@ class UnreachableError(MiburiError):
 class Recordings(Protocol):
     """The recordings of a live partner; calls that wait for the disk belong in a thread."""
 
-    @property
-    def limit(self) -> int:
-        """The largest total size of all recordings, bytes."""
+    #: The largest total size of all recordings, bytes.
+    limit: int
 
     @property
     def current(self) -> str | None:
@@ -59,59 +65,61 @@ class Recordings(Protocol):
         """Delete a finished recording."""
 
 
-class LivePartner(Protocol):
-    """A partner that runs in real time; any thread may look at it and ask it for things."""
+class LivePartner(ABC):
+    """A partner that runs in real time; any thread may look at it and ask it for things.
 
-    @property
-    def robot(self) -> Robot:
-        """The description."""
+    Attributes
+    ----------
+    robot, repertoire, recordings
+        The description, the gestures, and the recordings.
+    own_temperament, temperaments
+        The temperament that it began with, and the names of those to choose from: the ones that
+        ship with Miburi, and its own.
+    history
+        What has happened, across restarts.
+    snapshot
+        The latest state.
+    motors
+        The state of the motors, at most a second old.
+    """
 
-    @property
-    def repertoire(self) -> Repertoire:
-        """The gestures."""
+    robot: Robot
+    repertoire: Repertoire
+    recordings: Recordings
+    own_temperament: Temperament
+    temperaments: list[str]
+    history: History
+    snapshot: Snapshot
+    motors: MotorsOut
 
-    @property
-    def recordings(self) -> Recordings:
-        """The recordings."""
-
-    @property
-    def temperaments(self) -> list[str]:
-        """The temperaments to choose from: those that ship with Miburi, and the partner's first."""
-
-    @property
-    def own_temperament(self) -> Temperament:
-        """The temperament that it began with."""
-
-    @property
-    def reachable(self) -> bool:
-        """Whether the loop is alive and answers; if not, the snapshot is an old one."""
-
-    @property
-    def snapshot(self) -> Snapshot:
-        """The latest state."""
+    def __init__(self) -> None:
+        self._samples: deque[tuple[int, Sample]] = deque(maxlen=_SAMPLED)
+        self._steps: deque[Snapshot] = deque(maxlen=_STEPPED)
 
     @property
     def body_name(self) -> str:
         """The kind of body in use now."""
-
-    @property
-    def motors(self) -> MotorsOut:
-        """The state of the motors, at most a second old."""
-
-    @property
-    def read_until(self) -> float:
-        """The time up to which all messages have been read, s, on the clock of all processes."""
-
-    @property
-    def history(self) -> History:
-        """What has happened, across restarts."""
+        return self.snapshot.state.body
 
     def samples_after(self, serial: int) -> list[tuple[int, Sample]]:
         """Return the samples after a step, each with its step's serial; two minutes are kept."""
+        return newer(self._samples, serial, itemgetter(0))
 
     def steps_after(self, serial: int) -> list[Snapshot]:
         """Return the states after a serial, oldest first; only the last five seconds are kept."""
+        return newer(self._steps, serial, attrgetter("serial"))
 
+    @property
+    @abstractmethod
+    def reachable(self) -> bool:
+        """Whether the loop is alive and answers; if not, the snapshot is an old one."""
+
+    @property
+    @abstractmethod
+    def read_until(self) -> float:
+        """The time up to which all messages have been read, s, on the clock of all processes."""
+
+    @abstractmethod
     def ask(self, wish: Wish[Granted]) -> Future[Granted]:
         """Ask for something; return a future for the answer, or for the error if it is refused.
 
@@ -119,6 +127,7 @@ class LivePartner(Protocol):
         once.
         """
 
+    @abstractmethod
     def stop(self, press: Press = PRESSED) -> Future[None]:
         """Stop the body until a :class:`Release`.
 

@@ -31,21 +31,15 @@ from miburi.live.watchdog import Watchdog
 from miburi.live.wishes import Release
 from miburi.serving.press import Press
 
-__all__ = ["UNSERVED", "answer"]
+__all__ = ["UNSERVED", "Answering"]
 
 #: How long the server, or the process that receives Stops, may hang, s (our choice).
 UNSERVED = 3.0
 _SLOW_THREADS = 4
 
 
-def answer(
-    runner: Runner,
-    ends: Lanes,
-    on_ready: Callable[[], None] = lambda: None,
-    on_hang: Callable[[], None] = lambda: None,
-    reception: Connection | None = None,
-) -> None:
-    """Answer the server from now on, in separate threads, until it has gone.
+class Answering:
+    """Answers the server from now on, in separate threads, until it has gone.
 
     If the server hangs after its start, nobody can watch the body on a page. If the process that
     receives Stops (the reception) hangs, nobody can press Stop. After 3 s of either, the body is
@@ -64,27 +58,18 @@ def answer(
     reception
         The partner's end of the pipe to a reception.
     """
-    awaited = {"server"} if reception is None else {"server", "reception"}
-    side = _Answering(runner, ends, awaited, on_ready, on_hang)
-    works: list[Callable[[], None]] = [side.answer_all, partial(side.stop_all, ends.stopping)]
-    if reception is not None:
-        works.append(partial(side.stop_all, reception))
-    for work in works:
-        threading.Thread(target=work, daemon=True).start()
 
-
-class _Answering:
     def __init__(
         self,
         runner: Runner,
         ends: Lanes,
-        awaited: set[str],
-        on_ready: Callable[[], None],
-        on_hang: Callable[[], None],
+        on_ready: Callable[[], None] = lambda: None,
+        on_hang: Callable[[], None] = lambda: None,
+        reception: Connection | None = None,
     ) -> None:
-        self._runner, self._ends, self._on_ready = runner, ends, on_ready
-        self._awaited, self._arriving = awaited, threading.Lock()
-        self._on_hang = on_hang
+        self._runner, self._ends = runner, ends
+        self._on_ready, self._on_hang = on_ready, on_hang
+        self._awaited, self._arriving = {"server"}, threading.Lock()
         self._watchdog = Watchdog(UNSERVED, partial(self._stop, "server"), on_hang, apart=True)
         self._beats = 0
         self._over = threading.Event()
@@ -104,12 +89,18 @@ class _Answering:
                 runner.history.first,
             )
         )
+        works: list[Callable[[], None]] = [self._answer_all, partial(self._stop_all, ends.stopping)]
+        if reception is not None:
+            self._awaited.add("reception")
+            works.append(partial(self._stop_all, reception))
+        for work in works:
+            threading.Thread(target=work, daemon=True).start()
 
     def _stop(self, who: str) -> None:
         print(f"miburi: the {who} does not respond, so the body was stopped.", file=sys.stderr)
         self._runner.stop(Press("partner"))
 
-    def stop_all(self, stopping: Connection) -> None:
+    def _stop_all(self, stopping: Connection) -> None:
         """Stop the body when a message says so; a None is only a heartbeat."""
         watchdog = None
 
@@ -142,7 +133,7 @@ class _Answering:
         if last:
             self._on_ready()
 
-    def answer_all(self) -> None:
+    def _answer_all(self) -> None:
         """Handle the server's messages in order."""
         with suppress(OSError, EOFError):
             while True:
@@ -185,7 +176,7 @@ class _Answering:
         try:
             future = ask()
         except Exception as error:
-            self._tell(number, None, _told(error))
+            self._tell(number, None, error)
             return
         self._open[number] = future
         future.add_done_callback(partial(self._end, number))
@@ -204,17 +195,10 @@ class _Answering:
         if future.cancelled():
             return
         error = future.exception()
-        if error is None:
-            self._tell(number, future.result(), None)
-        else:
-            self._tell(number, None, _told(error))
+        self._tell(number, future.result() if error is None else None, error)
 
-    def _tell(self, number: int, result: object, error: MiburiError | None) -> None:
+    def _tell(self, number: int, result: object, error: BaseException | None) -> None:
+        """Send a result, or an error as a class that the other side knows."""
+        if error is not None and not isinstance(error, MiburiError):
+            error = MiburiError(f"{type(error).__name__}: {error}")
         self._post.send(Answer(number, result, error, self._runner.snapshot.serial))
-
-
-def _told(error: BaseException) -> MiburiError:
-    """Return an error, converted to a class that the other side knows."""
-    if isinstance(error, MiburiError):
-        return error
-    return MiburiError(f"{type(error).__name__}: {error}")

@@ -7,12 +7,10 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
 from functools import partial
-from operator import attrgetter, itemgetter
 from pathlib import Path
 from selectors import EVENT_READ, DefaultSelector
 from typing import Any, cast
 
-from miburi.ground.newer import newer
 from miburi.live.crossing.lanes import (
     LONG,
     Answer,
@@ -28,10 +26,10 @@ from miburi.live.crossing.lanes import (
 )
 from miburi.live.events.log import History
 from miburi.live.events.store import EventStore
+from miburi.live.pace import STEP
 from miburi.live.recording.archive import Kept
-from miburi.live.runner import SAMPLED, STEP, STEPPED
-from miburi.live.state import MotorsOut, Sample, Snapshot
-from miburi.live.view import UnreachableError
+from miburi.live.state import Snapshot
+from miburi.live.view import LivePartner, UnreachableError
 from miburi.live.wishes import Granted, Release, Wish
 from miburi.serving.press import PRESSED, Press
 
@@ -45,8 +43,8 @@ SILENCE = 1.0
 _WAITS = 10
 
 
-class FarPartner:
-    """A live partner in another process; see :class:`miburi.live.view.LivePartner`.
+class FarPartner(LivePartner):
+    """A live partner in another process.
 
     Parameters
     ----------
@@ -70,8 +68,8 @@ class FarPartner:
         clock: Callable[[], float] = time.monotonic,
         open_store: Callable[[], EventStore | None] = lambda: None,
     ) -> None:
+        super().__init__()
         self._ends, self._clock = ends, clock
-        self._motors: MotorsOut
         self._lock = threading.Lock()
         self._open: dict[int, Future[Any]] = {}
         self._number = self._beats = 0
@@ -81,8 +79,6 @@ class FarPartner:
         self._ticks = deque([clock()], maxlen=2)
         self._sent_stop: Future[None] | None = None
         self._next_stop: Future[None] | None = None
-        self._samples: deque[tuple[int, Sample]] = deque(maxlen=SAMPLED)
-        self._steps: deque[Snapshot] = deque(maxlen=STEPPED)
         #: Set when the partner's process has ended.
         self.over = threading.Event()
         self._post = Post(ends.asking)
@@ -104,32 +100,9 @@ class FarPartner:
         return not (self.over.is_set() or self._silent)
 
     @property
-    def snapshot(self) -> Snapshot:
-        """The latest state received."""
-        return self._snapshot
-
-    @property
-    def body_name(self) -> str:
-        """The kind of body in use now."""
-        return self._snapshot.state.body
-
-    @property
-    def motors(self) -> MotorsOut:
-        """The state of the motors, at most a second old."""
-        return self._motors
-
-    @property
     def read_until(self) -> float:
         """The time of the last heartbeat but one; everything sent before it has been read."""
         return self._ticks[0]
-
-    def samples_after(self, serial: int) -> list[tuple[int, Sample]]:
-        """Return the samples after a step, each with its step's serial; two minutes are kept."""
-        return newer(self._samples, serial, itemgetter(0))
-
-    def steps_after(self, serial: int) -> list[Snapshot]:
-        """Return the states after a serial, the oldest first."""
-        return newer(self._steps, serial, attrgetter("serial"))
 
     def stop(self, press: Press = PRESSED) -> Future[None]:
         """Stop the body before anything else is done.
@@ -188,7 +161,7 @@ class FarPartner:
         self._post.send(Ready())
 
     def beat(self) -> None:
-        """Record that the server is alive, for :func:`~miburi.live.crossing.answering.answer`."""
+        """Record that the server is alive, for the partner's watchdog."""
         self._beats += 1
         self._ticks.append(self._clock())
 
@@ -221,10 +194,10 @@ class FarPartner:
         self._steps.extend(Snapshot(json=json, serial=serial) for serial, json in news.steps)
         if news.serial > known:
             self._steps.append(latest)
-        self._snapshot = latest  # set last, so that readers of this find the entries, too
+        self.snapshot = latest  # set last, so that readers of this find the entries, too
         self._serial = news.serial
         if news.motors is not None:
-            self._motors = news.motors
+            self.motors = news.motors
 
     def _listen(self) -> None:
         """Take in what the partner says, and ask it for news every step.

@@ -2,10 +2,10 @@
 
 The partner's loop has a process of its own, so that no page and no request can starve it. The
 server's process holds a :class:`~miburi.live.crossing.far.FarPartner`, which sends requests; in the
-runner's process, :func:`~miburi.live.crossing.answering.answer` replies to them. Two pipes lie
-between them, one for Stop alone::
+runner's process, :class:`~miburi.live.crossing.answering.Answering` replies to them. Two pipes
+lie between them, one for Stop alone::
 
-    FarPartner ── Ask, Cancel, Look ─▶ answer ──▶ Runner
+    FarPartner ── Ask, Cancel, Look ─▶ Answering ──▶ Runner
                ◀── Answer, Latest ──────
                ═══ Stop ═════════════▶
 
