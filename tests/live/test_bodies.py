@@ -2,17 +2,11 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from miburi.errors import BodyError, InputError
 from miburi.live.bodies import KINDS, make_body
 from miburi.robot import Robot
-
-
-def test_the_simulated_body_is_always_there(robot: Robot) -> None:
-    body = make_body("simulated", robot)
-    np.testing.assert_allclose(body.state.angles, robot.neutral, atol=0.02)
 
 
 def test_an_emulated_card_is_there_when_its_firmware_has_been_built(

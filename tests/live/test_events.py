@@ -2,6 +2,7 @@
 
 import itertools
 import sqlite3
+from collections.abc import Iterator
 from contextlib import closing
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -12,17 +13,16 @@ from hypothesis import strategies as st
 from tests.fixtures.live import block, run, until
 
 from miburi.errors import InputError
-from miburi.feelings import EmotionalModel, Expression, Stimulus
+from miburi.feelings import EmotionalModel, Expression
 from miburi.live.events.event import Cursor, LiveEvent
-from miburi.live.events.log import LOGGED, Log
-from miburi.live.events.store import SURE, EventStore, kept_events
+from miburi.live.events.log import Log
+from miburi.live.events.store import EventStore, kept_events
 from miburi.live.recording.archive import Archive
 from miburi.live.runner import STEP, Runner
 from miburi.live.stage import Act
 from miburi.live.wishes import (
     AllowWords,
     ChangeBody,
-    Feel,
     Pause,
     Perform,
     PerformActs,
@@ -34,6 +34,16 @@ from miburi.robot import Robot
 from miburi.senses.words import hear
 
 BEGAN = datetime(2026, 11, 24, 10, tzinfo=UTC)
+#: How many events are kept in memory here, and how many are kept whatever the clock says.
+FEW, SURE = 60, 50
+
+
+@pytest.fixture(scope="module", autouse=True)
+def few() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("miburi.live.events.log.LOGGED", FEW)
+        patch.setattr("miburi.live.events.store.SURE", SURE)
+        yield
 
 
 def kept(folder: Path, days: float = 0.0) -> Log:
@@ -49,18 +59,6 @@ def heard(log: Log, cursor: Cursor) -> list[str]:
     return [event.name or event.kind for event in log.history.since(cursor, 10_000)]
 
 
-def test_a_cursor_goes_on_after_a_restart(tmp_path: Path) -> None:
-    first = kept(tmp_path)
-    cursor = first.note(1.0, "stop", name="known").cursor
-    first.note(2.0, "stop", name="missed")
-    first.close()
-    second = kept(tmp_path)
-    second.note(1.0, "stop", name="new")
-    assert heard(second, cursor) == ["missed", "new"]
-    assert heard(second, Cursor(None, cursor.number)) == ["missed", "new"], "a bare number, too"
-    assert second.history.boot != first.history.boot
-
-
 def test_what_a_killed_partner_had_told_and_not_written_hides_nothing_new(tmp_path: Path) -> None:
     """Its last number is given again; a cursor of the old start must not take it for known."""
     first = kept(tmp_path)
@@ -73,7 +71,7 @@ def test_what_a_killed_partner_had_told_and_not_written_hides_nothing_new(tmp_pa
 
 
 @settings(max_examples=30)
-@given(st.lists(st.integers(0, 400), min_size=1, max_size=4), st.data())
+@given(st.lists(st.integers(0, 90), min_size=1, max_size=4), st.data())
 def test_whoever_asks_from_event_to_event_hears_each_once(
     tmp_path_factory: pytest.TempPathFactory, starts: list[int], data: st.DataObject
 ) -> None:
@@ -85,7 +83,7 @@ def test_whoever_asks_from_event_to_event_hears_each_once(
             log.note(0.0, "refused", name=str(next(names)))
         log.close()
         if data.draw(st.booleans()):
-            while told := log.history.since(cursor, data.draw(st.integers(1, 200))):
+            while told := log.history.since(cursor, data.draw(st.integers(1, 50))):
                 got += [int(event.name or -1) for event in told]
                 cursor = told[-1].cursor
     last = kept(folder)
@@ -99,15 +97,16 @@ def test_whoever_asks_from_event_to_event_hears_each_once(
 def test_a_cursor_of_another_folder_hears_that_it_is_unknown_and_then_all(tmp_path: Path) -> None:
     other, log = kept(tmp_path / "other"), kept(tmp_path)
     cursor = other.note(1.0, "stop").cursor
-    log.note(1.0, "stop", name="ours")
+    known = log.note(1.0, "stop", name="ours")
     assert heard(log, cursor) == ["gap", "ours"]
     assert heard(log, Cursor(None, 99)) == ["gap", "ours"], "a number that was never given"
+    assert heard(log, Cursor(None, known.number - 1)) == ["ours"], "a bare number"
 
 
 def test_what_is_too_old_is_left_out_and_said_to_be_and_stops_stay(tmp_path: Path) -> None:
     log = kept(tmp_path)
     log.note(0.0, "stop", name="old stop")
-    for number in range(SURE):
+    for number in range(4 * SURE):
         log.note(0.0, "refused", name=f"old {number}")
     log.close()
     later = kept(tmp_path, days=31)
@@ -135,14 +134,14 @@ def test_events_that_a_full_disk_did_not_take_are_a_gap(tmp_path: Path) -> None:
     log.close()
     with closing(sqlite3.connect(tmp_path / "events.sqlite")) as file, file:
         log = kept(tmp_path)
-        for number in range(2 * LOGGED):
+        for number in range(2 * FEW):
             log.note(0.0, "refused", name=str(number))
         log.close()
         file.execute("DELETE FROM events WHERE number BETWEEN 10 AND 20")
     told = log.history.since(cursor, 10_000)
     (gap,) = [event for event in told if event.kind == "gap"]
     assert told[told.index(gap) + 1].number == gap.number + 1 == 21
-    assert len(told) == 2 * LOGGED - 11 + 1
+    assert len(told) == 2 * FEW - 11 + 1
 
 
 def test_a_file_that_is_none_of_ours_is_put_aside(tmp_path: Path) -> None:
@@ -232,15 +231,6 @@ def test_every_wish_ends_once(runner: Runner) -> None:
     assert ends(runner, dropped.result())[0].name == "lapsed"
 
 
-def test_a_gesture_tells_its_wish_its_beginning_and_its_end(runner: Runner) -> None:
-    wish = runner.ask(Perform(Expression("surprise", 0.8), None, "gesture", "agent"))
-    until(runner, lambda state: state.asked)
-    until(runner, lambda state: not state.asked)
-    events = [event for event in runner.history.after(0) if wish.result() in (event.id, event.wish)]
-    assert [event.kind for event in events] == ["wish", "gesture_begun", "gesture_ended"]
-    assert (events[0].by, events[1].feeling, events[1].mood) == ("agent", "surprise", 0.8)
-
-
 def test_another_body_ends_what_was_asked_of_the_last(runner: Runner) -> None:
     wish = runner.ask(Perform(Expression("surprise", 0.8)))
     until(runner, lambda state: state.asked)
@@ -254,7 +244,7 @@ def test_a_release_has_an_end_or_is_broken_off(runner: Runner) -> None:
     until(runner, lambda state: state.phase == "returning")
     runner.stop()
     until(runner, lambda state: state.held and state.phase == "stopped")
-    run(runner, 1.0)
+    run(runner, 0.5)
     runner.ask(Release(by_person=True))
     until(runner, lambda state: state.phase == "idle")
     runner.tick()
@@ -262,6 +252,12 @@ def test_a_release_has_an_end_or_is_broken_off(runner: Runner) -> None:
     assert kinds[:2] == ["stop", "release_begun"]
     assert kinds[2:4] == ["stop", "release_broken_off"]
     assert kinds[-2:] == ["release_begun", "release_ended"]
+
+
+def performed(runner: Runner, wish: str) -> list[LiveEvent]:
+    """Let time pass until a performance has ended; return its events."""
+    until(runner, lambda _: any(e.kind.startswith("perf") for e in ends(runner, wish)))
+    return [event for event in runner.history.after(0) if event.wish == wish]
 
 
 ACTS = [
@@ -273,8 +269,8 @@ ACTS = [
 
 def test_a_performance_does_all_in_order_and_ends_once(runner: Runner) -> None:
     wish = runner.ask(PerformActs(ACTS, True))
-    run(runner, 15.0)
-    told = [(e.kind, e.feeling) for e in runner.history.after(0) if e.wish == wish.result()]
+    runner.tick()
+    told = [(e.kind, e.feeling) for e in performed(runner, wish.result())]
     assert [one for one in told if "speech" not in one[0]] == [
         ("performance_begun", None),
         ("gesture_begun", "happiness"),
@@ -290,13 +286,11 @@ def test_a_performance_does_all_in_order_and_ends_once(runner: Runner) -> None:
 def test_what_belongs_together_begins_together_while_it_breathes(runner: Runner) -> None:
     """At rest it breathes: the body must end that, and the sentence waits for it."""
     acts = [Act(0.0, words="Hello."), Act(0.0, expression=Expression("surprise", 0.5))]
-    for _ in range(2):
-        until(runner, lambda state: state.phase == "moving")
-        wish = runner.ask(PerformActs(acts, queued=True))
-        run(runner, 8.0)
-        begun = {e.kind: e.time for e in runner.history.after(0) if e.wish == wish.result()}
-        assert begun["speech_begun"] == pytest.approx(begun["gesture_begun"], abs=2.5 * STEP)
-        assert "performance_ended" in begun
+    until(runner, lambda state: state.phase == "moving")
+    wish = runner.ask(PerformActs(acts, queued=True))
+    runner.tick()
+    begun = {e.kind: e.time for e in performed(runner, wish.result())}
+    assert begun["speech_begun"] == pytest.approx(begun["gesture_begun"], abs=2.5 * STEP)
 
 
 def returning(runner: Runner) -> None:
@@ -305,7 +299,6 @@ def returning(runner: Runner) -> None:
     run(runner, 0.2)
     runner.stop()
     until(runner, lambda state: state.phase == "stopped")
-    run(runner, 1.0)
     runner.ask(Release(by_person=True))
     until(runner, lambda state: state.phase == "returning")
 
@@ -326,7 +319,8 @@ def test_what_is_replaced_before_it_begins_is_never_performed(runner: Runner) ->
     first = runner.ask(PerformActs([Act(0.0, expression=Expression("sadness", 0.5))], queued=True))
     run(runner, 3 * STEP)
     runner.ask(PerformActs([Act(0.0, words="No, wait.")], queued=False))
-    run(runner, 8.0)
+    until(runner, lambda state: state.phase == "idle")
+    run(runner, 1.0)
     kinds = [e.kind for e in runner.history.after(0) if e.wish == first.result()]
     assert "gesture_begun" not in kinds
     assert kinds[-1] == "performance_broken_off"
@@ -337,23 +331,12 @@ def test_performances_wait_for_one_another_and_now_comes_before_all(runner: Runn
     until(runner, lambda state: state.asked)
     now = runner.ask(PerformActs([Act(0.0, expression=Expression("fear", 0.9))], False))
     until(runner, lambda state: state.expressed and state.expressed.feeling == "fear", seconds=2.0)
-    run(runner, 8.0)
+    performed(runner, now.result())
     told = [
         [e.kind for e in ends(runner, wish.result()) if "gesture" not in e.kind]
         for wish in (first, second, now)
     ]
     assert told == [["performance_broken_off"], ["wish_dropped"], ["performance_ended"]]
-
-
-def test_words_alone_that_come_now_let_a_later_gesture_wait(runner: Runner) -> None:
-    runner.ask(PerformActs([Act(0.0, words="Hello.")], False))
-    run(runner, 2.0)
-    runner.ask(PerformActs([Act(0.0, expression=Expression("surprise", 0.6))], True))
-    runner.ask(Feel(Stimulus("happiness", 1.0)))
-    run(runner, 12.0)
-    kinds = [event.kind for event in runner.history.after(0)]
-    assert "gesture_broken_off" not in kinds
-    assert kinds.count("performance_ended") == 2
 
 
 def test_a_contact_breaks_a_performance_off_and_stop_drops_those_that_wait(runner: Runner) -> None:
@@ -368,10 +351,3 @@ def test_a_contact_breaks_a_performance_off_and_stop_drops_those_that_wait(runne
     run(runner, 0.2)
     assert [e.kind for e in ends(runner, second.result())] == ["wish_dropped"]
     assert runner.history.latest is not None
-
-
-def test_the_log_of_a_feeling_names_its_event(runner: Runner) -> None:
-    told = runner.ask(Feel(Stimulus("happiness", 0.5), "home"))
-    runner.tick()
-    (event,) = [event for event in runner.history.after(0) if event.kind == "stimulus"]
-    assert (event.id, event.by) == (told.result(), "home")

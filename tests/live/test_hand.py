@@ -40,10 +40,9 @@ def test_a_hand_that_feels_the_robot_is_slow_and_goes_back_where_it_is_pressed()
     assert np.allclose(places, [0.3 - step, 0.3 - step - slow, 0.3 - slow])
 
 
-@pytest.mark.parametrize("seed", [5, 6, 7])
-def test_a_pressed_hand_that_is_led_away_comes_away(seed: int) -> None:
+def test_a_pressed_hand_that_is_led_away_comes_away() -> None:
     """It used to back away from where it was led: deeper, where it pressed and stayed."""
-    body, hand, rng = Simulated(iphonoid()), GuidedHand(), np.random.default_rng(seed)
+    body, hand, rng = Simulated(iphonoid()), GuidedHand(), np.random.default_rng(5)
     out = np.array([0.25, -0.1, 0.1])
     body.place_hand(out, INWARDS)
     pressed = 0

@@ -25,10 +25,6 @@ def test_feelings_are_kept_and_age(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert kept.mood[0] == pytest.approx(0.5 + 0.3 * 0.3679, rel=1e-3)
 
 
-def test_nothing_is_remembered_where_nothing_was_kept(tmp_path: Path) -> None:
-    assert remembered(tmp_path / "feelings.json", shipped_temperament()) is None
-
-
 @pytest.mark.parametrize(
     "content",
     [
@@ -58,13 +54,10 @@ def test_a_bad_file_is_said_and_kept_aside(tmp_path: Path, content: bytes) -> No
     assert remembered(path, shipped_temperament()) is None
 
 
-def test_a_file_that_is_no_file_is_said(tmp_path: Path) -> None:
+def test_a_place_that_takes_no_file_is_said(tmp_path: Path) -> None:
     (tmp_path / "feelings.json").mkdir()
     with pytest.raises(InputError, match="cannot be read"):
         remembered(tmp_path / "feelings.json", shipped_temperament())
-
-
-def test_where_nothing_can_be_kept_it_is_said(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot be kept"):
         remember(tmp_path / "file" / "feelings.json", happy().save())

@@ -17,7 +17,6 @@ from miburi.live.wishes import Feel, Release
 from miburi.partner import MoveSent, Stopped
 from miburi.robot import JOINTS, Robot
 from miburi.safety.contact import Window
-from miburi.safety.free import FreeRule
 from miburi.safety.profile import FINE
 from miburi.safety.stop import Phase, Stop, StopReason
 
@@ -89,7 +88,7 @@ def test_a_card_that_is_lost_is_said_and_found_again(card: Runner) -> None:
     line.close = lambda: None  # a processor that was switched off for good cannot be found again
     state = until(card, lambda state: state.stop)
     assert state.stop.reason == StopReason.LINE_LOST
-    run(card, 2.0)
+    run(card, 1.1)
     assert {motor.answers for motor in card.motors.motors} == {False}
     refused = card.ask(Release())
     card.tick()
@@ -102,21 +101,25 @@ def test_a_card_that_is_lost_is_said_and_found_again(card: Runner) -> None:
     until(card, lambda state: state.phase == "moving")
 
 
+def observed(robot: Robot) -> tuple[Observer, SimpleNamespace]:
+    """Return an observer of a body that has moved, and the body, whose window a test chooses."""
+    state = SimpleNamespace(phase=Phase.MOVING, velocities=np.full(8, -0.3))
+    body = SimpleNamespace(robot=robot, state=state, window=None, touchable=None)
+    return Observer("simulated", None, SimpleNamespace(body=body), EmotionalModel()), body
+
+
+def halfway(robot: Robot, length: int) -> Window:
+    """Return a window of so many µs in which a motor went half of 0.1 rad."""
+    way = np.full(8, round(0.1 / robot.servo.step) * FINE, dtype=np.int64)
+    return Window(way // 2, way, way // 2, np.arange(8) == 2, np.full(8, length))
+
+
 def test_speeds_are_those_of_the_window_that_was_judged(robot: Robot) -> None:
     """A slow motor is judged over several periods, a fast one within one."""
-    travel = np.full(8, round(0.1 / robot.servo.step) * FINE, dtype=np.int64)
-    body = SimpleNamespace(
-        robot=robot,
-        state=SimpleNamespace(phase=Phase.MOVING, velocities=np.full(8, -0.3)),
-        window=None,
-        touchable=None,
-    )
-    partner = SimpleNamespace(body=body, expression=None, asked=False, held=False)
-    observer = Observer("simulated", None, partner, EmotionalModel())
+    observer, body = observed(robot)
     stopped = Stopped(1.0, Stop(1.0, StopReason.CONTACT, JOINTS[2], "speed", 0.5), 0.5, 0.4)
     for length in (30_000, 100_000, 300_000):
-        judged = np.arange(8) == 2
-        body.window = Window(travel // 2, travel, travel // 2, judged, np.full(8, length))
+        body.window = halfway(robot, length)
         told = observer.take([stopped])
         assert told.expected == pytest.approx(0.1e6 / length, rel=0.01)
         assert told.measured == pytest.approx(told.expected / 2, rel=0.01)
@@ -126,15 +129,12 @@ def test_speeds_are_those_of_the_window_that_was_judged(robot: Robot) -> None:
 def test_a_motor_far_from_its_path_is_compared_with_the_speed_that_was_sent(
     robot: Robot,
 ) -> None:
-    state = SimpleNamespace(phase=Phase.MOVING, velocities=np.full(8, -0.3))
-    body = SimpleNamespace(robot=robot, state=state, window=None, touchable=None)
-    observer = Observer("simulated", None, SimpleNamespace(body=body), EmotionalModel())
+    observer, body = observed(robot)
     stopped = Stopped(1.0, Stop(1.0, StopReason.CONTACT, JOINTS[2], "tracking", 0.8), 0.5, 0.4)
     told = observer.take([stopped])
     assert (told.measured, told.expected, told.ratio) == (None, None, 0.8)
     observer.take([MoveSent(0.0, 0, SimpleNamespace(speeds=np.full(8, 0.9)), None)])
-    way = np.full(8, round(0.1 / robot.servo.step) * FINE, dtype=np.int64)
-    body.window = Window(way // 2, way, way // 2, np.arange(8) == 2, np.full(8, 500_000))
+    body.window = halfway(robot, 500_000)
     told = observer.take([stopped])
     assert (told.measured, told.expected) == (0.3, 0.9)
     assert (told.moved, told.due) == pytest.approx((0.05, 0.1), abs=1e-3)
@@ -149,9 +149,3 @@ def test_a_pushed_motor_that_had_nowhere_to_go_has_no_ratio(
     monkeypatch.setattr(type(runner.body), "window", pushed)
     runner.tick()
     assert runner.snapshot.state.ratios == [None] * 8
-
-
-def test_the_shipped_guards_are_those_of_the_robot(runner: Runner) -> None:
-    shipped = FreeRule.of(runner.robot).guards
-    lags = [motor.guards.lag for motor in runner.motors.motors]
-    np.testing.assert_allclose(lags, shipped.lag / 1e6)

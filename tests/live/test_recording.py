@@ -43,7 +43,7 @@ def record(file: BytesIO) -> None:
             recorder.write(step_messages(state, feelings if last else None, events))
 
 
-def test_what_is_written_is_read(tmp_path: Path) -> None:
+def test_what_is_written_is_read_by_any_reader(tmp_path: Path) -> None:
     path = tmp_path / "r.mcap"
     with path.open("wb") as file:
         record(file)
@@ -57,20 +57,15 @@ def test_what_is_written_is_read(tmp_path: Path) -> None:
     stop = next(read(path, ["/contacts"])).content
     assert (stop["motor"], stop["ratio"], stop["mood_after"]) == ("waist", 0.5, 0.72)
     assert next(read(path, ["/feelings"])).content["expressed"] == "anger"
-
-
-def test_every_topic_has_a_schema() -> None:
-    file = BytesIO()
-    record(file)
-    file.seek(0)
-    summary = make_reader(file).get_summary()
+    with path.open("rb") as file:
+        summary = make_reader(file).get_summary()
     assert summary is not None
     assert all(s.encoding == "jsonschema" and s.data for s in summary.schemas.values())
     assert summary.statistics is not None
     assert summary.statistics.message_count == 52
 
 
-@pytest.mark.proof("test_every_topic_has_a_schema")
+@pytest.mark.proof("test_what_is_written_is_read_by_any_reader")
 def test_it_says_what_it_is_of_and_when_and_opens_in_3d(runner: Runner, tmp_path: Path) -> None:
     """Every message fits its schema; Foxglove's frames, put together, end where the hands are."""
     before = datetime.now(UTC).timestamp()
@@ -215,7 +210,7 @@ def test_a_recording_that_breaks_off_is_read_up_to_its_last_second(tmp_path: Pat
             recorder.flush()
             marks.append((file.tell(), k + 1))
     whole, path = file.getvalue(), tmp_path / "r.mcap"
-    for length in [*range(marks[0][0], len(whole), 41), *(place for place, _ in marks)]:
+    for length in [*range(marks[0][0], len(whole), 401), *(place for place, _ in marks)]:
         path.write_bytes(whole[:length])
         due = max(count for place, count in marks if place <= length)
         times = [message.time for message in read(path, ["/joint_states"])]

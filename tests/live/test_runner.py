@@ -46,7 +46,7 @@ def test_the_same_seed_and_commands_give_the_same_states(robot: Robot, tmp_path:
         feelings.set_state(mood={"thrill": 0.6})
         runner = Runner(robot, feelings, Archive(tmp_path), seed=seed, boot="5f2c9a10")
         runner.ask(Feel(Stimulus("thrill", 1.0)))
-        return run(runner, 3.0)
+        return run(runner, 1.0)
 
     assert (one := story(1)) == story(1)
     assert one != story(2)
@@ -88,23 +88,16 @@ def test_a_hand_in_the_way_is_explained(runner: Runner) -> None:
     stop = state.stop
     assert stop is not None
     assert stop.reason == "contact"
-    assert stop.motor is not None
-    assert stop.motor in JOINTS
-    assert "right" in stop.motor or stop.motor == "waist"
+    assert stop.motor in (joint for joint in JOINTS if "right" in joint or joint == "waist")
     assert stop.part is not None
-    assert stop.force is not None
-    assert stop.force > 0.1
+    assert (stop.force or 0) > 0.1
     assert stop.mood_after == pytest.approx(0.8 * stop.mood_before, rel=1e-3)
-    if stop.sign == "tracking":
-        assert stop.measured is not None
-        assert stop.expected is not None
-        assert stop.measured < stop.expected
+    assert stop.measured is not None
+    assert stop.expected is not None
+    assert stop.measured < stop.expected
     if stop.sign == "speed":
         assert stop.ratio is not None
-        assert stop.measured is not None
-        assert stop.expected is not None
         assert stop.ratio < PAPER_RATIO / 10_000
-        assert stop.measured < stop.expected
         assert stop.measured / stop.expected == pytest.approx(stop.ratio, abs=0.01)
     assert kinds(runner)[-2:] == ["stop", "gesture_broken_off"]
     assert runner.history.after(0)[-2].stop == stop
@@ -167,24 +160,19 @@ def test_stop_during_a_contact_stop_holds_until_release(runner: Runner) -> None:
     runner.stop()
     runner.ask(MoveHand(None, np.array([0.0, 0.0, 1.0])))
     assert not runner.snapshot.state.held
-    assert {(state.phase, state.held) for state in run(runner, 20.0)} == {("stopped", True)}
+    assert {(state.phase, state.held) for state in run(runner, 3.0)} == {("stopped", True)}
+    runner.ask(Pause(True))  # nor does this release it
+    assert {(state.phase, state.held) for state in run(runner, 1.0)} == {("stopped", True)}
     runner.ask(Release(by_person=True))
     until(runner, lambda state: state.phase == "idle")
-
-
-def test_a_pause_does_not_release_a_stop(runner: Runner) -> None:
-    runner.stop()
-    run(runner, 0.1)
-    runner.ask(Pause(True))
-    assert {state.phase for state in run(runner, 20.0)} == {"stopped"}
 
 
 def test_a_pause_brings_the_body_to_neutral_and_ends(runner: Runner) -> None:
     runner.ask(Feel(Stimulus("thrill", 1.0)))
     until(runner, lambda state: state.phase == "moving")
     runner.ask(Pause(True))
-    run(runner, 6.0)
-    for state in run(runner, 5.0):
+    until(runner, lambda state: state.phase == "idle")
+    for state in run(runner, 1.5):
         assert state.paused
         assert state.phase == "idle"
         np.testing.assert_allclose(state.angles, runner.robot.neutral, atol=0.03)
@@ -194,28 +182,7 @@ def test_a_pause_brings_the_body_to_neutral_and_ends(runner: Runner) -> None:
         refused.result(0)
     runner.ask(Pause(False))
     until(runner, lambda state: state.phase == "moving")
-    assert [kind for kind in kinds(runner) if kind in ("paused", "resumed")] == [
-        "paused",
-        "resumed",
-    ]
-
-
-def test_a_refused_command_is_its_askers_matter_alone(runner: Runner) -> None:
-    future = runner.ask(Release())
-    before = runner.snapshot.state.serial
-    runner.tick()
-    with pytest.raises(BodyError, match="only a stopped body"):
-        future.result(0)
-    assert runner.snapshot.state.serial == before + 1
-
-
-def test_only_so_many_commands_wait(runner: Runner) -> None:
-    for _ in range(WAITING):
-        runner.ask(Feel(Stimulus("fear", 0.1)))
-    with pytest.raises(BusyError):
-        runner.ask(Feel(Stimulus("fear", 0.1)))
-    runner.tick()
-    runner.ask(Feel(Stimulus("fear", 0.1)))
+    assert [k for k in kinds(runner) if k in ("paused", "resumed")] == ["paused", "resumed"]
 
 
 def test_stop_is_taken_however_many_commands_wait_and_runs_first(runner: Runner) -> None:
@@ -224,36 +191,16 @@ def test_stop_is_taken_however_many_commands_wait_and_runs_first(runner: Runner)
     release = runner.ask(Release(by_person=True))
     for _ in range(WAITING - 1):
         runner.ask(Feel(Stimulus("fear", 0.1)))
-    stops = {id(runner.stop()) for _ in range(10_000)}
+    with pytest.raises(BusyError):
+        runner.ask(Feel(Stimulus("fear", 0.1)))
+    stops = {id(runner.stop()) for _ in range(1000)}
     assert len(stops) == 1  # a flood of Stops takes no memory
+    runner.stop().cancel()  # whoever gives up waiting takes no Stop back
     runner.tick()
     assert runner.snapshot.state.phase == "stopped"
     with pytest.raises(BodyError, match="Stop was pressed after"):
         release.result(0)
-    assert {state.phase for state in run(runner, 1.0)} == {"stopped"}
-
-
-def test_who_gives_up_waiting_takes_no_stop_back(runner: Runner) -> None:
-    runner.stop().cancel()
-    runner.tick()
-    assert runner.snapshot.state.phase == "stopped"
-
-
-def test_the_hand_never_jumps(runner: Runner) -> None:
-    runner.ask(MoveHand(np.array([0.05, -0.2, 0.2]), np.array([0.0, 0.0, 1.0])))
-    place = np.array(runner.snapshot.state.hand.position)
-    for state in run(runner, 1.0):
-        now = np.array(state.hand.position)
-        assert np.linalg.norm(now - place) <= 1.2 * STEP + 1e-3
-        place = now
-    np.testing.assert_allclose(place, [0.05, -0.2, 0.2], atol=1e-3)
-
-
-def test_a_hand_needs_a_direction(runner: Runner) -> None:
-    refused = runner.ask(MoveHand(np.array([0.1, -0.2, 0.2]), np.zeros(3)))
-    runner.tick()
-    with pytest.raises(InputError, match="along"):
-        refused.result(0)
+    assert {state.phase for state in run(runner, 0.1)} == {"stopped"}
 
 
 def test_recordings_are_whole_when_they_end(runner: Runner) -> None:
@@ -277,34 +224,28 @@ def test_recordings_are_whole_when_they_end(runner: Runner) -> None:
     assert [kept.whole for kept in recordings.kept()] == [True, True]
 
 
-def test_another_body_starts_at_neutral(runner: Runner) -> None:
+def test_another_body_starts_at_neutral_and_the_old_one_is_stopped_and_closed(
+    runner: Runner,
+) -> None:
     runner.ask(Feel(Stimulus("thrill", 1.0)))
-    run(runner, 2.0)
-    before = runner.snapshot.state.mood
+    run(runner, 1.0)
+    before, old, closed = runner.snapshot.state.mood, runner.body, []
+    close = old.close
+    old.close = lambda: closed.append(close())
     runner.ask(ChangeBody("simulated"))
     runner.tick()
+    assert (len(closed), old.state.phase) == (1, "stopped")
     state = runner.snapshot.state
     assert state.time < 0.1
     np.testing.assert_allclose(state.angles, runner.robot.neutral, atol=0.02)
     np.testing.assert_allclose(state.mood, before, rtol=0.01)
 
 
-def test_a_body_that_is_given_up_is_stopped_and_closed(runner: Runner) -> None:
-    old, closed = runner.body, []
-    close = old.close
-    old.close = lambda: closed.append(close())
-    runner.ask(ChangeBody("simulated"))
-    runner.tick()
-    assert len(closed) == 1
-    assert old.state.phase == "stopped"
-    assert runner.body is not old
-
-
 def test_a_change_of_bodies_releases_no_stop(runner: Runner) -> None:
     runner.stop()
     run(runner, 1.0)
     runner.ask(ChangeBody("simulated"))
-    assert {(state.phase, state.held) for state in run(runner, 20.0)} == {("stopped", True)}
+    assert {(state.phase, state.held) for state in run(runner, 3.0)} == {("stopped", True)}
     runner.ask(Release(by_person=True))
     until(runner, lambda state: state.phase == "idle")
 
@@ -323,22 +264,6 @@ def test_a_change_of_bodies_shortens_no_pause_after_a_contact(runner: Runner) ->
     until(runner, lambda state: state.phase == "idle")
 
 
-def test_after_a_contact_gestures_are_smaller(runner: Runner) -> None:
-    def widest() -> float:
-        runner.ask(Feel(Stimulus("happiness", 0.9)))
-        until(runner, lambda state: state.expressed and not state.asked)
-        return max(state.extent for state in run(runner, 2.0))
-
-    before = widest()
-    block(runner)
-    runner.ask(MoveHand(None, np.array([0.0, 0.0, 1.0])))
-    runner.stop()
-    runner.tick()
-    runner.ask(Release(by_person=True))
-    until(runner, lambda state: state.phase == "idle")
-    assert widest() < 0.92 * before
-
-
 def test_a_command_that_the_body_refuses_does_not_end_the_loop(
     runner: Runner, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -355,38 +280,17 @@ def test_a_command_that_the_body_refuses_does_not_end_the_loop(
     until(runner, lambda state: state.phase == "moving")
 
 
-@pytest.mark.parametrize("port", ["/etc/passwd", "/nowhere", "/dev/ptmx", "socket://localhost:1"])
-def test_only_ports_that_the_system_lists_are_opened(runner: Runner, port: str) -> None:
-    with pytest.raises(InputError, match="not a serial port that this computer lists"):
-        runner.ask(ChangeBody("card", port))
-
-
-def test_a_port_that_was_named_at_the_start_may_be_used_again(robot: Robot, tmp_path: Path) -> None:
+def test_only_ports_that_the_system_lists_or_the_user_named_are_opened(
+    robot: Robot, tmp_path: Path
+) -> None:
     runner = Runner(robot, EmotionalModel(), Archive(tmp_path), port="/dev/no-such-port")
+    for port in ("/etc/passwd", "/nowhere", "/dev/ptmx", "socket://localhost:1"):
+        with pytest.raises(InputError, match="not a serial port that this computer lists"):
+            runner.ask(ChangeBody("card", port))
     runner.ask(ChangeBody("simulated"))
     runner.tick()
     with pytest.raises(BodyError, match="cannot be reached"):
         runner.ask(ChangeBody("card", "/dev/no-such-port"))
-
-
-def test_an_unknown_body_is_refused_in_words(runner: Runner) -> None:
-    with pytest.raises(InputError, match="one of simulated"):
-        runner.ask(ChangeBody("marble"))
-
-
-def test_a_snapshot_is_written_once(runner: Runner) -> None:
-    snapshot = runner.snapshot
-    assert snapshot.json is snapshot.json
-    assert State.model_validate_json(snapshot.json) == snapshot.state
-    runner.tick()
-    assert runner.snapshot is not snapshot
-
-
-def test_samples_keep_two_minutes(runner: Runner) -> None:
-    run(runner, 1.0)
-    samples = [sample for _, sample in runner.samples_after(0)]
-    assert len(samples) == 10
-    assert samples[-1].time - samples[0].time == pytest.approx(0.9)
 
 
 def test_closing_brings_the_body_home(live: Runner) -> None:
@@ -396,14 +300,10 @@ def test_closing_brings_the_body_home(live: Runner) -> None:
     assert live.snapshot.state.phase == "idle"
 
 
-@pytest.mark.parametrize("ending", [False, True])
-def test_closing_leaves_a_stopped_body_where_it_is(live: Runner, ending: bool) -> None:
+def test_closing_leaves_a_stopped_body_where_it_is(live: Runner) -> None:
     live.ask(Feel(Stimulus("thrill", 1.0))).result(60)
     wait_until(lambda: live.snapshot.state.extent >= 0.02)
-    if ending:
-        live.stop()  # and nobody has waited for it
-    else:
-        live.stop().result(60)
+    live.stop()  # and nobody has waited for it
     stopped = live.snapshot.state.angles
     live.close()
     state = live.snapshot.state
