@@ -273,14 +273,6 @@ def test_no_address_is_refused_in_words(host: str, port: int, words: str) -> Non
         pass
 
 
-@pytest.mark.proof("test_no_card_is_said_in_words")
-def test_a_card_that_is_not_there_is_said(tmp_path: Path) -> None:
-    with running(tmp_path, "--body", "card", "--serial", "/dev/no-such-port") as program:
-        code, said, errors = program.end(None)
-    assert (code, said) == (1, "")
-    assert "The card cannot be reached" in errors
-
-
 @pytest.mark.proof("test_on_this_computer_it_answers_at_once_and_moves")
 def test_the_emulated_card_lives(tmp_path: Path, firmware: Path) -> None:
     with running(tmp_path, "--body", "emulated-card", "--forget") as program:
@@ -346,16 +338,8 @@ def test_who_asks_it_twice_to_end_leaves_nobody_behind(tmp_path: Path) -> None:
         nobody_left(program.process.pid, helpers)
 
 
-@pytest.mark.parametrize(
-    ("which", "how", "words"),
-    [
-        (SERVER, signal.SIGTERM, "the server has ended"),
-        (RECEPTION, signal.SIGKILL, "the process that receives Stop has ended"),
-    ],
-)
-def test_if_a_helper_ends_the_body_is_stopped_and_the_program_says_which(
-    tmp_path: Path, which: int, how: signal.Signals, words: str
-) -> None:
+def ends_with_a_helper(tmp_path: Path, which: int, how: signal.Signals, words: str) -> None:
+    """Check that the body is stopped, and that the program says which of its helpers has ended."""
     with running(tmp_path, "--emotional-model", "spiking") as program:
         program.out.next()
         helpers = helpers_of(program.process.pid)
@@ -369,6 +353,17 @@ def test_if_a_helper_ends_the_body_is_stopped_and_the_program_says_which(
     path = tmp_path / "feelings-spiking.json"
     assert path.stat().st_mode & 0o077 == 0
     assert remembered(path, shipped_temperament("playful"), SpikingModel) is not None
+
+
+def test_if_the_reception_ends_the_body_is_stopped_and_the_program_says_so(tmp_path: Path) -> None:
+    ends_with_a_helper(
+        tmp_path, RECEPTION, signal.SIGKILL, "the process that receives Stop has ended"
+    )
+
+
+@pytest.mark.proof("test_if_the_reception_ends_the_body_is_stopped_and_the_program_says_so")
+def test_if_the_server_ends_the_body_is_stopped_and_the_program_says_so(tmp_path: Path) -> None:
+    ends_with_a_helper(tmp_path, SERVER, signal.SIGTERM, "the server has ended")
 
 
 def test_if_the_partner_is_killed_the_server_ends_and_the_recording_is_read_up_to_its_last_second(
