@@ -160,7 +160,7 @@ def test_stop_during_a_contact_stop_holds_until_release(runner: Runner) -> None:
     runner.stop()
     runner.ask(MoveHand(None, np.array([0.0, 0.0, 1.0])))
     assert not runner.snapshot.state.held
-    assert {(state.phase, state.held) for state in run(runner, 3.0)} == {("stopped", True)}
+    assert {(state.phase, state.held) for state in run(runner, 20.0)} == {("stopped", True)}
     runner.ask(Pause(True))  # nor does this release it
     assert {(state.phase, state.held) for state in run(runner, 1.0)} == {("stopped", True)}
     runner.ask(Release(by_person=True))
