@@ -51,7 +51,7 @@ def words(
 
 
 def say(
-    text: Annotated[str, typer.Argument(help="A sentence in English, Japanese or French.")],
+    text: Annotated[str, typer.Argument(help="A sentence in one of the partner's languages.")],
     url: PartnerAddress = HERE,
     as_json: AsJson = False,
 ) -> None:

@@ -174,7 +174,7 @@ def printed_parts(robot: Robot, fit: float = FIT, *, engraved: bool = True) -> l
             raise InputError(
                 f"this robot cannot be built: {part.name} is {largest:.1f} mm long, and common "
                 f"printers have a bed of {bed:.0f} mm: take "
-                f"{largest - bed:.1f} mm off {_LENGTH[part.name]}."
+                f"{largest - bed:.1f} mm off {_LENGTH.get(part.name, 'its lengths')}."
             )
     return finished
 
