@@ -18,16 +18,14 @@ run: .venv/compiled.stamp ## the main job: the live partner and its studio (Ctrl
 experiment: .venv/compiled.stamp ## the paper's experiment, written to out/experiment
 	$(BIN)/miburi experiment --seed 1 --seconds 30 --out out/experiment
 
-# Some tests wait, so there is one worker more than cores; each loads all modules, which takes 15 s,
-# so more workers made it slower. Pages come last, on two workers: each has a browser and a partner,
-# which take a third of a core even while nothing is asked of them.
+# Some tests wait, so there is one worker more than cores; each loads all modules, which takes 10 s,
+# so more workers made it slower.
 PYTEST := $(BIN)/python -m pytest
 TESTS := $(PYTEST) -n $$(($$(nproc) + 1))
 PAGES := tests/studio/browser
 BROWSE := $(PYTEST) -n 2 $(PAGES)
-test: .venv/test.stamp .venv/compiled.stamp firmware ## all tests but the proofs (6 to 14 minutes on two cores)
-	$(TESTS) --ignore $(PAGES)
-	$(BROWSE)
+test: .venv/test.stamp .venv/compiled.stamp firmware ## all tests but the proofs (6 minutes on two cores)
+	$(TESTS)
 
 # What a developer runs every few minutes; and the three parts of `make test`, for machines that
 # work side by side.
