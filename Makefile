@@ -18,8 +18,8 @@ run: .venv/compiled.stamp ## the main job: the live partner and its studio (Ctrl
 experiment: .venv/compiled.stamp ## the paper's experiment, written to out/experiment
 	$(BIN)/miburi experiment --seed 1 --seconds 30 --out out/experiment
 
-# Some tests wait, so there is one worker more than cores; each loads all modules, which takes 10 s,
-# so more workers made it slower.
+# Some tests wait, so use one more worker than there are cores. Each worker loads all modules, which
+# takes 10 s, so more workers are slower.
 PYTEST := $(BIN)/python -m pytest
 TESTS := $(PYTEST) -n $$(($$(nproc) + 1))
 PAGES := tests/studio/browser

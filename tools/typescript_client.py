@@ -22,7 +22,7 @@ CLIENT = Path(__file__).parents[1] / "clients" / "typescript"
 
 
 def digest(description: dict[str, Any]) -> str:
-    """Return what changes whenever a path, a field, a type or a text of the interface does."""
+    """Return a hash of all paths, fields, types and texts of the interface."""
     told = {key: description[key] for key in ("paths", "components")}
     return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
 

@@ -15,7 +15,7 @@ const uint8_t ALL = 0xff;  // a bit per motor
 template <class Io>
 class Bus {
  public:
-  static const uint8_t ASKS = 3;  // how often all are asked, at most, where a byte was lost
+  static const uint8_t ASKS = 3;  // the most times that ask() sends its request
 
   struct Answer {
     uint8_t error;
@@ -31,7 +31,7 @@ class Bus {
 
   explicit Bus(Io& io) : io_(io) {}
 
-  // What a motor answered when all were asked, and what the servo asked alone answered.
+  // The latest answers: of a motor when all were asked, and of the servo that was asked alone.
   const Answer& of(uint8_t motor) const { return answers_[motor]; }
   const Answer& latest() const { return answer_; }
   bool stranger() const { return stranger_; }
@@ -82,7 +82,8 @@ class Bus {
     }
   }
 
-  // The same for registers that do not change by themselves: asks until each has been heard.
+  // As sync_read, for registers that do not change by themselves: asks again, up to ASKS times in
+  // all, until every motor has answered.
   uint8_t ask(const Joint* joints, uint8_t address, uint8_t width) {
     uint8_t heard = 0;
     for (uint8_t asked = 0; asked < ASKS && heard != ALL; asked++) {
@@ -91,7 +92,7 @@ class Bus {
     return heard;
   }
 
-  // Asks one motor alone, in place of what it did not answer when all were asked.
+  // Asks one motor alone after it did not answer with the others, and keeps its answer for of().
   bool ask_again(uint8_t motor, uint8_t id, uint8_t address, uint8_t width) {
     const bool heard = read(id, address, width);
     if (heard) {

@@ -17,7 +17,7 @@ class Move {
   Move(Xl330<Io>& servos, Clock<Io>& clock, Rule& rule, Controller& controller)
       : servos_(servos), clock_(clock), rule_(rule), controller_(controller) {}
 
-  // What each servo is to do now.
+  // The present order of each servo.
   Order* orders() { return orders_; }
   // Whether the loads of the next move have been set.
   bool loaded() const { return loaded_; }
@@ -43,7 +43,7 @@ class Move {
     return Result::ok;
   }
 
-  // Starts a move or a return; the motors answer, but do not obey, that are in the result.
+  // Starts a move or a return. Returns a bit per motor that answers but does not obey.
   uint8_t go(const Table& table, Phase phase, const int16_t* goal, const uint16_t* speeds,
              const int16_t* angles) {
     const uint16_t acceleration = Xl330<Io>::real_acceleration(table.settings.acceleration);
@@ -56,8 +56,7 @@ class Move {
     }
     loaded_ = eased_ = false;
     unlimited_ = 0;
-    // The rule's clock starts with the transmission that the servos obeyed, as an order may be sent
-    // again.
+    // An order may be sent again: the rule's clock starts with the first copy that a servo obeyed.
     int64_t began = 0;
     uint8_t waiting = ALL;
     uint8_t deaf = 0;
@@ -68,7 +67,7 @@ class Move {
       began = waiting == ALL ? sent : began;
       for (uint8_t i = 0; i < MOTORS; i++) {
         if (waiting & (1u << i)) {
-          // A motor that missed the copy that others obeyed sets off later than they do.
+          // A motor that missed a copy that others obeyed starts later than they do.
           late[i] = static_cast<int32_t>(sent - began);
           rule_.guards[i].lag = table.joints[i].guards.lag + late[i];
         }
@@ -81,7 +80,7 @@ class Move {
     return deaf;
   }
 
-  // Once the motors have sped up, lets each use no more duty than the rest of the move needs.
+  // After the ramp, limits the duty of each motor to what the rest of the move needs.
   void ease(const Table& table) {
     if (eased_ || !cruises(controller_, clock_.now())) {
       return;

@@ -161,8 +161,8 @@ def test_what_a_command_needs_is_looked_for_before_it_works(
     assert done == []
 
 
-#: Programs that are interrupted: while they load; in a compiler that then fails in its own way (it
-#: ended in 478 lines of Numba's); where Numba calls Python from C, which loses the exception.
+#: Programs that are interrupted: while they load; in a compiler that then fails with its own error
+#: (478 lines from Numba); where Numba calls Python from C, which loses the exception.
 INTERRUPTED = {
     "loading": """
 import sys

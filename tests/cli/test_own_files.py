@@ -130,7 +130,7 @@ def test_in_a_state_and_without_a_part_trials_still_notice() -> None:
 def test_a_calibration_of_a_robot_of_ones_own_is_used(
     tall_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """How servos are calibrated is tested in tests/studies; here none is moved."""
+    """No servo moves here; tests/studies tests the calibration of servos."""
 
     def calibrate(body: Robot, _seed: int) -> Calibrated:
         rule = replace(FreeRule.of(body), period=170_000)

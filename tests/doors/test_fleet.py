@@ -55,7 +55,7 @@ def run(broker: Mosquitto, work: Callable[[Fleet], Awaitable[None]]) -> None:
 
 
 def test_all_partners_are_there_with_what_they_say(broker: Mosquitto, listener: Listener) -> None:
-    """And what makes no sense is left out."""
+    """Nonsense is left out."""
     nonsense: list[tuple[str, str | bytes]] = [
         ("cellar/report", "{"),
         ("cellar/report", json.dumps({"feeling": "happiness"})),

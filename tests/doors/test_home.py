@@ -159,7 +159,7 @@ def test_wishes_that_make_no_sense_are_refused_in_words(
 def test_too_many_wishes_are_refused_and_stop_is_not(
     live: Runner, broker: Mosquitto, listener: Listener
 ) -> None:
-    """And no refusals are told that nobody could read."""
+    """Refusals are rate-limited, too, so that people can read them."""
     other = Listener(broker.port)
     with at_home(live, find_broker(f"127.0.0.1:{broker.port}"), lambda: 0.0):
         other.hear(TOPICS.available, lambda text: text == "online")

@@ -212,7 +212,7 @@ def test_a_wish_is_felt_said_and_shown(door: RemotePartner, peer: Peer) -> None:
         if entry.kind == "gesture_begun" and entry.feeling == "sadness"
     ]
     assert sad.mood == pytest.approx(math.hypot(0.3, 0.2))
-    for strength in (0.1, 0.2, 0.3):  # of wishes that come at once the latest is taken
+    for strength in (0.1, 0.2, 0.3):  # of several wishes at once, the latest is taken
         peer.say("/feel", STRING, {"data": f'{{"feeling": "fear", "strength": {strength}}}'})
     until(
         lambda: [one.strength for one in door.log() if one.feeling == "fear" and one.strength],

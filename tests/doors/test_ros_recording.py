@@ -1,4 +1,4 @@
-"""A recording for ROS 2's tools, opened by a library that nobody here wrote."""
+"""A recording for ROS 2's tools, opened by a third-party library."""
 
 from pathlib import Path
 from typing import Any

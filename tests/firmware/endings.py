@@ -15,7 +15,7 @@ def raise_arms(rig: Rig, speed: float = 1.0) -> None:
 
 
 def recovers(rig: Rig) -> None:
-    """Only a release brings it back, to neutral; then it moves."""
+    """Release the body, and check that it returns to neutral and then moves."""
     wake(rig.body)
     assert np.abs(rig.body.state.angles - rig.robot.neutral).max() < 0.01
     rig.turn([0, 4], by=0.1, speed=1.0)

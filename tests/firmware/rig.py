@@ -229,7 +229,7 @@ class Rig:
 
     @property
     def cause(self) -> tuple[StopReason, str | None] | None:
-        """Why the body is stopped, and the motor that is named for it."""
+        """The reason for the body's stop, and the motor that the stop names."""
         stop = self.body.state.stop
         return None if stop is None else (stop.reason, stop.motor)
 
@@ -240,7 +240,7 @@ class Rig:
             self.body.step(0.02)
 
     def turn(self, motors: list[int], by: float, speed: float) -> None:
-        """Send motors ``by`` rad away from neutral, and the others to neutral, at rad/s."""
+        """Send motors ``by`` rad away from neutral, the others to neutral, at ``speed`` rad/s."""
         angles = self.robot.neutral.copy()
         angles[motors] += by
         self.body.move(Move(angles, np.full(8, speed)))

@@ -55,7 +55,7 @@ def together(robot: Robot, fastest_at_least: float = 0.0) -> list[tuple[str, Mov
 
 @pytest.fixture
 def some(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Make the quicker free moves of all joints and a gesture; `make firmware-proof`, all."""
+    """Make the quicker free moves of all joints and a gesture; `make firmware-proof` makes all."""
     if "MIBURI_MOVES" not in os.environ:
         make_only(monkeypatch, lambda robot: together(robot, 0.4), lambda r: [*gestures(r)][-1:])
 

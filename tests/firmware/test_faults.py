@@ -74,7 +74,7 @@ def test_a_host_that_has_gone_leaves_no_body_under_full_torque(rig: Rig, firmwar
     """At rest, after half a minute without a word from it: stopped, and held softly."""
     assert rig.settle() is Phase.IDLE
     turn_clock_on(rig, firmware, 20.0)
-    rig.body.ask(FrameKind.STATUS, struct.pack("<H", 10))  # half a minute begins anew
+    rig.body.ask(FrameKind.STATUS, struct.pack("<H", 10))  # the half minute starts again
     turn_clock_on(rig, firmware, 29.5)
     rig.line.run(rig.line.mega.time + 0.3e6)
     limits = [servo.get("goal_pwm") for servo in rig.servos]

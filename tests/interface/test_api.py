@@ -41,7 +41,7 @@ def client(server: Server) -> Iterator[httpx.Client]:
 
 @pytest.fixture(scope="module")
 def described(robot: Robot, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    """What the interface says of itself."""
+    """The OpenAPI description of the interface."""
     archive = Archive(tmp_path_factory.mktemp("recordings"))
     return interface(Runner(robot, EmotionalModel(), archive)).openapi()
 
@@ -80,7 +80,7 @@ def test_stop_and_release(client: httpx.Client) -> None:
 
 
 BROKEN = (b"[" * 60_000, b'{"a":' * 12_000, b'{"strength":' + b"9" * 6000 + b"}", b"\xff\xfe")
-#: Path, content, kind of content; a status that is due, and a part of the words.
+#: Path, content, content type; the expected statuses, and part of the message.
 REFUSED: list[tuple[str, object, str, set[int], str]] = [
     *((path, content, JSON, {422}, words) for path, content, words in (
         ("/stimulus", {"feeling": "boredom"}, "happiness"),

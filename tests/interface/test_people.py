@@ -131,7 +131,7 @@ def test_what_is_deleted_is_not_taken_up_again(
 
 
 def test_no_question_order_mood_or_distress_is_kept(house: House) -> None:
-    """And none is taken for a name: the facts are those of one person."""
+    """No remark is taken for a name, either: all facts belong to one person."""
     house.post("/allowed", allowed=True)
     house.say("My name is Anna.")
     for said in (

@@ -1,4 +1,4 @@
-"""Languages in a folder of one's own, such as that of the examples."""
+"""Languages in a user's own folder, such as that of the examples."""
 
 import shutil
 from collections.abc import Iterator

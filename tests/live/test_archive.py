@@ -26,7 +26,7 @@ def no_space() -> None:
 
 
 class Disk(io.FileIO):
-    """A file that calls a function before it writes so many bytes, and another as it is closed."""
+    """A file that calls one function before each write (with its size), and one when closed."""
 
     def __init__(
         self,

@@ -85,7 +85,7 @@ def test_eyes_go_first_and_come_back_as_the_head_follows(runner: Runner) -> None
 
 
 def attention(attending: Attending, seconds: float, sentence: int | None = None) -> str | None:
-    """Return what it does after so many seconds, while it says a sentence."""
+    """Return the partner's attention after ``seconds``, while it says a sentence, if any."""
     return [attending.step(STEP, sentence) for _ in range(round(seconds / STEP))][-1]
 
 

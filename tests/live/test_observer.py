@@ -109,7 +109,7 @@ def observed(robot: Robot) -> tuple[Observer, SimpleNamespace]:
 
 
 def halfway(robot: Robot, length: int) -> Window:
-    """Return a window of so many µs in which a motor went half of 0.1 rad."""
+    """Return a window of ``length`` µs in which a motor went half of 0.1 rad."""
     way = np.full(8, round(0.1 / robot.servo.step) * FINE, dtype=np.int64)
     return Window(way // 2, way, way // 2, np.arange(8) == 2, np.full(8, length))
 

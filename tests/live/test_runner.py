@@ -195,7 +195,7 @@ def test_stop_is_taken_however_many_commands_wait_and_runs_first(runner: Runner)
         runner.ask(Feel(Stimulus("fear", 0.1)))
     stops = {id(runner.stop()) for _ in range(1000)}
     assert len(stops) == 1  # a flood of Stops takes no memory
-    runner.stop().cancel()  # whoever gives up waiting takes no Stop back
+    runner.stop().cancel()  # giving up the wait does not cancel the Stop
     runner.tick()
     assert runner.snapshot.state.phase == "stopped"
     with pytest.raises(BodyError, match="Stop was pressed after"):

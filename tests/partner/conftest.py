@@ -1,4 +1,4 @@
-"""What several tests of the partner begin with."""
+"""Fixtures for tests of the partner."""
 
 import pytest
 from tests.fixtures.partner import PaperBody, happy, run

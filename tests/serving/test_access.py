@@ -22,7 +22,7 @@ SAFE = OPEN | {"https": True}
 FRIENDLY = OPEN | {"origins": frozenset({FRIEND})}
 
 BY_HTTPS = [{"scheme": "https", "at": at, "host": f"{at}:8081"} for at in (HOME, "127.0.0.1")]
-#: Whoever asks writes the host.
+#: A client can write any host into its request.
 PLAINLY = [{"at": HOME, "host": host} for host in (HOME, "127.0.0.1:8080")]
 TOKENLESS = [{}, {"authorization": "Bearer wrong"}, {"cookie": "miburi_token=wrong"}]
 ELSEWHERE = [
@@ -34,7 +34,7 @@ ELSEWHERE = [
 BY_FRIEND = MINE | {"origin": FRIEND, "sec_fetch_site": "cross-site"}
 COOKIES = ["other=1", "a b=c", "{x}=1", 'a="', "=", "é=1", "bad[]=1"]
 
-#: Whose gate, which paths, which requests; the status of each, and a part of its words.
+#: The gate, the paths and the requests; the status of each answer, and part of its message.
 CASES: dict[str, tuple[dict[str, Any], list[str], list[dict[str, str]], int, str]] = {
     "this computer": (
         NEAR, [STATE], [{"host": host} for host in ("127.0.0.1:8080", "localhost", "[::1]:8080",
@@ -83,7 +83,7 @@ CASES: dict[str, tuple[dict[str, Any], list[str], list[dict[str, str]], int, str
     "a token given away by http": (
         SAFE, [PAIRING, PRIVACY, AUTHORITY], [MINE | {"method": "POST"} | PLAINLY[0]], 426, "https",
     ),
-    "by https, a page of ours that came by http": (  # whoever is on the way could have made it
+    "by https, a page of ours that came by http": (  # somebody in the middle could have made it
         SAFE, [STATE], [MINE | BY_HTTPS[0] | {"origin": f"http://{HOME}:8081"}], 403, "other sites",
     ),
     "by https, a page of ours": (
@@ -112,7 +112,7 @@ CASES: dict[str, tuple[dict[str, Any], list[str], list[dict[str, str]], int, str
 
 @pytest.mark.parametrize("case", CASES)
 def test_who_comes_in(case: str) -> None:
-    """A WebSocket fares as a request does."""
+    """The gate treats a WebSocket like a request."""
     partner, paths, requests, status, words = CASES[case]
     for path in paths:
         for request in requests:
@@ -176,7 +176,7 @@ def test_an_origin_is_named_as_browsers_name_it() -> None:
 
 
 def test_no_request_has_many_keys_looked_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each is read from the disk; a header has room for a thousand."""
+    """Each key is read from the disk; a header has room for a thousand keys."""
     read: list[str] = []
     monkeypatch.setattr(Keys, "fits", lambda _, given: bool(read.append(given)))
     ask(Gate(behind, **OPEN), cookie="; ".join(f"miburi_token=x{n}" for n in range(1000)))

@@ -176,7 +176,7 @@ def mixed(path: Path) -> None:
 
 
 def sign_itself(path: Path, extensions: Iterable[x509.ExtensionType]) -> None:
-    """Write another authority, as others make them, with these extensions."""
+    """Write a foreign authority with these extensions."""
     key = ec.generate_private_key(ec.SECP256R1())
     name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "Everything")])
     made = (
@@ -191,7 +191,7 @@ def sign_itself(path: Path, extensions: Iterable[x509.ExtensionType]) -> None:
 
 
 def widened(path: Path) -> None:
-    """An authority like ours, that could vouch for a bank."""
+    """Write an authority like ours that may also vouch for a bank."""
     ours = x509.load_pem_x509_certificate(path.read_bytes()).extensions
     bank = x509.NameConstraints([x509.DNSName("bank.example")], excluded_subtrees=None)
     kept = [each.value for each in ours if not isinstance(each.value, x509.NameConstraints)]

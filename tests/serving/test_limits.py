@@ -26,7 +26,7 @@ from miburi.serving.allowance import Allowance
 STATE = "/api/v1/state"
 MINE = {"authorization": f"Bearer {TOKEN}"}
 HERE, THERE = "127.0.0.1", "192.168.1.7"
-#: What the headers of an agent's calls say.
+#: Headers of an agent's calls.
 STOPPING = {"mcp_protocol_version": "2026-07-28", "mcp_method": "tools/call", "mcp_name": "stop"}
 LISTING = {"mcp_protocol_version": "2026-07-28", "mcp_method": "tools/list"}
 
@@ -43,9 +43,9 @@ def test_many_calls_of_agents_wait_instead_of_being_refused() -> None:
     ("used_up", "call", "client", "waits"),
     [
         ({}, {}, HERE, True),
-        ({}, {}, THERE, False),  # it holds up itself alone
+        ({}, {}, THERE, False),  # one client's calls delay only that client
         ({}, STOPPING, HERE, False),
-        # What the server does not hold against the body of the call opens no lane.
+        # Headers that the server does not check against the call's body open no lane.
         ({}, STOPPING | {"mcp_name": "say"}, HERE, True),
         ({}, STOPPING | {"mcp_method": "tools/get"}, HERE, True),
         ({}, STOPPING | {"mcp_protocol_version": ""}, HERE, True),
@@ -178,7 +178,7 @@ def test_only_so_many_sockets_are_open() -> None:
     async def fill() -> None:
         gate = Gate(forever)
         scope = scope_of("/x", kind="websocket")
-        for _ in range(2):  # each that goes leaves its place
+        for _ in range(2):  # a WebSocket that ends frees its place
             tasks = [asyncio.create_task(gate(scope, receive, tell)) for _ in range(SOCKETS)]
             await asyncio.sleep(0)
             assert sent == []

@@ -25,7 +25,7 @@ V1 = "/api/v1"
 def test_no_program_ends_the_stop_of_anybody_else(by: str) -> None:
     hold = Hold()
     hold.press(who(by))
-    hold.press("program")  # whatever comes later hides no person's Stop
+    hold.press("program")  # a later Stop does not hide a person's
     with pytest.raises(BodyError, match="only a person"):
         hold.check(by_person=False)
     hold.check(by_person=True)

@@ -144,7 +144,7 @@ def test_a_connection_comes_back_and_its_next_stop_goes_past_the_server(at: Desk
 
 
 def test_while_the_server_takes_nothing_stop_is_answered(at: Desk) -> None:
-    """Also where a request waits for the server, which it overtakes."""
+    """A Stop also overtakes a request that waits for the server."""
     at.serves = False
     waiting = [at.come(LOOK) for _ in range(CONNECTIONS + 20)]
     assert sum(map(at.ended, waiting)) == 20  # and they are forgotten

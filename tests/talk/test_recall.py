@@ -5,7 +5,7 @@ from datetime import timedelta
 import pytest
 from tests.fixtures.talk import Talk
 
-#: What is said, one remark after the other; what is asked then; and what the answer contains.
+#: Remarks, in order; a question after them; and a part of its answer.
 TOLD = [
     (["My wife was a nurse.", "Remember that her name was Maureen.", "It is cold today."],
      "What was my wife's name?", "Maureen"),

@@ -145,7 +145,7 @@ def robot_of(file: Path | None, servo: str | None = None) -> "Robot":
 
 
 def must_be_one_of(allowed: Iterable[str], given: str, what: str) -> None:
-    """Refuse what is not allowed, and name what is."""
+    """Raise InputError if ``given`` is not allowed; the message lists the allowed values."""
     if given not in (names := list(allowed)):
         raise InputError(f"{what} must be one of {', '.join(names)}, got {given!r}.")
 

@@ -31,7 +31,7 @@ def a_folder(param: typer.CallbackParam, place: Path | None) -> Path | None:
 
 
 def check_folder(option: str, place: Path) -> None:
-    """Raise InputError if this is a file, and OutputError if it cannot be written to, or made."""
+    """Raise InputError if this is a file; OutputError if it cannot be made or written to."""
     if os.path.exists(place) and not os.path.isdir(place):  # noqa: PTH110, PTH112
         raise InputError(f"{option}: {place} is a file, and a folder is needed.")
     _try(option, place, place)

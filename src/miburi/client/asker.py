@@ -38,7 +38,7 @@ _STREAM_TIME = 30.0
 class Asker:
     """Asks one partner; every method raises what :class:`miburi.RemotePartner` raises.
 
-    ``url`` is the partner's address, for messages; that of ``http`` ends with ``/api/v1``.
+    ``url`` is the partner's address, for messages; the base URL of ``http`` ends with ``/api/v1``.
     """
 
     def __init__(self, url: str, http: httpx.AsyncClient) -> None:

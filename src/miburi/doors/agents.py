@@ -89,7 +89,7 @@ _REPLACED = "It did not begin: a newer wish has taken its place."
 Parameters = ParamSpec("Parameters")
 Answer = TypeVar("Answer")
 Strength = Annotated[Share, Field(description="0 to 1")]
-#: The tools, in the order in which an agent reads of them; whether each only reads. Hints that
+#: The tools, in the order in which an agent sees them, and whether each only reads. Hints that
 #: repeat MCP's defaults are left out, because a model may read every word of them.
 _TOOLS = {
     "feel": False,
@@ -199,9 +199,9 @@ def _in_words(
 def _wish(
     work: Callable[Concatenate["_Tools", Parameters], Awaitable[str]],
 ) -> Callable[Concatenate["_Tools", Parameters], Awaitable[str]]:
-    """Limit the rate of wishes, and answer where the body cannot do something now.
+    """Limit the rate of wishes, and answer with a reason if the body refuses one now.
 
-    That is not the agent's mistake.
+    A refusal by the body is an answer, not an error: the agent made no mistake.
     """
 
     @wraps(work)

@@ -35,7 +35,7 @@ class Doors:
     name: str = "miburi"  # the partner's name there
     talk: Endpoint | None = None  # the language model that answers; None: its built-in answers
     ros: RosNetwork | None = None  # the network of ROS 2 nodes; None: the partner is in none
-    voice: Synthesizer | None = None  # makes its words sound; None: the pages' devices do so
+    voice: Synthesizer | None = None  # speaks its words; None: the pages' devices do
     care: Care = field(default_factory=Care)  # how it cares for somebody in distress
     origins: frozenset[str] = frozenset()  # other origins whose pages may use the interface
     seed: int = 0  # for choosing among built-in answers

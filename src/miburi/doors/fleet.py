@@ -52,7 +52,7 @@ class FleetOut(BaseModel):
 
 
 class Fleet:
-    """What is known of the partners at a broker, or in its group.
+    """The known state of the partners at a broker, or in its group.
 
     Without a group, a partner that is in one is named ``GROUP/NAME``.
     """
@@ -175,7 +175,9 @@ async def listening_to(fleet: Fleet) -> AsyncIterator[None]:
 
 
 async def stop_and_look(broker: Broker, name: str = ALL) -> tuple[list[str], list[str]]:
-    """Stop one partner or all; return who reports a stop, and who does not or is lost.
+    """Stop one partner or all; return the names that report a stop, and those that do not.
+
+    A lost partner is among those that do not.
 
     Raises
     ------

@@ -76,7 +76,7 @@ def add_home(
     studio: str | None = None,
     clock: Callable[[], float] = time.monotonic,
 ) -> None:
-    """Connect a partner to a home's broker while the server runs; reconnect whenever it was away.
+    """Connect a partner to a home's broker while the server runs, and reconnect after a loss.
 
     Parameters
     ----------

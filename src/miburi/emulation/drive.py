@@ -15,7 +15,8 @@ __all__ = ["FULL", "MotorDrive"]
 
 #: PWM units at full voltage.
 FULL = 885
-#: The operating mode in which Goal PWM is the duty; without it and position control there is none.
+#: The operating mode in which Goal PWM sets the duty. In any other mode but position control the
+#: duty is 0.
 _PWM = 16
 #: The factory setting of the PWM's slope, to which the servo's constants refer.
 _SLOPE = 140
@@ -56,7 +57,7 @@ class MotorDrive:
         return self.duty
 
     def _look_up(self) -> None:
-        """Read the registers; until the table changes, what they held remains valid."""
+        """Read the registers; the values stay valid until the table changes."""
         get, self._seen = self._table.get, self._table.changes
         mode, goal = get("operating_mode"), get("goal_pwm")
         self._most = min(abs(goal), get("pwm_limit"))

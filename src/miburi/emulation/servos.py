@@ -5,8 +5,8 @@ deaf, hot, slow to answer, and unplugged. :class:`miburi.emulation.bus.Bus` is t
 
 Times are µs on the card's clock; positions are those of the shaft, in the servo's steps; they are
 floats until a host reads them. A host counts them within one turn, from when the servo started or
-its torque came on. What a card never uses is left out: other goals than positions and PWM, reverse
-and homing offset, profiles in time, and the servo's own protection.
+its torque came on. The emulation has no features that a card never uses: goals other than positions
+and PWM, reverse and homing offset, profiles in time, and the servo's own protection.
 """
 
 from collections.abc import Callable

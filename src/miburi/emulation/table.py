@@ -12,15 +12,15 @@ __all__ = ["ACCESS_ERROR", "POSITION", "RANGE_ERROR", "ControlTable"]
 RANGE_ERROR, _LENGTH_ERROR, _LIMIT_ERROR, ACCESS_ERROR = 0x04, 0x05, 0x06, 0x07
 #: The operating modes; and position control, whose goals stay within one turn.
 _MODES, POSITION = (0, 1, 3, 4, 5, 16), 3
-#: What a change of the mode resets.
+#: The registers that a change of the mode resets.
 _OF_MODE = (
     "position_d_gain", "position_i_gain", "position_p_gain", "feedforward_2nd_gain",
     "feedforward_1st_gain", "profile_speed", "profile_acceleration",
 )  # fmt: skip
-#: The registers that a servo fills in when they are read; the others that it only reports keep
-#: their factory values, because nobody here reads them.
+#: The registers that a servo fills in when they are read. Other read-only registers keep
+#: their factory values, because nothing here reads them.
 _MEASURED = {"pwm", "current", "speed", "position", "position_trajectory"}
-#: The signed ones: measured, or a watchdog, which reads −1 once it has tripped.
+#: The signed registers: measurements, and the watchdog, which reads −1 once it has tripped.
 _SIGNED = {"bus_watchdog", *_MEASURED}
 _FORMATS = {1: "b", 2: "h", 4: "i"}
 #: The function that unpacks each register, and the register's address.

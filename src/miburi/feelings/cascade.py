@@ -117,7 +117,8 @@ class EmotionalModel(FeelingModel):
             raise InputError("The state's level plus its pending part must not exceed 1.")
 
 
-#: Takes the levels, (3, n), and the parts pending for the slower two, (2, n); returns both later.
+#: Takes the levels, (3, n), and the pending parts of the slower two, (2, n); returns both after a
+#: time step.
 _Change = Callable[[Array, Array], tuple[Array, Array]]
 
 
@@ -140,7 +141,7 @@ def _change(rates: Array, supply: Array, dt: float) -> _Change:
     faded, kept = np.exp(-rates[0] * dt), np.exp(fast * dt)
     # Written with the slow eigenvalue, so that it stays finite when the two are far apart.
     phi = -np.exp(slow * dt) * np.expm1(-apart * dt) / apart
-    # The diagonal of A − λ₂: for what is pending, and for the level.
+    # The diagonal of A − λ₂: for the pending part, and for the level.
     staying, staying_level = -supply - arriving - fast, -leaving - fast
 
     def take(levels: Array, pending: Array) -> tuple[Array, Array]:

@@ -130,7 +130,7 @@ def check(
 
 
 def _no(check: str, faults: Sequence[str], otherwise: str, prefix: str = "") -> Finding:
-    """Return the finding of a check that lists faults; ``otherwise`` is said if there are none."""
+    """Return the finding of a check: its faults, or ``otherwise`` if there are none."""
     return Finding(check, not faults, prefix + "; ".join(faults) if faults else otherwise)
 
 

@@ -359,9 +359,9 @@ def _stop_track(robot: Robot) -> Manifold:
 
 
 def _past_the_waist(robot: Robot, flat: CrossSection, beyond: float) -> CrossSection:
-    """Return where the torso passes a thing of the column, up to ``beyond`` degrees too far.
+    """Return the area that a part of the column sweeps in the torso, ``beyond`` degrees too far.
 
-    In the torso's frame it is the thing that turns, and the other way.
+    In the torso's frame the part of the column turns, in the opposite direction.
     """
     low, high = range_of(robot, "waist")
     more = beyond * pi / 180

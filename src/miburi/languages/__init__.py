@@ -5,7 +5,7 @@
     care.toml       what it says to somebody in distress, and what it never says
     rhythm.toml     how fast it is spoken, and what is stressed (English if there is none)
     distress.toml   the words of distress (if there is none, no distress is heard)
-    pages.toml      the words of the pages (if there is none, they are in the other languages)
+    pages.toml      the words of the pages (if there is none, no page is in this language)
 
 A new language is a new folder, whose name is the code of the language, such as ``fr``. It may lie
 outside Miburi: name the folder around it in the environment variable ``MIBURI_LANGUAGES``, or call
@@ -213,7 +213,7 @@ def subjects_of(question: str, language: Language) -> list[str]:
 
 
 def fits(rule: Literal["everything", "naming", "own"], said: str, language: Language) -> bool:
-    """Return whether a remark asks for everything that is known, tells a name, or is of oneself.
+    """Return whether a remark asks for all known facts, gives a name, or is about the speaker.
 
     >>> fits("everything", "So what do you know about me?", "en")
     True

@@ -66,13 +66,13 @@ class Agenda:
         return wish
 
     def say(self, partner: Partner, asked: Speak, felt: Expression | None) -> str:
-        """Say something aloud, instead of what is being said; return its id."""
+        """Say something aloud in place of the present sentence; return its id."""
         wish = self._ask("speech", asked.by)
         self._tell(partner, asked.text, felt, wish, asked.tune, asked.why)
         return wish
 
     def keep_time(self, partner: Partner, asked: KeepTime) -> None:
-        """Let the arms follow the sound of a sentence, if that is still the latest."""
+        """Let the arms follow the sound of a sentence if it is still the latest one."""
         if self._speaker.sounds(asked.number, asked.rhythm):
             partner.gesticulate(self._speaker.beats())
 

@@ -19,14 +19,14 @@ _HALF = radians(32)
 
 
 class Gaze:
-    """Keeps track of where the latest face is; the camera ``rides`` on the head, or stands."""
+    """Keeps the direction of the latest face; ``rides``: the camera turns with the body."""
 
     def __init__(self, *, rides: bool) -> None:
         self._rides = rides
         self._seen: tuple[float, float] | None = None  # the bearing, rad to the left, and its time
 
     def see(self, x: float | None, body: BodyState) -> None:
-        """Take in where a face is while the body is in this state.
+        """Note where a face is; ``body`` is the state of the body at that moment.
 
         ``x`` is the face's centre as a share of the picture's width from the left, 0 to 1; None
         without a face.

@@ -22,7 +22,7 @@ _FAILURES = 50
 
 
 class Pace:
-    """Runs a partner's steps by the clock; ``lateness`` is when the watchdog stops the body."""
+    """Runs a partner's steps by the clock; ``lateness`` has the delays for its watchdog."""
 
     def __init__(self, runner: "Runner", lateness: Lateness) -> None:
         self._runner = runner

@@ -31,7 +31,7 @@ def solve_with(settings: Settings | None = None) -> Solve:
 
 
 class Mover:
-    """Sends its moves to a body, which is at neutral.
+    """Sends moves to a body, which must be at neutral when this is made.
 
     If ``lively``, it passes key poses that allow it without a stop.
     """

@@ -16,17 +16,17 @@ __all__ = ["age", "leaning_of", "load_attachment"]
 
 
 def load_attachment(state: Mapping[str, Any] | None, temperament: Temperament) -> EmotionalModel:
-    """Return the attachment that a model's ``save`` returned; None: of somebody new."""
+    """Return an attachment from its saved ``state``; None: a new one, for somebody new."""
     return EmotionalModel(temperament) if state is None else EmotionalModel.load(state, temperament)
 
 
 def age(attachment: EmotionalModel, seconds: float) -> None:
-    """Let real time pass, s."""
+    """Let ``seconds`` of real time pass."""
     attachment.step(seconds / attachment.temperament.attachment.slower)
 
 
 def leaning_of(attachment: EmotionalModel) -> Array:
-    """Return what is added to each resting mood, (n,) in [-1, 1], in the order of ``FEELINGS``."""
+    """Return the shift of each resting mood, (n,) in [-1, 1], in the order of ``FEELINGS``."""
     temperament = attachment.temperament
     leaning: Array = temperament.attachment.leaning * (attachment.mood - temperament.rest)
     return leaning

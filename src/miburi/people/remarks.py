@@ -49,7 +49,7 @@ class Remarks:
         return [(said, told) for when, said, told in few if when >= since]
 
     def latest_told(self) -> str | None:
-        """Return what the latest of a few remarks states; none before an empty remark counts."""
+        """Return the latest statements among a few remarks, but none before an empty remark."""
         few = takewhile(lambda one: one[0], self._latest())
         return next((" ".join(told) for _, told in few if told), None)
 

@@ -104,7 +104,7 @@ def to_mjcf(
 
 
 def _stage(robot: Robot) -> ET.Element:
-    """Return the table in its light, and the materials: all that is there without a robot."""
+    """Return the scene without a robot: the table, the lights and the materials."""
     materials = ""
     for name, colour in COLOURS.items():
         shine, glow = {"graphite": (0.5, 0.0), "screen": (0.1, 0.45)}.get(name, (0.25, 0.0))

@@ -51,7 +51,7 @@ def find(
 
 
 def softmax(score: NDArray[np.float64]) -> Likelihoods:
-    """Return the likelihoods, (n,), that the scores are the logarithms of, but for a factor."""
+    """Return likelihoods, (n,), from scores: their logarithms up to a common constant."""
     odds = np.exp(score - score.max())
     return np.asarray(odds / odds.sum(), dtype=np.float64)
 

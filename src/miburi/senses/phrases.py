@@ -46,7 +46,7 @@ class _Alarms(Table):
 
     @cached_property
     def pattern(self) -> re.Pattern[str]:
-        """All of them, as whole words."""
+        """All cries, as whole words."""
         return compile_phrases(self.cries, "en")
 
 
@@ -72,7 +72,7 @@ class _Smileys(Table):
 
     @cached_property
     def pattern(self) -> re.Pattern[str]:
-        """All signs, the longest first; one that begins or ends with a letter is a word there."""
+        """All signs, the longest first; a letter or digit at a sign's end is the edge of a word."""
         either = "|".join(
             (r"(?<!\w)" if sign[0].isalnum() else "")
             + re.escape(sign)

@@ -199,7 +199,7 @@ async def listen_encrypted(
 class Passage:
     """The server's end of the socket that connects it to a reception.
 
-    That is a Unix socket that never blocks. The server has started; ``context`` encrypts https.
+    ``end`` is a Unix socket that never blocks; ``server`` has started; ``context`` encrypts https.
     """
 
     def __init__(

@@ -73,8 +73,8 @@ class Guest:
     client: Address
     kind: bytes  # what the client speaks
     since: float  # when the connection opened, or last began or ended a request, s
-    #: Whether it has not yet sent what comes first: the head of a request or, over https, the
-    #: message that ends the handshake.
+    #: Whether it has not yet sent the head of a request or, over https, the message that ends the
+    #: handshake.
     silent: bool = True
     known: bool = False  # whether it has been answered before
     stop: int = 0  # length of a Stop that has not been answered, bytes; it is still in the socket

@@ -30,7 +30,7 @@ def page(request: Request, name: str, status: int = 200, **values: object) -> HT
 
 
 async def missing_page(request: Request, _error: Exception | None = None) -> HTMLResponse:
-    """Answer with 404 and the ways back, where there is no page."""
+    """Answer 404 for an address without a page, with links back."""
     return page(request, "missing", 404)
 
 

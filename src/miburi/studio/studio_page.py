@@ -115,7 +115,7 @@ class _Studio:
         self._words = words(preferences.language)
         self._reach, self._sounded = reach, sounded
         self._updates: list[Callable[[State], None]] = []
-        #: What only the open panel needs.
+        #: The updates that run only while their panel is open.
         self._panel_updates: dict[str, list[Callable[[State], None]]] = {tab: [] for tab in TABS}
 
     def build(self) -> None:

@@ -100,7 +100,7 @@ class Answerer:
     def __init__(self, seed: int = 0) -> None:
         self._random = np.random.default_rng(seed)
         self._times: Counter[str] = Counter()  # of each sentence
-        self._when: dict[str, int] = {}  # each was said last, counted in sentences
+        self._when: dict[str, int] = {}  # when each was last said, counted in sentences
         self._of_others = _OF_OTHERS  # turns since it spoke of itself
         self._last = ""
         self._stays: Match | None = None

@@ -38,8 +38,8 @@ class Cue(Table):
         matches the script's ``again`` refers to this cue, unless the question asks for an act. If
         it is more, words that match ``more`` do.
     broad, aside
-        Whether :mod:`miburi.talk.asking` may overrule its broad patterns, and whether it gives way
-        to a question or a request in another sentence.
+        Whether :mod:`miburi.talk.asking` may overrule its broad patterns; whether a question or a
+        request in another sentence takes priority.
     light, heavy
         Whether a wrong match would be out of place: the model must be surer than elsewhere, and
         ``heavy`` words rule this cue out. Whether a topic is taken up even after a greeting or

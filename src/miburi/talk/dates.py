@@ -61,7 +61,7 @@ def away(said: str, told: str | None, language: Language, now: datetime) -> str 
     if told and not due_of(said, language, now):
         left = _left(said, language, now)
         if left is not None and left == _left(told, language, now):
-            said = ""  # "nine fifteen" is the one that was told: "at nine fifteen tomorrow"
+            said = ""  # "nine fifteen" is the time in the fact "at nine fifteen tomorrow"
     for text in (said, told or ""):
         if due := due_of(text, language, now):
             days = (due.date() - now.date()).days

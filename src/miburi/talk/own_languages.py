@@ -37,7 +37,7 @@ def check_languages(own: Path) -> list[str]:
 
 
 def _use(language: Language) -> None:
-    """Use all that a language's files have, so that each pattern is compiled once."""
+    """Use every pattern of a language once, so that a wrong one fails to compile here."""
     talk, said = script(language), "?"
     talk.asks(said)
     talk.tells(said)

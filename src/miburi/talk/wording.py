@@ -49,8 +49,8 @@ class Turner:
     Parameters
     ----------
     turned
-        Regular expressions of words that change with the speaker, of which the first that fits
-        counts, and what they become: ``my`` becomes ``your``.
+        Regular expressions of words that change with the speaker, and their replacements: ``my``
+        becomes ``your``. The first that matches is used.
     echoed
         Regular expression of a written question that the partner can repeat; its group is the part
         to repeat. An empty one matches nothing.

@@ -81,7 +81,7 @@ def stays(self: Controller, positions: np.ndarray, time: int) -> None:
 
 
 def outcomes(change: Callable[[Outcome], Outcome]) -> Break:
-    """Change what trials with somebody in the way find."""
+    """Change the outcomes of trials that touch somebody."""
 
     def broken(patch: pytest.MonkeyPatch) -> Runs:
         found = [change(one) if one.touched else one for one in sound().outcomes]

@@ -71,7 +71,7 @@ items = [{ name = "strength", low = { en = "weak" }, high = { en = "strong" } }]
 
 
 def participant(feeling: str = "", check: str = "sadness", plays: str = "1") -> Behaviour:
-    """Return how somebody answers who chooses a feeling, by default what the film shows."""
+    """Return the answers of somebody who always chooses one feeling, or else the film's."""
 
     def behave(question: str, film: str | None) -> dict[str, str]:
         given = {"age": "71", "robots": "no", "read": check}.get(question)

@@ -60,7 +60,7 @@ def test_the_file_reads_back(written: tuple[Path, list[Outcome]], tmp_path: Path
 def test_a_broken_off_run_goes_on_where_it_was(
     plan: Plan, whole: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Also one that was killed: each finished chunk is on the disk before the next one begins."""
+    """A killed run, too: each finished chunk is on the disk before the next one begins."""
     out, journal = tmp_path / "trials.parquet", tmp_path / ".trials.parquet.journal"
     carried: list[runs.Chunk] = []
     carry_out = runs.carry_out_chunk
@@ -99,7 +99,7 @@ def test_another_runs_journal_is_not_touched(plan: Plan, tmp_path: Path) -> None
 
 
 def test_the_key_knows_all_that_results_depend_on(plan: Plan, robot: Robot) -> None:
-    """Two calibrations may have the same guards: one's journal must not go on as the other's."""
+    """A journal must not continue a run of another calibration, even one with equal guards."""
     rule = FreeRule.of(robot)
     others = [
         replace(plan, seed=4),

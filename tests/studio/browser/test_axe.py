@@ -1,6 +1,6 @@
 """Every page against axe-core, the accessibility checker of others: light, dark, laptop, phone.
 
-Pages of other partners are looked over where those live: test_pairing, test_fleet, test_study.
+test_pairing, test_fleet and test_study check the pages that this partner does not have.
 """
 
 import pytest

@@ -1,4 +1,4 @@
-"""The fleet's page: who needs a person is first, Stop is answered by name, axe-core is content."""
+"""The fleet's page: partners that need a person come first, Stop names them, axe-core passes."""
 
 import json
 

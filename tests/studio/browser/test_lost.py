@@ -23,7 +23,7 @@ HANGS = """window.WebSocket = new Proxy(WebSocket, { construct(real, given) {
 
 
 class Wire:
-    """The way of a visitor's pages to the server; it can be cut."""
+    """The connection of a visitor's pages to the server; it can be cut."""
 
     def __init__(self, context: BrowserContext) -> None:
         self._context, self._lines, self._is_cut = context, list[Any](), False
@@ -44,7 +44,7 @@ class Wire:
             line.close()
 
     def mend(self) -> None:
-        """Let all through again."""
+        """Let everything through again."""
         self._is_cut = False
         self._context.unroute_all()
 
@@ -52,7 +52,7 @@ class Wire:
 def test_the_pages_say_once_that_stop_reaches_nobody_and_send_it_later(
     browser: Browser, home: Home
 ) -> None:
-    """The studio in Japanese, and the face in English, which is opened anew."""
+    """The studio in Japanese, and the face in English, which is opened again."""
     with (
         visiting(browser, locale="en") as english,
         visiting(browser, locale="ja") as japanese,

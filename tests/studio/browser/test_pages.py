@@ -83,7 +83,7 @@ def test_a_press_is_felt_shown_and_remembered(studio: Page, context: BrowserCont
     expect(studio.locator(".log")).to_contain_text("A remark: happiness, strength 0.70")
     assert face.locator("svg path").first.get_attribute("d") != drawn
     expect(face.locator("#now")).to_have_text("happiness")
-    # Busy between the press and its handling of the release; the finger was not: no long press.
+    # The page is busy between the press and the release, but the press itself was short.
     studio.evaluate(
         "() => document.addEventListener('pointerdown', () => {"
         " for (const from = performance.now(); performance.now() < from + 1500;); },"
@@ -95,7 +95,7 @@ def test_a_press_is_felt_shown_and_remembered(studio: Page, context: BrowserCont
 
 
 def test_the_scene_is_drawn_as_it_should_be(page: Page, url: str) -> None:
-    """By a busy device: every frame is said to have begun two seconds ago."""
+    """Also on a busy device, where the time of every frame is two seconds old."""
     corners = np.array([[0, 0, 0], [0.1, 0, 0], [0, 0, 0.1]], "<f4")
     packed = [b64encode(one.tobytes()).decode() for one in (corners, np.array([0, 1, 2], "<u4"))]
     shape = {"link": "torso", "colour": [1, 0, 0, 1], "points": packed[0], "faces": packed[1]}
@@ -376,7 +376,7 @@ def test_the_slower_copy_of_a_stop_undoes_no_release(own_tab: Page, url: str) ->
 
 @pytest.mark.proof("test_a_press_is_felt_shown_and_remembered")
 def test_the_program_itself_serves_a_browser(browser: Browser, tmp_path: Path) -> None:
-    """With its processes, of which other tests of pages have none between page and partner."""
+    """With all its processes; other tests of pages have none between page and partner."""
     with started(tmp_path, "--forget") as said, visiting(browser) as context:
         page = context.new_page()
         open_studio(page, address(said))

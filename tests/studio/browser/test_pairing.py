@@ -40,7 +40,7 @@ WORDS = {
 def test_an_unknown_browser_is_led_to_pairing_and_then_to_the_page_it_wanted(
     browser: Browser, home: Home, language: str
 ) -> None:
-    """The warning was gone past."""
+    """The browser ignores the certificate, as after its warning."""
     pair, wrong = WORDS[language]
     with visiting(browser, locale=language, ignore_https_errors=True) as context:
         page = context.new_page()
@@ -82,7 +82,7 @@ def test_by_plain_http_a_phone_is_led_to_https_and_warned(browser: Browser, home
 
 @pytest.fixture
 def phone(browser: Browser, home: Home) -> Iterator[Page]:
-    """A phone whose owner has gone on after the warning, for this certificate alone."""
+    """A phone whose owner has accepted the warning, for this certificate alone."""
     certificate = x509.load_pem_x509_certificate(home.certificates.server.read_bytes())
     key = certificate.public_key().public_bytes(Encoding.DER, PublicFormat.SubjectPublicKeyInfo)
     known = base64.b64encode(hashlib.sha256(key).digest()).decode()

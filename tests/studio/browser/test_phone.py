@@ -53,7 +53,7 @@ def test_stop_is_large_in_a_single_row_and_the_rest_is_behind_a_button(studio: P
     release(studio)
     press_above(studio, "Pause")
     until(studio, lambda now: now["paused"])
-    # What watches or listens is told beside Stop.
+    # The page says beside Stop whether the camera watches or the microphone listens.
     studio.evaluate("document.documentElement.dataset.eyes = 'on'")
     for size in (PHONE, WIDE):
         studio.set_viewport_size(size)

@@ -12,7 +12,7 @@ CAMERA = """navigator.mediaDevices.getUserMedia = async () => {
   setInterval(() => context.fillRect(0, 0, 50, 50), 100);
   return canvas.captureStream();
 };"""
-#: What the eyes' neural networks need: WebAssembly, and a worker that is made of a text.
+#: Needs of the eyes' neural networks: WebAssembly, and a worker that is made of a text.
 NETWORK = """async () => {
   await WebAssembly.compile(new Uint8Array([0, 97, 115, 109, 1, 0, 0, 0]));
   new Worker(URL.createObjectURL(new Blob([""]))).terminate();
@@ -20,7 +20,7 @@ NETWORK = """async () => {
 
 
 def test_a_page_needs_nothing_that_its_policy_forbids(browser: Browser, url: str) -> None:
-    """Nothing forbids to enlarge a page, either."""
+    """Nothing forbids enlarging a page, either."""
     trouble: list[str] = []
     with visiting(browser, bypass_csp=False, viewport=PHONE) as context:
         page = context.new_page()

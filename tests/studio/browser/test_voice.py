@@ -65,7 +65,7 @@ def switch(page: Page, name: str = "Voice") -> None:
 def test_it_is_silent_until_it_is_switched_on_then_speaks_with_a_voice_of_the_device(
     face: Page,
 ) -> None:
-    """And moves its mouth. What was said before is past."""
+    """It moves its mouth, too. It does not repeat earlier sentences."""
     ask(face, "/speak", text="Does nobody hear me?")
     expect(face.locator("#spoken")).to_have_text("Does nobody hear me?")
     loaded = face.evaluate("performance.getEntriesByType('resource').map((one) => one.name)")

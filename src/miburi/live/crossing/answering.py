@@ -39,7 +39,7 @@ _SLOW_THREADS = 4
 
 
 class Answering:
-    """Answers the server from now on, in separate threads, until it has gone.
+    """Answers the server in separate threads, until it disconnects.
 
     If the server hangs after its start, nobody can watch the body on a page. If the process that
     receives Stops (the reception) hangs, nobody can press Stop. After 3 s of either, the body is

@@ -28,8 +28,9 @@ def write_experiment(
     """Conduct the experiment, write its files (all of them, or none), and return a summary's lines.
 
     The files are ``experiment.json``, ``timing.json``, ``experiment.png``, ``experiment.mcap`` and,
-    with ``film``, ``experiment.mp4`` and ``experiment-strip.png``. A machine that cannot draw
-    leaves these two out, and the summary says so. With ``face`` the phone shows its face in them.
+    with ``film``, ``experiment.mp4`` and ``experiment-strip.png``. If the machine
+    cannot draw, these two are left out, and the summary says so. With ``face`` they show the face
+    on the phone.
 
     Raises OutputError if the folder cannot be written to, or ffmpeg fails.
     """

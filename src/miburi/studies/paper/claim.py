@@ -35,14 +35,14 @@ class Claim:
 
 #: A verdict and its number.
 Finding = tuple[ClaimVerdict, str]
-#: What carries each claim out, by the claim's name, in the paper's order.
+#: The function that tests each claim, by the claim's name, in the paper's order.
 Claims = dict[str, Callable[[Runs], Claim]]
 
 
 def claim(
     claims: Claims, section: str, sentence: str, ours: str = ""
 ) -> Callable[[Callable[[Runs], Finding]], None]:
-    """Add what tests a sentence to ``claims``, under the name of the decorated function."""
+    """Add the decorated function to ``claims``, under its name, as the test of a sentence."""
 
     def add(test: Callable[[Runs], Finding]) -> None:
         def carry_out(runs: Runs) -> Claim:

@@ -129,7 +129,7 @@ class Findings:
     """All findings of a study."""
 
     counts: Counts  #: how many people took part
-    left_out: tuple[LeftOut, ...]  #: who is left out of all figures below
+    left_out: tuple[LeftOut, ...]  #: participants left out of all figures below
     wordings: tuple[int, ...]  #: the first participant to see each change of the study's words
     seconds: tuple[float, float, float] | None  #: s for a page about a film, the quartiles
     shown: Shown  #: how often live gestures were seen

@@ -156,7 +156,7 @@ class Turn(StrEnum):
 
 
 class Turns:
-    """Keeps the robot for one participant at a time, until they finish or ask for no page too long.
+    """Keeps the robot for one participant at a time, until they finish or are idle too long.
 
     ``clock`` returns the time, s.
     """

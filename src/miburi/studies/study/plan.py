@@ -212,15 +212,16 @@ class Step:
 
 
 class Exclude(Table):
-    """Who is left out of the findings; decided before there are answers."""
+    """Rules for leaving participants out of the findings, made before there are answers."""
 
-    #: Whoever gets at least this many checks wrong.
+    #: Leave out participants with at least this many wrong checks.
     checks: Annotated[int | None, Field(ge=1)] = None
-    #: Whoever has a median time on pages about films below this, s.
+    #: Leave out participants whose median time on pages about films is below this, s.
     fastest: Annotated[float | None, Field(gt=0)] = None
-    #: Whoever chooses one feeling for more than this share of the films.
+    #: Leave out participants who choose one feeling for more than this share of the films.
     same: Annotated[float | None, Field(gt=0, lt=1)] = None
-    #: Whoever started less than this share of the films; known only where a browser runs scripts.
+    #: Leave out participants who started less than this share of the films; known only where a
+    #: browser runs scripts.
     unplayed: Annotated[float | None, Field(gt=0, le=1)] = None
 
 

@@ -63,8 +63,8 @@ class Summary:
 
     Intervals of counts are Wilson's; all intervals are 95 % intervals. A figure that rests on no
     trial is None. ``missed`` people were pressed with 1 N or more (mean over 0.1 s) without a stop;
-    other figures above 2 N mean that, too, but ``missed_peak_above_2N``: there the force reached 2
-    N for a moment. The interval of the 99th percentile comes from the values' order alone. The
+    figures above 2 N use the same mean, except ``missed_peak_above_2N``, where the force reached
+    2 N for a moment. The interval of the 99th percentile comes from the values' order alone. The
     largest value has none, because it grows with the number of trials.
     """
 

@@ -84,7 +84,7 @@ def tune(
     """Return the rule with the smallest delay whose share of false stops is within the bound.
 
     The runs are under a deaf rule; see :func:`miburi.studies.trials.replay.record`. Every other
-    free one calibrates a candidate's guards; the candidate then judges the other free runs and all
+    free run calibrates a candidate's guards; the candidate then judges the other free runs and all
     blocked ones. ``progress`` is called with the number of rules tried.
 
     Raises InputError if the bound is not from 0 to 1, or free or blocked runs are missing.

@@ -1,6 +1,6 @@
 """Page elements that the browser draws itself, from the live WebSocket.
 
-Each takes by name what its component, the JavaScript file beside it, expects.
+Each takes the properties of its component, the JavaScript file beside it, as keyword arguments.
 """
 
 from collections.abc import Mapping
