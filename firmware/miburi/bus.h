@@ -15,7 +15,7 @@ const uint8_t ALL = 0xff;  // a bit per motor
 template <class Io>
 class Bus {
  public:
-  static const uint8_t ASKS = 3;  // the most times that ask() sends its request
+  static const uint8_t ASKS = 3;  // the most times to ask all motors after a byte was lost
 
   struct Answer {
     uint8_t error;

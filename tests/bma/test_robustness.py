@@ -193,7 +193,7 @@ def test_arguments_that_make_no_sense_are_refused(bad):
         ({}, "searches a box; pass bounds"),
     ],
 )
-def test_what_scipy_passes_and_the_search_cannot_use_is_refused(given, words):
+def test_options_that_the_search_cannot_use_are_refused(given, words):
     with pytest.raises(InputError, match=words):
         scipy.optimize.minimize(lambda x: x[0], np.zeros(3), method=bma.scipy_method, **given)
 

@@ -18,13 +18,13 @@ def run(*arguments: str) -> Result:
     return CliRunner().invoke(gesture_app, arguments)
 
 
-def test_measures_are_told_in_a_line_for_each_mood() -> None:
+def test_measures_are_printed_in_a_line_for_each_mood() -> None:
     lines = run("measures", "sadness", "--step", "1").stdout.splitlines()
     assert [line.split()[2] for line in lines] == ["0", "1"]
     assert all("contact stops 0" in line for line in lines)
 
 
-def test_a_step_that_is_no_step_is_refused() -> None:
+def test_a_step_of_zero_is_refused() -> None:
     assert isinstance(run("measures", "--step", "0").exception, InputError)
 
 

@@ -82,7 +82,7 @@ def test_experiment_with_a_robot_and_a_gesture_of_ones_own(
     assert report["ik"]["max_error_m"] < 1e-3
 
 
-@pytest.mark.proof("test_a_calibration_of_a_robot_of_ones_own_is_used")
+@pytest.mark.proof("test_a_calibration_of_a_users_own_robot_is_used")
 def test_without_a_rule_the_motors_limit_alone_keeps_the_push_low() -> None:
     options = ("--free", "2", "--blocked", "25", "--rule", "off")
     done = miburi(*TRIALS, *options)
@@ -117,7 +117,7 @@ def test_a_robot_that_cannot_be_calibrated_makes_no_trials_and_the_others_do(
     assert calibrated == pytest.approx([radians(0.25)] * 3)
 
 
-@pytest.mark.proof("test_a_calibration_of_a_robot_of_ones_own_is_used")
+@pytest.mark.proof("test_a_calibration_of_a_users_own_robot_is_used")
 def test_in_a_state_and_without_a_part_trials_still_notice() -> None:
     few = ("--free", "3", "--blocked", "3")
     for options in (("--state", "warmed-up"), ("--without", "ceiling", "--rule", "weightless")):
@@ -127,7 +127,7 @@ def test_in_a_state_and_without_a_part_trials_still_notice() -> None:
         assert figures["missed_above_2N"] == 0
 
 
-def test_a_calibration_of_a_robot_of_ones_own_is_used(
+def test_a_calibration_of_a_users_own_robot_is_used(
     tall_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """No servo moves here; tests/studies tests the calibration of servos."""
@@ -154,7 +154,7 @@ def test_a_calibration_of_a_robot_of_ones_own_is_used(
     assert used == [170_000]
 
 
-@pytest.mark.proof("test_a_calibration_of_a_robot_of_ones_own_is_used")
+@pytest.mark.proof("test_a_calibration_of_a_users_own_robot_is_used")
 def test_a_calibrated_robot_stops_when_it_should_and_only_then(
     tall_file: Path, tmp_path: Path
 ) -> None:

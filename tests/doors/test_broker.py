@@ -22,7 +22,7 @@ def test_addresses(address: str, broker: Broker) -> None:
     assert find_broker(address, environment={}) == broker
 
 
-def test_what_is_no_address_is_refused_in_words() -> None:
+def test_a_wrong_address_is_refused_in_words() -> None:
     wrong = ("http://localhost", "localhost:much", "localhost:99999", "mqtt://", "",
              "localhost/a/topic")  # fmt: skip
     for address, words in (*((one, "mqtts://") for one in wrong),

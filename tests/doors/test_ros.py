@@ -90,9 +90,7 @@ def test_each_message_is_defined_as_ros_defines_it() -> None:
         assert ours.hash_rihs01(message) == roses().hash_rihs01(message)
 
 
-@pytest.mark.proof(
-    "test_joints_are_told_at_each_step_and_frames_from_which_follows_where_the_hands_are"
-)
+@pytest.mark.proof("test_each_step_publishes_joints_and_the_frames_that_place_the_hands")
 def test_ros_lists_it_as_a_node_with_its_topics_and_their_types(
     door: RemotePartner, peer: Peer
 ) -> None:
@@ -111,7 +109,7 @@ def test_ros_lists_it_as_a_node_with_its_topics_and_their_types(
         assert found["gid"][:12] == told["gid"]["data"][:12]
 
 
-def test_joints_are_told_at_each_step_and_frames_from_which_follows_where_the_hands_are(
+def test_each_step_publishes_joints_and_the_frames_that_place_the_hands(
     door: RemotePartner, peer: Peer, robot: Robot
 ) -> None:
     peer.listen("/joint_states", JOINT_STATE)
@@ -334,9 +332,7 @@ def test_a_peer_that_takes_nothing_holds_up_nobody(live: Runner, peer: Peer) -> 
                 break
 
 
-@pytest.mark.proof(
-    "test_joints_are_told_at_each_step_and_frames_from_which_follows_where_the_hands_are"
-)
+@pytest.mark.proof("test_each_step_publishes_joints_and_the_frames_that_place_the_hands")
 def test_partners_in_one_network_have_names_of_their_own(live: Runner, peer: Peer) -> None:
     with in_ros(live, RosNetwork(DOMAIN, name="kitchen_1", more=TAG)) as server:
         peer.listen("/kitchen_1/joint_states", JOINT_STATE)

@@ -89,7 +89,7 @@ def test_the_seven_measurements_find_what_is_true(
     assert measured["false_stops"]["moves"] > 60
 
 
-def test_registers_are_read_at_rest_alone(firmware: Path, robot: Robot) -> None:
+def test_registers_are_read_only_at_rest(firmware: Path, robot: Robot) -> None:
     emulation = EmulatedRobot(robot, CardSettings.of(robot))
     card = Card(lambda: emulation, robot)
     assert peek(card, 3, 0, 2) == 1200

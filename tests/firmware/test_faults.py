@@ -70,7 +70,7 @@ def test_host_killed_in_mid_move_lets_the_move_end(rig: Rig) -> None:
     assert abs(rig.servos[1].shaft.place - joint.zero - aim / rig.robot.servo.step) < 5
 
 
-def test_a_host_that_has_gone_leaves_no_body_under_full_torque(rig: Rig, firmware: Path) -> None:
+def test_a_lost_host_leaves_no_body_under_full_torque(rig: Rig, firmware: Path) -> None:
     """At rest, after half a minute without a word from it: stopped, and held softly."""
     assert rig.settle() is Phase.IDLE
     turn_clock_on(rig, firmware, 20.0)

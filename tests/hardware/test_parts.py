@@ -188,7 +188,7 @@ def test_the_axles_screw_is_reached_through_the_fork(parts: Parts) -> None:
                     assert (way ^ there).volume() < 0.05, part.name
 
 
-def test_what_a_part_is_called_differs_from_every_other(parts: Parts) -> None:
+def test_each_parts_letters_differ_from_every_other_parts(parts: Parts) -> None:
     """Its letters are cut into it, and left differs from right by more than a mirror."""
     texts = engraving.texts(ROBOT, FIT)
     assert set(parts) - set(texts) == {"chest", "jaw", "idler"}
@@ -241,7 +241,7 @@ def test_the_gauges_pockets_are_those_of_the_parts() -> None:
             assert goes_in == (case_fit <= fit), (fit, case_fit)
 
 
-def test_the_bill_counts_what_is_needed_and_gives_no_price_without_a_source(parts: Parts) -> None:
+def test_the_bill_counts_the_parts_and_gives_no_price_without_a_source(parts: Parts) -> None:
     rows = list(bill(ROBOT, list(parts.values())))
     counts = {row.name: row.count for row in rows}
     assert counts["servo DYNAMIXEL XL330-M288-T"] == 8

@@ -50,7 +50,7 @@ def state_of(client: httpx.Client) -> State:
     return State.model_validate(client.get(V1 + "/state").json())
 
 
-def test_what_is_asked_is_done(client: httpx.Client, live: Runner) -> None:
+def test_a_stimulus_is_felt_and_logged(client: httpx.Client, live: Runner) -> None:
     answer = client.post(V1 + "/stimulus", json={"feeling": "happiness", "strength": 0.8})
     assert answer.status_code == 200
     live.stop().result(PATIENCE)  # the step after this command knows the stimulus
@@ -112,7 +112,7 @@ REFUSED: list[tuple[str, object, str, set[int], str]] = [
 ]  # fmt: skip
 
 
-def test_what_is_wrong_or_cannot_be_done_is_refused_in_words(client: httpx.Client) -> None:
+def test_wrong_or_impossible_requests_are_refused_in_words(client: httpx.Client) -> None:
     for path, content, kind, statuses, words in REFUSED:
         sent = content if isinstance(content, bytes) else json.dumps(content).encode()
         answer = client.post(V1 + path, content=sent, headers={"Content-Type": kind})
@@ -145,7 +145,7 @@ def test_recordings_can_be_downloaded_and_nothing_else(client: httpx.Client, liv
     assert "delete old ones" in full.json()["detail"]
 
 
-def test_what_can_be_looked_at(client: httpx.Client) -> None:
+def test_a_program_can_read_the_robot_its_gestures_bodies_and_motors(client: httpx.Client) -> None:
     robot = client.get(V1 + "/robot").json()
     assert len(robot["joints"]) == 8
     assert {part["link"] for part in robot["parts"]} <= {
@@ -213,7 +213,7 @@ def test_each_example_is_taken_and_the_rule_stays_as_it_is(
 NO_HTTP = b"Invalid HTTP request received."
 
 
-@pytest.mark.proof("test_what_is_wrong_or_cannot_be_done_is_refused_in_words")
+@pytest.mark.proof("test_wrong_or_impossible_requests_are_refused_in_words")
 def test_the_description_is_kept_whatever_is_sent(server: Server) -> None:
     """Schemathesis: no server error, and only the answers that the description promises."""
     schema = schemathesis.openapi.from_url(server.url + "/api/openapi.json")

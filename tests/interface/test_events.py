@@ -47,7 +47,7 @@ def streamed(url: str, query: str = "", **headers: str) -> Iterator[dict[str, st
             fields[name] = value
 
 
-def test_a_stream_tells_each_event_and_a_reader_that_comes_back_misses_none(
+def test_a_stream_sends_each_event_and_a_reader_that_returns_misses_none(
     server: Server,
 ) -> None:
     with closing(streamed(server.url, "?after=0")) as events, miburi.connect(server.url) as partner:

@@ -85,7 +85,7 @@ def test_commands_are_obeyed(server: Server) -> None:
             pass
 
 
-def test_a_refusal_is_said_and_who_keeps_making_mistakes_is_shown_out(server: Server) -> None:
+def test_refusals_are_sent_and_repeated_mistakes_end_the_connection(server: Server) -> None:
     with connect(address(server)) as socket:
         for _ in range(MISTAKES + 5):
             socket.send(json.dumps({"do": "release"}))

@@ -100,7 +100,7 @@ def test_it_attends_to_a_talker_and_to_nobody_later() -> None:
     assert attention(attending, 0.2) is None
 
 
-def test_who_interrupts_it_sees_it_think() -> None:
+def test_an_interruption_makes_it_think() -> None:
     attending = Attending()
     assert attention(attending, 0.5, sentence=1) == "speaking"
     attending.begin("thinking")

@@ -54,7 +54,7 @@ def test_a_bad_file_is_said_and_kept_aside(tmp_path: Path, content: bytes) -> No
     assert remembered(path, shipped_temperament()) is None
 
 
-def test_a_place_that_takes_no_file_is_said(tmp_path: Path) -> None:
+def test_a_place_that_takes_no_file_is_reported(tmp_path: Path) -> None:
     (tmp_path / "feelings.json").mkdir()
     with pytest.raises(InputError, match="cannot be read"):
         remembered(tmp_path / "feelings.json", shipped_temperament())

@@ -43,7 +43,7 @@ def record(file: BytesIO) -> None:
             recorder.write(step_messages(state, feelings if last else None, events))
 
 
-def test_what_is_written_is_read_by_any_reader(tmp_path: Path) -> None:
+def test_a_recording_is_read_by_any_reader(tmp_path: Path) -> None:
     path = tmp_path / "r.mcap"
     with path.open("wb") as file:
         record(file)
@@ -65,7 +65,7 @@ def test_what_is_written_is_read_by_any_reader(tmp_path: Path) -> None:
     assert summary.statistics.message_count == 52
 
 
-@pytest.mark.proof("test_what_is_written_is_read_by_any_reader")
+@pytest.mark.proof("test_a_recording_is_read_by_any_reader")
 def test_it_says_what_it_is_of_and_when_and_opens_in_3d(runner: Runner, tmp_path: Path) -> None:
     """Every message fits its schema; Foxglove's frames, put together, end where the hands are."""
     before = datetime.now(UTC).timestamp()

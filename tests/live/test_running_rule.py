@@ -27,7 +27,7 @@ def partner(robot: Robot, folder: Path, body: str = "simulated") -> Runner:
     return Runner(robot, feelings, Archive(folder), body=body, rule=rule)
 
 
-def test_pages_and_programs_are_told_the_running_rule(robot: Robot, tmp_path: Path) -> None:
+def test_pages_and_programs_see_the_running_rule(robot: Robot, tmp_path: Path) -> None:
     runner = partner(robot, tmp_path)
     ours = Runner(robot, EmotionalModel(), Archive(tmp_path))
     for language in page_languages():

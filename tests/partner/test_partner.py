@@ -43,7 +43,7 @@ def test_gestures_begin_at_multiples_of_the_period(
     assert all(event.solution.error.max() < 1e-3 for event in of(MoveSent, events))
 
 
-def test_who_feels_nothing_or_is_in_no_mood_for_it_stays_at_neutral(robot: Robot) -> None:
+def test_without_a_feeling_or_a_mood_it_stays_at_neutral(robot: Robot) -> None:
     for feelings in (EmotionalModel(), happy(0.0)):
         body = PaperBody(robot)
         run(Partner(body, feelings), 5.0)

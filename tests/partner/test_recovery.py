@@ -165,7 +165,7 @@ def test_a_persons_stop_stays_until_a_release_and_leaves_the_mood(
 
 
 @pytest.mark.parametrize("ending", [False, True])
-def test_what_failed_waits_for_a_person(moving: Moving, ending: bool) -> None:
+def test_a_failed_body_waits_for_a_person(moving: Moving, ending: bool) -> None:
     """Even if a contact came first, and at the end of all: the card may come back by itself."""
     partner, body = moving
     body.touch()

@@ -63,7 +63,7 @@ def test_nothing_is_written_unless_somebody_allows_it(path: Path, clock: Clock) 
     assert memory(path, clock).people.people == []
 
 
-def test_what_was_told_is_written_at_once(one: Memory, path: Path, clock: Clock) -> None:
+def test_a_fact_is_written_at_once(one: Memory, path: Path, clock: Clock) -> None:
     """So it outlasts a program that is killed."""
     told = [fact for fact, _, _ in FACTS[:5]]
     for number, fact in enumerate(told, 1):
@@ -73,7 +73,7 @@ def test_what_was_told_is_written_at_once(one: Memory, path: Path, clock: Clock)
 
 
 @pytest.mark.parametrize("facts", [FACTS, MORE_FACTS])
-def test_a_question_is_answered_by_what_was_told(one: Memory, facts: list[list[str]]) -> None:
+def test_a_question_is_answered_by_a_fact(one: Memory, facts: list[list[str]]) -> None:
     """Two strangers wrote the facts. The rule of subjects was written with their lines in view."""
     for fact, _, _ in facts:
         one.remember(fact, "en")
@@ -88,7 +88,7 @@ def test_a_question_is_answered_by_what_was_told(one: Memory, facts: list[list[s
         assert one.recall(asks, "en") is None
 
 
-def test_what_was_told_of_somebody_else_is_no_answer(one: Memory) -> None:
+def test_a_fact_about_somebody_else_is_no_answer(one: Memory) -> None:
     """A sentence about the doctor's name does not answer a question for the dog's."""
     for told in ("My doctor is called Okafor.", "Tom lives in Leeds.", "I was born in May."):
         one.remember(told, "en")
@@ -289,7 +289,9 @@ def test_what_was_said_by_the_way_is_known_for_the_talk_and_never_written(
     assert one.recall(asks, "en") is None
 
 
-def test_a_correction_is_kept_with_what_it_corrects(one: Memory, path: Path, clock: Clock) -> None:
+def test_a_correction_is_kept_with_the_sentence_that_it_corrects(
+    one: Memory, path: Path, clock: Clock
+) -> None:
     one.remember("Maureen is coming on Sunday.", "en")
     one.remember("The dentist is on Thursday at ten.", "en", asked=True)
     friday = datetime(2026, 11, 27, tzinfo=UTC)

@@ -135,7 +135,7 @@ def test_a_plain_sentence_shows_its_feeling(text: str, feeling: str | None) -> N
         ("You did not scare me", "fright"),
     ],
 )
-def test_what_is_denied_is_not_felt(said: str, feeling: str) -> None:
+def test_a_denied_feeling_is_not_heard(said: str, feeling: str) -> None:
     assert hear(said).feeling != feeling
 
 

@@ -111,7 +111,7 @@ CASES: dict[str, tuple[dict[str, Any], list[str], list[dict[str, str]], int, str
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_who_comes_in(case: str) -> None:
+def test_the_gate_admits_the_right_requests(case: str) -> None:
     """The gate treats a WebSocket like a request."""
     partner, paths, requests, status, words = CASES[case]
     for path in paths:
@@ -137,7 +137,7 @@ def answered(gate: Gate, path: str, **request: str) -> tuple[int, dict[str, str]
         ("OPTIONS", FRIEND, "/mcp", 403),
     ],
 )
-def test_a_browser_is_told_what_an_allowed_origin_may(
+def test_a_browser_learns_what_an_allowed_origin_may_do(
     method: str, origin: str, path: str, status: int
 ) -> None:
     given, headers = answered(Gate(behind, **FRIENDLY), path, method=method, origin=origin)

@@ -209,7 +209,7 @@ SPOILS: dict[str, Callable[[Path], object]] = {
 
 
 @pytest.mark.parametrize("spoil", SPOILS.values(), ids=SPOILS)
-def test_what_serves_no_longer_is_made_anew_and_a_new_authority_is_said(
+def test_spoilt_certificates_are_replaced_and_a_new_authority_is_announced(
     tmp_path: Path, spoil: Callable[[Path], object]
 ) -> None:
     first = kept_certificates(tmp_path, HOSTS, NOW)

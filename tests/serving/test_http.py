@@ -91,7 +91,7 @@ def test_an_address_has_only_so_many_connections_and_stop_is_answered_all_the_sa
             line.close()
 
 
-def test_what_makes_no_sense_is_refused_in_json(runner: Runner, served: Serve) -> None:
+def test_nonsense_is_refused_in_json(runner: Runner, served: Serve) -> None:
     with served(Gate(interface(runner))) as url:
         refuses_in_json(url)
         for host in ("[", "[::1", "]", "a]b"):

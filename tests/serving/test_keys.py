@@ -107,7 +107,7 @@ def test_a_key_ends_after_its_life_and_another_takes_the_place_of_the_oldest(key
     assert [keys.fits(one, NOW + LIFE + MOST) for one in made].count(True) == MOST
 
 
-def test_who_pairs_again_stays_one_device_whose_visits_are_noted(keys: Keys) -> None:
+def test_a_device_that_pairs_again_stays_one_and_its_visits_are_noted(keys: Keys) -> None:
     first = keys.pair(PHONE, now=NOW)
     second = keys.pair(PHONE, first, NOW)
     assert not keys.fits(first, NOW)

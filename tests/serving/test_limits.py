@@ -89,7 +89,7 @@ def test_an_agents_call_waits_for_calls_of_its_kind_and_a_stop_for_nothing(
         ("/face", TOKEN, PAGE_RATE, PAGE_BURST, 200, STATE),
     ],
 )
-def test_what_comes_too_often_is_refused_and_comes_back(
+def test_too_frequent_requests_are_refused_for_a_while(
     monkeypatch: pytest.MonkeyPatch,
     path: str,
     token: str,

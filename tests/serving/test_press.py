@@ -34,9 +34,7 @@ def test_no_program_ends_the_stop_of_anybody_else(by: str) -> None:
 
 
 @pytest.mark.parametrize(("by", "programs_may"), [("program", False), ("person", True)])
-def test_a_program_ends_its_own_stop_or_any_where_the_partner_was_started_so(
-    by: By, programs_may: bool
-) -> None:
+def test_a_program_ends_its_own_stop_or_any_stop_if_it_may(by: By, programs_may: bool) -> None:
     hold = Hold(programs_may_release=programs_may)
     hold.press(by)
     hold.check(by_person=False)

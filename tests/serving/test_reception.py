@@ -242,7 +242,7 @@ def test_the_address_with_the_most_connections_gives_way_first() -> None:
         at.stop(alone)
 
 
-def test_only_so_many_handshakes_are_under_way_and_whoever_floods_gives_way() -> None:
+def test_handshakes_are_limited_and_a_flood_loses_its_own_first() -> None:
     """Each half-open one keeps 0.33 MB of the server; the limit of an address is higher."""
     with desk(most=500) as at:
         phone = at.come(b"\x16", at.encrypted)  # the oldest, and alone at its address

@@ -92,7 +92,7 @@ def test_a_certificate_is_renewed_before_it_ends(home: Home) -> None:
     assert shown(home.context) != first
 
 
-def test_what_leads_to_the_internet_is_left_out_and_it_serves_on(
+def test_internet_addresses_are_left_out_and_the_server_serves_on(
     home: Home, address: list[str]
 ) -> None:
     for there, left in (

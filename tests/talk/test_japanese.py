@@ -41,7 +41,7 @@ def test_a_name_is_learnt_however_it_is_told(talk: Talk) -> None:
         assert "花田きみ子さん" in talk.say(said).answer
 
 
-def test_what_somebody_is_or_calls_it_is_no_name(talk: Talk) -> None:
+def test_a_self_description_or_a_name_for_the_partner_is_not_the_speakers_name(talk: Talk) -> None:
     for said in ("私はとても寂しいです", "わたしは主婦です", "ミーちゃんって呼んでいい？"):
         talk.say(said)
     assert talk.say("私の名前、覚えてる？").meant == "no_name"

@@ -53,7 +53,7 @@ TOLD = [
 
 
 @pytest.mark.parametrize(("said", "asked", "holds"), TOLD)
-def test_what_was_told_is_recalled(talk: Talk, said: list[str], asked: str, holds: str) -> None:
+def test_a_fact_is_recalled(talk: Talk, said: list[str], asked: str, holds: str) -> None:
     for each in said:
         talk.say(each)
     answer = talk.say(asked)
@@ -137,7 +137,7 @@ def test_a_question_in_between_is_not_what_to_remember(talk: Talk) -> None:
     assert talk.say("My sister is coming.").meant is None
 
 
-def test_what_is_announced_is_kept_rather_than_the_remark_before(talk: Talk) -> None:
+def test_an_announced_fact_is_kept_rather_than_the_remark_before(talk: Talk) -> None:
     talk.say("I had porridge this morning.")
     said = "Will you remember something for me, the oat ones are running low and I've to tell Mo"
     kept = talk.say(said)

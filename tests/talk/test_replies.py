@@ -53,7 +53,7 @@ def test_a_long_reply_ends_with_a_sentence() -> None:
         assert LONGEST_REPLY - 13 < len(content.text) <= LONGEST_REPLY
 
 
-def test_a_reply_is_one_line_of_what_can_be_shown() -> None:
+def test_a_reply_is_one_line_of_printable_text() -> None:
     content = read_reply("Hello\x00\x1b[31m\u202eyou\n\n" + "ha " * 1000)
     assert content is not None
     assert content.text.startswith("Hello [31m you ha ha")

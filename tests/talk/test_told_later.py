@@ -59,7 +59,7 @@ def test_a_question_is_not_kept_as_if_it_were_a_fact(talk: Talk, asked: str) -> 
     assert talk.speech.memory.kept("en") is None
 
 
-def test_a_question_is_not_what_it_is_to_remember(talk: Talk) -> None:
+def test_a_question_is_not_the_fact_to_remember(talk: Talk) -> None:
     tell(talk, "They want me there at six.", "What would it cost?")
     assert "six" in talk.say("Please remember that.").answer
     assert "blue" in talk.say("The door is blue. Would you try and keep that in mind?").answer
@@ -95,9 +95,7 @@ def test_after_a_dance_show_me_is_a_wish_for_it(talk: Talk) -> None:
         ("It's a fine day.", "How long until the kettle boils?", None),
     ],
 )
-def test_it_counts_the_time_until_what_was_told(
-    told: str | None, asked: str, left: str | None
-) -> None:
+def test_it_counts_the_time_until_an_event(told: str | None, asked: str, left: str | None) -> None:
     assert away(asked, told, "en", NOON) == left
 
 
@@ -152,6 +150,6 @@ def test_it_says_a_sum_a_date_and_a_time(talk: Talk) -> None:
         ("My mum calls me three times a day about what I should wear.", None),
     ],
 )
-def test_who_says_a_name_is_known_by_it(said: str, name: str | None) -> None:
+def test_a_speaker_is_known_by_the_name_they_give(said: str, name: str | None) -> None:
     told = answer(said)
     assert (told.words if told.do == "name" else None) == name

@@ -21,7 +21,7 @@ __all__ = ["keep", "remember", "remembered"]
 
 #: Time between two writes, and how long to wait for the loop's answer, s (our choice).
 _PERIOD, _PATIENCE = 60.0, 5.0
-#: What a file with unexpected content may raise.
+#: Errors that a file with unexpected content may raise.
 _UNUSABLE = (ValueError, LookupError, TypeError, AttributeError, RecursionError)
 
 

@@ -71,7 +71,7 @@ class WordsOfCare(Table):
         Regular expressions of clauses that say that nothing has happened, and of harmless clauses
         after them; and the replies.
     never, words
-        Regular expressions of what no language model may say; parts that expressions share.
+        Regular expressions of words that no language model may say; parts that expressions share.
     """
 
     unknown: str

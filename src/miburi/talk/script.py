@@ -46,8 +46,8 @@ class Script(Calendar):
     turned, echoed, echo
         The data of a :class:`Turner`; by default it echoes no question.
     intent, topic, feelings
-        What is wanted of the partner, the most urgent first; topics of conversation; answers to a
-        feeling that was heard.
+        Requests to the partner, the most urgent first; topics of conversation; answers to a feeling
+        that was heard.
     again, itself, further
         Regular expressions for words that refer to what was said before, for a question about the
         partner, and for one that goes on about what was just recalled ("And which was it?").

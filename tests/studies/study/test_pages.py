@@ -52,7 +52,7 @@ def test_one_question_a_page_to_the_end(lab: Lab) -> None:
     ]
 
 
-def test_a_reload_or_a_restart_goes_on_where_it_was(lab: Lab) -> None:
+def test_a_reload_or_a_restart_returns_to_the_same_page(lab: Lab) -> None:
     person = Person(lab, behave)
     person.answer()
     page = person.browser.get(f"{lab.home}/page").text
@@ -80,7 +80,7 @@ def test_back_and_a_second_tab_change_no_answer(lab: Lab) -> None:
     assert len(lab.store.answers()) == 2
 
 
-def test_an_answer_that_is_none_is_asked_again(lab: Lab) -> None:
+def test_an_invalid_answer_is_asked_for_again(lab: Lab) -> None:
     browser = lab.begin()
     for data in ({}, {"answer": "joy"}, {"answer": "none"}, {"strength": "3"}):
         refused = lab.post(browser, step="0", **data)

@@ -196,7 +196,7 @@ def test_play_is_told_where_it_stops_the_calibration(
 
 
 @pytest.mark.proof("test_a_servo_like_its_description_is_found_to_be_so")
-def test_shoulders_are_granted_what_joints_without_a_load_need(
+def test_shoulders_are_granted_the_guards_of_joints_without_a_load(
     robot: Robot, playing: Robot
 ) -> None:
     """A load presses their teeth together while they are calibrated, and not in each gesture."""

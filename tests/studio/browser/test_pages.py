@@ -214,7 +214,7 @@ def test_stop_by_key_holds_and_acts_over_an_open_dialog_with_one_press(
         until(studio, lambda now: now["phase"] != "stopped")
 
 
-def test_what_a_visitor_has_set_is_remembered(studio: Page) -> None:
+def test_a_visitors_settings_are_remembered(studio: Page) -> None:
     hint = studio.get_by_text("New here?")
     expect(hint).to_be_visible()
     studio.get_by_role("button", name="Got it").click()

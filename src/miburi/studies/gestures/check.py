@@ -26,9 +26,10 @@ MOST_ERROR = 1e-3
 class Measured:
     """One gesture at one mood, as the simulated body performed it.
 
-    ``ik_error`` is the largest position error of all key poses and extremities, m. In
-    ``self_collisions`` records (one every 0.02 s) two parts of the robot collide; ``met`` names the
-    first pair. ``contact_stops`` is 0 or 1; ``stopped_by`` names the motor.
+    ``ik_error`` is the largest position error of all key poses and extremities, m.
+    ``self_collisions`` counts the records (one every 0.02 s) in which two parts of the robot
+    collide; ``met`` names the first pair. ``contact_stops`` is 0 or 1; ``stopped_by`` names the
+    motor.
     """
 
     feeling: str

@@ -47,7 +47,7 @@ USUAL = Variation(noise=0.3, delay=1)
 class Calibrated:
     """A calibrated robot."""
 
-    robot: Robot  #: the description with what was found of its servos, and the gain that fits
+    robot: Robot  #: the description with the identified servos, and the gain that fits
     true: Robot  #: the robot as it is, with that gain
     rule: FreeRule
     found: Identified  #: the servos that the rule expects
