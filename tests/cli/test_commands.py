@@ -224,6 +224,7 @@ def test_an_interruption_is_one_line(program: str) -> None:
     assert (done.returncode, done.stderr) == (130, "miburi: interrupted.\n")
 
 
+@pytest.mark.proof("test_an_interruption_is_one_line")
 def test_an_interruption_leaves_no_half_file(tmp_path: Path) -> None:
     out = tmp_path / "out"
     command = [*COMMAND, "experiment", "--seconds", "3600", "--no-film", "--out", str(out)]

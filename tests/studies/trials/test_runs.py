@@ -39,6 +39,7 @@ def small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(plans, "CHUNK", 2)
 
 
+@pytest.mark.proof("test_a_broken_off_run_goes_on_where_it_was")
 def test_processes_write_the_same_bytes(plan: Plan, whole: bytes, tmp_path: Path) -> None:
     carry_out_plan(plan, tmp_path / "trials.parquet", workers=2)
     assert (tmp_path / "trials.parquet").read_bytes() == whole
