@@ -245,7 +245,7 @@ def measure_servos(
             if step.name in report.measured:
                 print("It is in the report already.")
                 continue
-            answer = typer.prompt("Enter to begin, s to skip, q to stop", "")
+            answer = typer.prompt("Enter to begin, s to skip, q to stop", "", show_default=False)
             if answer == "q":
                 break
             if answer == "s":
