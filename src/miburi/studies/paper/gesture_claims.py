@@ -149,7 +149,8 @@ def _back_to_neutral(runs: Runs) -> Finding:
 
 @_claim(
     "“The decrease will then be able to be erased within some time, at the same rhythm as the "
-    "mood value.”"
+    "mood value.”",
+    ours="the time constant",
 )
 def _healing(runs: Runs) -> Finding:
     """Let the mood recover, and compare it with a control that was not touched."""

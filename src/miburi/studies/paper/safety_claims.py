@@ -50,7 +50,8 @@ def _always_active(runs: Runs) -> Finding:
 
 @_claim(
     "“The security feature is always directly included into the body's movements, not "
-    "depending on the orders of the robot's head.”"
+    "depending on the orders of the robot's head.”",
+    ours="the processor is emulated, the body is simulated",
 )
 def _on_the_card(runs: Runs) -> Finding:
     """Block a move on the emulated card after its host has gone silent."""
@@ -126,7 +127,10 @@ def _period_and_limit(runs: Runs) -> Finding:
     )
 
 
-@_claim("p is “balanced by the Arduino card's computing power”.")
+@_claim(
+    "p is “balanced by the Arduino card's computing power”.",
+    ours="ATmega2560 at 16 MHz, emulated; bus at 1 Mbit/s",
+)
 def _period_and_card(runs: Runs) -> Finding:
     """Count the readings of the emulated card in a period."""
     if (card := runs.on_card) is None:
