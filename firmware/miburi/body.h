@@ -1,6 +1,6 @@
 // The body: polls the servos, lets the controller decide, takes orders; does not talk to the host.
 //
-// `Io` must provide what servo_xl330.h and memory.h ask of it.
+// `Io` must provide what bus.h and memory.h ask of it.
 #pragma once
 
 #include "clock.h"
