@@ -68,6 +68,13 @@ def test_a_language_without_words_of_distress_is_named(own: Path) -> None:
         ("ya", "talk", "clock =", "klock =", "talk.toml"),
         ("yb", "talk", "'^(no )?(stop|", "'^(no )?((stop|", "is no regular expression"),
         ("yc", "language", 'apostrophes = "split"', 'apostrophes = "cut"', "apostrophes"),
+        ("yd", "distress", "gas = [", "gasp = [", "kinds.gasp"),
+        ("ye", "distress", "gas = [", "# gas = [", "'gas' is missing"),
+        ("yf", "distress", "idioms = [", "sayings = [", "'idioms' is missing"),
+        ("yg", "distress", "{they} e", "{tehy} e", "'tehy' is missing in a file, or misspelt"),
+        ("yh", "care", "fall = [", "# fall = [", "'fall' is missing"),
+        ("yi", "care", "Chiami {medical}, o", "Chiami {medcal}, o", "'medcal' is missing"),
+        ("yj", "care", "Chiami {medical}, o", "Chiami {medical, o", "care.toml: "),
     ],
 )
 def test_a_mistake_in_a_file_is_named(

@@ -18,9 +18,11 @@ from dataclasses import dataclass
 from enum import IntEnum
 from functools import cache
 from importlib import resources
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
 from miburi.ground.tables import Table
 from miburi.languages import (
@@ -73,8 +75,8 @@ class _Patterns(Table):
 
     finds: float = 0.66
     words: dict[str, str]
-    kinds: dict[Distress, list[str]]
-    excuses: dict[str, list[str]]
+    kinds: dict[Distress, Annotated[list[str], Field(min_length=1)]]
+    excuses: dict[str, Annotated[list[str], Field(min_length=1)]]
 
 
 class Doubt(IntEnum):

@@ -43,6 +43,7 @@ __all__ = [
 
 _CLAUSE = re.compile(r"[^,.!;:、。！]+")
 _Line = Annotated[str, Field(min_length=1, max_length=240)]
+_Lines = Annotated[list[_Line], Field(min_length=1)]
 
 
 class Numbers(Table):
@@ -76,16 +77,16 @@ class WordsOfCare(Table):
 
     unknown: str
     listener: str
-    after: list[_Line]
-    ask: dict[Distress, list[_Line]] = Field(default_factory=dict)
+    after: _Lines
+    ask: dict[Distress, _Lines] = Field(default_factory=dict)
     yes: list[str] = Field(default_factory=list)
     wonder: list[_Line] = Field(default_factory=list)
     no: list[str] = Field(default_factory=list)
     untrue: list[str]
     besides: list[str]
     words: dict[str, str] = Field(default_factory=dict)
-    misheard: list[_Line]
-    help: dict[Distress, list[_Line]]
+    misheard: _Lines
+    help: dict[Distress, _Lines]
     never: list[str]
 
 

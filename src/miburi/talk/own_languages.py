@@ -6,8 +6,9 @@ from pathlib import Path
 from miburi.errors import DescriptionError
 from miburi.languages import Language, clues_of, folders, is_elsewhere
 from miburi.languages.rhythm import rhythm_of
-from miburi.senses.distress import hears_distress_in
-from miburi.talk.care import agrees, denies, takes_back
+from miburi.senses.distress import features, hears_distress_in
+from miburi.senses.kinds import KINDS
+from miburi.talk.care import Care, agrees, denies, takes_back, words_of_care
 from miburi.talk.script import script
 
 __all__ = ["check_languages"]
@@ -29,6 +30,12 @@ def check_languages(own: Path) -> list[str]:
             raise DescriptionError(
                 f"{own / language}: {str(error.pattern)[:80]!r} is no regular expression: {error}."
             ) from error
+        except KeyError as error:
+            raise DescriptionError(
+                f"{own / language}: {error.args[0]!r} is missing in a file, or misspelt there."
+            ) from error
+        except (ValueError, IndexError) as error:
+            raise DescriptionError(f"{own / language}: care.toml: {error}.") from error
     return [
         f"{own / language}: distress.toml is missing, so no cry for help is heard in this language."
         for language in mine
@@ -37,11 +44,22 @@ def check_languages(own: Path) -> list[str]:
 
 
 def _use(language: Language) -> None:
-    """Use every pattern of a language once, so that a wrong one fails to compile here."""
+    """Use all that a language's files have: nothing may fail when somebody needs help."""
     talk, said = script(language), "?"
     talk.asks(said)
     talk.tells(said)
     _ = [*talk.intents_of(said), *talk.topics_of(said)]
-    for use in (clues_of, is_elsewhere, rhythm_of, agrees, denies, takes_back):
+    for use in (clues_of, is_elsewhere, rhythm_of, features, agrees, denies, takes_back):
         use(said, language)
-    hears_distress_in(language)
+    care, words = Care(), words_of_care(language)
+    for kind in KINDS:
+        for turn in range(len(words.help[kind])):
+            care.help(kind, language, turn)
+    for kind, asked in words.ask.items():
+        for turn in range(len(asked)):
+            care.ask(kind, language, turn)
+    for lines, say in (
+        (words.after, care.stay), (words.misheard, care.give_way), (words.wonder, care.wonder)
+    ):  # fmt: skip
+        for turn in range(len(lines)):
+            say(language, turn)
