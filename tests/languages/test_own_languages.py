@@ -9,7 +9,7 @@ import pytest
 from miburi.errors import DescriptionError
 from miburi.languages import VARIABLE, folders, language_of
 from miburi.senses.distress import hear_distress
-from miburi.studio.words import own_name, page_languages, words
+from miburi.studio.words import _read, own_name, page_languages, words
 from miburi.talk.care import Care
 from miburi.talk.own_languages import check_languages
 from miburi.talk.script import script
@@ -23,7 +23,7 @@ def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A copy of the example, which the partner knows."""
     shutil.copytree(EXAMPLE, tmp_path, dirs_exist_ok=True)
     monkeypatch.setenv(VARIABLE, str(tmp_path))
-    caches = (folders, page_languages, script)
+    caches = (folders, page_languages, script, _read, words)
     for each in caches:
         each.cache_clear()
     yield tmp_path
@@ -52,6 +52,39 @@ def test_pages_are_shown_in_a_language_that_has_words_for_them(own: Path) -> Non
     page_languages.cache_clear()
     assert own_name("it") == "Italiano"
     assert words("it").keys() == words("en").keys()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("{motor} met something", "{moter} met something", r"contact.met has \{moter\}"),
+        ('stop = "Stop"', "stop = 1", "studio.stop has an unreadable text"),
+        ('stop = "Stop"', "stop = Stop", "this is not TOML"),
+        ('stop = "Stop"', "", ""),
+    ],
+)
+def test_a_page_lacks_no_word_and_fills_in_what_it_knows(
+    own: Path, old: str, new: str, said: str
+) -> None:
+    pages = (ENGLISH / "pages.toml").read_text(encoding="utf-8")
+    assert old in pages
+    (own / "it" / "pages.toml").write_text(pages.replace(old, new, 1), encoding="utf-8")
+    for each in (page_languages, _read, words):
+        each.cache_clear()
+    if said:
+        with pytest.raises(DescriptionError, match=said):
+            words("it")
+    else:
+        assert words("it")["studio"]["stop"] == "Stop"
+
+
+def test_english_of_ones_own_needs_all_files(own: Path) -> None:
+    shutil.copytree(ENGLISH, own / "en")
+    folders.cache_clear()
+    assert check_languages(own) == []
+    (own / "en" / "care.toml").unlink()
+    with pytest.raises(DescriptionError, match=r"care\.toml is missing"):
+        check_languages(own)
 
 
 def test_a_language_without_words_of_distress_is_named(own: Path) -> None:

@@ -79,12 +79,15 @@ SensesFile = Annotated[
 def _choose_languages(path: Path | None) -> Path | None:
     if path is not None:
         from miburi.languages import VARIABLE, folders
+        from miburi.studio.words import page_languages, words
         from miburi.talk.own_languages import check_languages
 
         os.environ[VARIABLE] = str(path.resolve())  # also for the processes that it starts
         folders.cache_clear()
         for warning in check_languages(path):
             typer.echo(f"miburi: {warning}", err=True)
+        for language in page_languages():
+            words(language)  # raises an error if a page could not be shown in it
     return path
 
 
@@ -95,7 +98,6 @@ LanguagesFolder = Annotated[
         help="A folder of languages that the partner hears and speaks besides its own.",
         envvar="MIBURI_LANGUAGES",
         callback=_choose_languages,
-        show_default=False,
     ),
 ]
 BrokerCertificates = Annotated[

@@ -2,9 +2,12 @@
 
 import tomllib
 from functools import cache
+from importlib import resources
+from importlib.resources.abc import Traversable
+from string import Formatter
 from typing import Any
 
-from miburi.errors import InputError
+from miburi.errors import DescriptionError, InputError
 from miburi.feelings.catalogue import CATALOGUE
 from miburi.languages import folders
 
@@ -26,26 +29,55 @@ def _read(language: str) -> dict[str, Any]:
     if language not in page_languages():
         allowed = ", ".join(page_languages())
         raise InputError(f"the language must be one of {allowed}, got {language!r}.")
-    return tomllib.loads((folders()[language] / "pages.toml").read_text(encoding="utf-8"))
+    return _load(folders()[language])
+
+
+def _load(folder: Traversable) -> dict[str, Any]:
+    file = folder / "pages.toml"
+    try:
+        return tomllib.loads(file.read_text(encoding="utf-8"))
+    except ValueError as error:  # TOML or UTF-8
+        raise DescriptionError(f"{file}: this is not TOML: {error}.") from error
 
 
 @cache
 def words(language: str) -> Words:
-    """Return a language's words, by section and key.
+    """Return a language's words, by section and key; what it lacks is in English.
 
     Raises
     ------
     InputError
         There are no pages in that language.
+    DescriptionError
+        Its file is not TOML, or has a value that is not a text, or a {placeholder} that the English
+        text does not have.
     """
-    sections = {key: value for key, value in _read(language).items() if isinstance(value, dict)}
+    own, sections = _read(language), _load(resources.files("miburi.languages") / FALLBACK)
+    sections = {key: value for key, value in sections.items() if isinstance(value, dict)}
+    for section, texts in sections.items():
+        for key, english in texts.items():
+            try:
+                told = own.get(section, {}).get(key, english)
+                unknown = _placeholders(told) - _placeholders(english)
+            except (AttributeError, TypeError, ValueError):
+                unknown = {"an unreadable text"}
+            if unknown:
+                raise DescriptionError(
+                    f"{folders()[language] / 'pages.toml'}: {section}.{key} has "
+                    f"{', '.join(sorted(unknown))}; the English text is {english!r}."
+                )
+            texts[key] = told
     feelings = {each.name: each.words.get(language, each.name) for each in CATALOGUE.feeling}
     return {**sections, "feeling": feelings}
 
 
+def _placeholders(text: str) -> set[str]:
+    return {f"{{{name}}}" for _, name, _, _ in Formatter().parse(text) if name is not None}
+
+
 def own_name(language: str) -> str:
     """Return a language's name in that language."""
-    return str(_read(language)["language"])
+    return str(_read(language).get("language", language))
 
 
 def preferred(*wishes: str | None) -> str:

@@ -1,10 +1,11 @@
 """Check the languages in a folder of your own before a partner hears and speaks them."""
 
 import re
+from importlib import resources
 from pathlib import Path
 
 from miburi.errors import DescriptionError
-from miburi.languages import Language, clues_of, folders, is_elsewhere
+from miburi.languages import FALLBACK, Language, clues_of, folders, is_elsewhere
 from miburi.languages.rhythm import rhythm_of
 from miburi.senses.distress import features, hears_distress_in
 from miburi.senses.kinds import KINDS
@@ -23,6 +24,13 @@ def check_languages(own: Path) -> list[str]:
         A file is missing, cannot be read, or is wrong; the message names it.
     """
     mine = [one for one in folders() if (own / one / "language.toml").is_file()]
+    if FALLBACK in mine:
+        for file in (resources.files("miburi.languages") / FALLBACK).iterdir():
+            if not (own / FALLBACK / file.name).is_file():
+                raise DescriptionError(
+                    f"{own / FALLBACK}: {file.name} is missing; add it, because other languages "
+                    "and pages fall back on these files."
+                )
     for language in mine:
         try:
             _use(language)
