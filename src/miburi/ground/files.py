@@ -56,7 +56,7 @@ def write_whole(path: Path, text: str, *, private: bool = False) -> None:
     try:
         draft.unlink(missing_ok=True)
         draft.touch(mode=0o600 if private else 0o666)
-        with draft.open("w", encoding="utf-8") as file:
+        with draft.open("w", encoding="utf-8", newline="\n") as file:
             file.write(text)
             file.flush()
             os.fsync(file.fileno())
