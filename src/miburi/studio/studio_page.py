@@ -348,5 +348,5 @@ class _Studio:
 
     def _look(self) -> None:
         state = self._runner.snapshot.state
-        for update in (*self._updates, *self._panel_updates[self._open.value]):
+        for update in (*self._updates, *self._panel_updates.get(self._open.value, ())):
             update(state)
