@@ -24,9 +24,10 @@ from miburi.ground.cores import coming_first
 own = Path("/proc/self/autogroup")
 os.setsid()
 before = own.read_text()
+usual = os.getpriority(os.PRIO_PROCESS, 0)
 with coming_first():
     print(own.read_text().split()[-1])
-print(own.read_text() == before)
+print(own.read_text() == before and os.getpriority(os.PRIO_PROCESS, 0) == usual)
 """
 
 

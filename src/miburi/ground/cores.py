@@ -40,13 +40,15 @@ def come_first(*, apart: bool = False) -> None:
 
 @contextmanager
 def coming_first() -> Iterator[None]:
-    """Raise the priority of this process and, while the block runs, of its whole terminal session.
+    """Raise the priority of this process and its whole terminal session while the block runs.
 
     To receive Ctrl-C a process must stay in its session, so the priority of the whole session is
-    raised and later restored.
+    raised.
     """
+    usual = nice = None
+    with suppress(OSError, AttributeError):
+        usual = os.getpriority(os.PRIO_PROCESS, 0)
     come_first()
-    nice = None
     with suppress(OSError):
         nice = re.search(r"nice (-?\d+)", _AUTOGROUP.read_text(encoding="ascii"))
         _AUTOGROUP.write_text(str(_NICE), encoding="ascii")
@@ -54,5 +56,7 @@ def coming_first() -> Iterator[None]:
         yield
     finally:
         with suppress(OSError):
+            if usual is not None:
+                os.setpriority(os.PRIO_PROCESS, 0, usual)
             if nice is not None:
                 _AUTOGROUP.write_text(nice[1], encoding="ascii")
