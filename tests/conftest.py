@@ -60,14 +60,6 @@ TOGETHER: list[tuple[str, ...]] = [
 ]
 
 
-#: Tests that wait more than they compute come first, so that others fill their pauses.
-FIRST = ("tests/studio/browser/", "tests/host/")
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    items.sort(key=lambda item: not item.nodeid.startswith(FIRST))
-
-
 class Together(LoadScopeScheduling):
     """Gives each test to the next free worker, and those of a line of :data:`TOGETHER` to one."""
 
