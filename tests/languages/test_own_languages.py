@@ -9,7 +9,7 @@ import pytest
 from miburi.errors import DescriptionError
 from miburi.languages import VARIABLE, folders, language_of
 from miburi.senses.distress import hear_distress
-from miburi.studio.words import _read, own_name, page_languages, words
+from miburi.studio.words import own_name, page_languages, words
 from miburi.talk.care import Care
 from miburi.talk.own_languages import check_languages
 from miburi.talk.script import script
@@ -23,7 +23,7 @@ def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A copy of the example, which the partner knows."""
     shutil.copytree(EXAMPLE, tmp_path, dirs_exist_ok=True)
     monkeypatch.setenv(VARIABLE, str(tmp_path))
-    caches = (folders, page_languages, script, _read, words)
+    caches = (folders, page_languages, script, own_name, words)
     for each in caches:
         each.cache_clear()
     yield tmp_path
@@ -69,7 +69,7 @@ def test_a_page_lacks_no_word_and_fills_in_what_it_knows(
     pages = (ENGLISH / "pages.toml").read_text(encoding="utf-8")
     assert old in pages
     (own / "it" / "pages.toml").write_text(pages.replace(old, new, 1), encoding="utf-8")
-    for each in (page_languages, _read, words):
+    for each in (page_languages, own_name, words):
         each.cache_clear()
     if said:
         with pytest.raises(DescriptionError, match=said):

@@ -101,7 +101,8 @@ def test_a_flood_is_held_up_and_no_stop_with_it(server: Server) -> None:
         taken = [answer for answer in answers if answer.status_code == 204]
         refused = [answer for answer in answers if answer.status_code == 429]
         assert taken
-        assert refused
+        # A computer so slow that it sends fewer than the allowed number has no flood.
+        assert refused or elapsed > (60 - NOTICED_BURST) / NOTICED_RATE
         assert len(taken) + len(refused) == 60
         assert len(taken) <= NOTICED_BURST + NOTICED_RATE * (elapsed + 1)
         assert all("a second" in answer.json()["detail"] for answer in refused)

@@ -24,7 +24,6 @@ def page_languages() -> tuple[str, ...]:
     return tuple(name for name, each in folders().items() if (each / "pages.toml").is_file())
 
 
-@cache
 def _read(language: str) -> dict[str, Any]:
     if language not in page_languages():
         allowed = ", ".join(page_languages())
@@ -75,6 +74,7 @@ def _placeholders(text: str) -> set[str]:
     return {f"{{{name}}}" for _, name, _, _ in Formatter().parse(text) if name is not None}
 
 
+@cache
 def own_name(language: str) -> str:
     """Return a language's name in that language."""
     return str(_read(language).get("language", language))
