@@ -178,7 +178,7 @@ def test_tools_say_what_they_take_and_what_a_client_may_expect(door: Server) -> 
         answer = await agent.client.call_tool("state", {})
         assert answer.structured_content is not None
         assert answer.structured_content["body"] in ("idle", "moving")
-        # What an agent must read is short. A piece is at most four letters or one sign: no
+        # An agent has little to read. A piece is at most four letters or one sign: no
         # tokenizer in use makes more of English. A model is given names, descriptions and
         # arguments; the rest is for its client.
         given = {"name", "description", "input_schema"}

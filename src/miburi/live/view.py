@@ -76,7 +76,7 @@ class LivePartner(ABC):
         The temperament that it began with, and the names of those to choose from: the ones that
         ship with Miburi, and its own.
     history
-        What has happened, across restarts.
+        The log of events, which survives restarts.
     snapshot
         The latest state.
     motors

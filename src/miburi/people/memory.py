@@ -69,7 +69,7 @@ class Memory:
         self._present: Acquaintance | None = None
         #: What was told by somebody who has not said who they are; it is never written.
         self._untold: list[Fact] = []
-        #: What was said in this conversation.
+        #: The remarks of this conversation.
         self.remarks = Remarks(clock)
         #: The number of deletions; other parts that remember the conversation watch it, and forget,
         #: too.

@@ -56,7 +56,7 @@ class DrawingError(OutputError):
 
 @dataclass(frozen=True)
 class Scene:
-    """What a picture shows; without a face, the phone's screen is blank."""
+    """The content of a picture; without a face, the phone's screen is blank."""
 
     angles: Array  # (8,) rad, the true joint angles
     hand: Array | None = None  # (7,), the human hand's position in m and quaternion

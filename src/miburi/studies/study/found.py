@@ -37,7 +37,7 @@ class Share:
 
 @dataclass(frozen=True)
 class ChoiceFindings:
-    """What people chose."""
+    """The choices that people made."""
 
     question: str
     labels: tuple[str, ...]  #: rows and columns of ``confusion``

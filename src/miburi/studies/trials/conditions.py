@@ -22,7 +22,7 @@ __all__ = ["LINKS", "Conditions", "HandKind", "Person", "draw", "draw_person"]
 
 
 class HandKind(StrEnum):
-    """What a person's hand does."""
+    """The behaviour of a person's hand."""
 
     RIGID = "rigid"  #: stays where it is, like a hand resting on a table
     COMPLIANT = "compliant"  #: gives way

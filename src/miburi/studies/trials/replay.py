@@ -52,7 +52,7 @@ class DeafRule(Rule):
 
 @dataclass(frozen=True)
 class Judgement:
-    """What a rule does to a recorded run."""
+    """The effect of a rule on a recorded run."""
 
     stopped_at: float | None  #: s
     latency: float | None  #: s from the first touch; None if there is no stop after a touch

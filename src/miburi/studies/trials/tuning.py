@@ -33,7 +33,7 @@ _READING = SECOND // 100
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a rule does to recorded runs."""
+    """The effect of a rule on recorded runs."""
 
     false_stops: float  #: share of the runs that it stops before the robot touches anybody
     missed: float  #: share of touched people whom it does not notice
