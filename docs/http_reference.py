@@ -6,8 +6,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-__all__ = ["http_page"]
-
 Part = dict[str, Any]
 _TITLE = "HTTP"
 _ABOUT = (

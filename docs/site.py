@@ -6,12 +6,14 @@ The reference is made from the docstrings of each room's public names.
 """
 
 import importlib
+import inspect
 import pkgutil
 import re
 import runpy
 from pathlib import Path
 from types import ModuleType
 
+import griffe
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.plugins import event_priority
 from mkdocs.structure.files import File, Files
@@ -62,14 +64,22 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 def modules_of(package: ModuleType) -> list[ModuleType]:
     """Return the modules that users import from: the package, or what is in it."""
-    if hasattr(package, "__all__"):
+    if hasattr(package, "__all__") or not hasattr(package, "__path__"):
         return [package]
     inside = [part.name for part in pkgutil.iter_modules(package.__path__)]
     return [importlib.import_module(f"{package.__name__}.{name}") for name in inside]
 
 
+def public_names(module: ModuleType) -> list[str]:
+    """Return what a module lists as public, or else all names that it defines without a _."""
+    if hasattr(module, "__all__"):
+        return module.__all__
+    whole = griffe.visit(module.__name__, Path(module.__file__ or ""), inspect.getsource(module))
+    return [one.name for one in whole.members.values() if one.is_public and not one.is_alias]
+
+
 def _section(module: ModuleType, *, heading: bool) -> str:
-    members = "\n".join(f"        - {name}" for name in module.__all__)
+    members = "\n".join(f"        - {name}" for name in public_names(module))
     options = f"    options:\n      show_root_heading: {str(heading).lower()}\n      members:\n"
     return f"::: {module.__name__}\n{options}{members}\n"
 

@@ -135,7 +135,7 @@ def test_nothing_in_the_reference_is_without_words() -> None:
     site = runpy.run_path(str(ROOT / "docs" / "site.py"))
     rooms = [importlib.import_module(f"miburi.{room}") for room in site["ROOMS"]]
     modules = [module for room in rooms for module in site["modules_of"](room)]
-    entries = [getattr(module, name) for module in modules for name in module.__all__]
+    entries = [getattr(module, name) for module in modules for name in site["public_names"](module)]
     silent = [one.__qualname__ for one in entries if inspect.isroutine(one) and not one.__doc__]
     for one in filter(inspect.isclass, entries):
         own = [(name, member) for name, member in vars(one).items() if name[0] != "_"]

@@ -157,32 +157,6 @@ def test_modules_and_classes_fit_in_one_reading() -> None:
     assert {name: length for name, length in classes.items() if length > 300} == {}
 
 
-def listed(tree: ast.Module) -> set[object]:
-    """The names in a module's ``__all__``."""
-    return {
-        element.value
-        for node in tree.body
-        if isinstance(node, ast.Assign | ast.AugAssign)
-        and isinstance(node.value, ast.List)
-        and "__all__" in ast.unparse(node)
-        for element in node.value.elts
-        if isinstance(element, ast.Constant)
-    }
-
-
-def test_a_public_module_says_what_is_public() -> None:
-    missing = [
-        f"{path.relative_to(HOUSE)}: {node.name}"
-        for path, tree in parsed().items()
-        for node in tree.body
-        if isinstance(node, ast.FunctionDef | ast.ClassDef | ast.AsyncFunctionDef)
-        and not node.name.startswith("_")
-        and path.name not in ("__init__.py", "__main__.py")
-        and node.name not in listed(tree)
-    ]
-    assert missing == [], "add them to __all__, or begin their names with _"
-
-
 def test_no_two_public_classes_share_a_name() -> None:
     places: dict[str, list[str]] = {}
     for path, tree in parsed().items():

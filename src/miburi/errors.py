@@ -6,16 +6,6 @@ catch them all.
 
 from importlib.util import find_spec
 
-__all__ = [
-    "BodyError",
-    "DescriptionError",
-    "InputError",
-    "MiburiError",
-    "OutputError",
-    "need",
-    "needs_extra",
-]
-
 
 class MiburiError(Exception):
     """The base of all errors; the message is written for people."""

@@ -15,8 +15,6 @@ from miburi.bma.settings import Array, Settings
 from miburi.errors import InputError
 from miburi.ground.arguments import real_numbers
 
-__all__ = ["Jacobian", "LocalSearch", "Problem", "inside", "search_locally"]
-
 #: Maps a point, (n,), to the derivatives of what the function returns: (m, n), or (n,).
 Jacobian = Callable[[Array], ArrayLike]
 #: Yields points, is sent the function's results there, and returns the value that it reached, and

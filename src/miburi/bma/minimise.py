@@ -24,8 +24,6 @@ from miburi.bma.settings import (
 from miburi.errors import InputError
 from miburi.ground.arguments import Seed, clock_limit
 
-__all__ = ["minimize", "scipy_method"]
-
 
 def minimize(
     function: Callable[[Array], Any],

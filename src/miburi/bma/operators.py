@@ -9,25 +9,6 @@ from numpy.typing import NDArray
 
 from miburi.bma.settings import Array
 
-__all__ = [
-    "SLIGHT",
-    "Ints",
-    "curve",
-    "damped",
-    "differences",
-    "draw",
-    "ends",
-    "free",
-    "mutants",
-    "newton_step",
-    "printed_step",
-    "promising",
-    "rank",
-    "shuffle",
-    "stencil",
-    "transfer",
-]
-
 Ints = NDArray[np.int64]
 
 #: A relative gain smaller than this does not count.

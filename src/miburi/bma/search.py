@@ -20,8 +20,6 @@ from miburi.bma.settings import (
 from miburi.errors import InputError
 from miburi.ground.arguments import Seed, real_numbers, seed_of
 
-__all__ = ["Optimizer"]
-
 _EXACT = 1e-20  # a search by residuals has converged below this share of the first sum of squares
 _IDLE = 1e-12  # a gain smaller than this share of the first generation's spread does not count
 

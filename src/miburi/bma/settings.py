@@ -8,19 +8,6 @@ from numpy.typing import NDArray
 
 from miburi.errors import InputError
 
-__all__ = [
-    "BUDGET_SPENT",
-    "CONVERGED",
-    "DEADLINE",
-    "NOTHING_ALLOWED",
-    "SETTLED",
-    "STOPPED",
-    "Array",
-    "SearchResult",
-    "Settings",
-    "checked_settings",
-]
-
 Array = NDArray[np.float64]
 
 #: Why a search ended, in words.

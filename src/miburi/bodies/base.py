@@ -12,8 +12,6 @@ from miburi.safety.contact import Rule, Window
 from miburi.safety.move import Course, Move
 from miburi.safety.stop import Phase, Stop
 
-__all__ = ["Body", "BodyState", "Motor", "Motors", "Touch", "Touchable"]
-
 
 @dataclass(frozen=True)
 class BodyState:

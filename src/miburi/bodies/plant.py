@@ -24,8 +24,6 @@ from miburi.robot.shape import BASE
 from miburi.safety.drive import aim
 from miburi.safety.profile import Steps, to_steps
 
-__all__ = ["Plant"]
-
 #: How far parts may overlap at neutral, m: their shapes only approximate the robot's (our choice).
 _DEEP = 0.001
 #: Clearance between a placed hand and the trunk, m (our choice). Both are rigid: if they touched,

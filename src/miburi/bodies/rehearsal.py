@@ -14,8 +14,6 @@ from miburi.robot import Array, Robot, forward
 from miburi.safety.move import plan_move, plan_on
 from miburi.safety.stop import Phase, Stop
 
-__all__ = ["PERIOD", "Rehearsal", "rehearse"]
-
 #: Time between two records, s: 50 Hz.
 PERIOD = 0.02
 

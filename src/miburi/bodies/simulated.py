@@ -22,8 +22,6 @@ from miburi.safety.move import Course, Move
 from miburi.safety.profile import FINE, SECOND, Steps, to_steps
 from miburi.safety.stop import Phase
 
-__all__ = ["READING", "Simulated"]
-
 #: Physics steps between two readings of the encoders: 10 ms, as fast as a servo bus allows.
 _SUBSTEPS = 5
 #: Period of the encoders' readings, s.

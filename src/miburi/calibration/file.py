@@ -24,16 +24,6 @@ if TYPE_CHECKING:
     from miburi.calibration.shares import Shares
     from miburi.safety.free import FreeRule
 
-__all__ = [
-    "Calibration",
-    "CalibrationFile",
-    "IdentifiedTable",
-    "Mounting",
-    "RuleTable",
-    "read_calibration",
-    "write_calibration",
-]
-
 
 class RuleTable(Table):
     """The period in s, a multiple of 10 ms, and the ratio (Eqs. 1 and 2), in the card's ranges."""

@@ -18,16 +18,6 @@ from miburi.robot.guards import GUARDS, Guards
 from miburi.safety.contact import PAPER_PERIOD, PAPER_RATIO, UNLOADED, Loading, lag_doubt
 from miburi.safety.profile import FINE, Profile, Steps
 
-__all__ = [
-    "LEAST",
-    "MARGIN",
-    "Need",
-    "Trace",
-    "calibrate",
-    "measure_lag",
-    "measure_need",
-]
-
 #: Guards are this many times what free motion needed (our choice).
 MARGIN = 1.2
 #: The guard ``least``, rad: a window with less expected travel is too short to judge, so the window

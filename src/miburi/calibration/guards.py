@@ -24,16 +24,6 @@ from miburi.safety.contact import UNLOADED
 from miburi.safety.free import FreeRule, granted_share
 from miburi.safety.profile import FINE, Steps
 
-__all__ = [
-    "MARGIN",
-    "STATES",
-    "STATE_MARGIN",
-    "FreeTrace",
-    "free_rule",
-    "granted",
-    "shaken",
-]
-
 #: Guards are ``MARGIN`` times the model's error in the free moves, and at least the description's
 #: guards; for moves in another state, which the model predicts in part, ``STATE_MARGIN`` times
 #: (both our choice).

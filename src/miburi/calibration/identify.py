@@ -26,21 +26,6 @@ from miburi.safety.free import FreeRule
 from miburi.safety.profile import FINE, Steps
 from miburi.servos.free import STEP, travel
 
-__all__ = [
-    "STIFFNESS",
-    "Identified",
-    "and_play",
-    "check",
-    "expecting",
-    "fitted",
-    "identify",
-    "in_words",
-    "play",
-    "proposed_gain",
-    "stiffness",
-    "worn",
-]
-
 #: The allowed and the recommended range of a servo's stiffness at the horn, N·m/rad. A softer servo
 #: cannot carry the body to a pose; a stiffer one oscillates where gears have backlash (our choice).
 #: It is measured 10 % too low on average, and 20 % at most: while all joints move, the wiring drops

@@ -4,8 +4,6 @@ from dataclasses import dataclass
 
 from miburi.robot import Array
 
-__all__ = ["Shares"]
-
 
 @dataclass(frozen=True)
 class Shares:

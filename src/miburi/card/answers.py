@@ -7,16 +7,6 @@ from miburi.errors import BodyError
 from miburi.robot import JOINTS
 from miburi.safety.stop import Stop
 
-__all__ = [
-    "LOST",
-    "UNREADABLE",
-    "NoAnswerError",
-    "OutOfRangeError",
-    "foreign",
-    "not_home",
-    "read_answer",
-]
-
 #: Why a release is refused: the card is lost, or its saved settings are unreadable.
 LOST = (
     "The card cannot be reached. Check its cable and power; Miburi looks for it every second. The "

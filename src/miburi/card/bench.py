@@ -42,8 +42,6 @@ from miburi.safety.move import Move
 from miburi.safety.profile import FINE, SECOND
 from miburi.safety.stop import Phase
 
-__all__ = ["LEVER", "STEPS", "WEIGHT", "Bench", "BenchStep"]
-
 #: The weight that the person hangs on the arm, kg, and how far from the elbow's axle, m.
 WEIGHT, LEVER = 0.1, 0.1
 #: P gains at which the stiffness and the hunting are measured.

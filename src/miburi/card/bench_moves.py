@@ -15,22 +15,6 @@ from miburi.safety.move import Move
 from miburi.safety.profile import FINE
 from miburi.safety.stop import Phase
 
-__all__ = [
-    "CLEAR",
-    "DEEPER",
-    "ELBOW",
-    "GENTLY",
-    "GRID",
-    "LOOK",
-    "REST",
-    "go",
-    "listening",
-    "peek",
-    "positions",
-    "rest",
-    "with_gain",
-]
-
 #: Speed of the moves to a pose, rad/s; time for the body to settle, and time to read it, s.
 GENTLY, REST, LOOK = 0.8, 1.5, 0.5
 

@@ -10,8 +10,6 @@ from miburi.ground.files import write_whole
 from miburi.ground.tables import Table, load_table
 from miburi.robot import Robot
 
-__all__ = ["BenchFindings", "BenchReport", "Value", "read_report", "write_report"]
-
 Value = float | str | list[float] | list[str]
 
 

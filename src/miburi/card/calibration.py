@@ -34,15 +34,6 @@ from miburi.safety.drive import uneased
 from miburi.safety.free import FreeRule
 from miburi.safety.move import Move
 
-__all__ = [
-    "Measurement",
-    "apply_calibration",
-    "changes",
-    "describe",
-    "find_zero",
-    "measure",
-]
-
 #: The greatest number of times that the gain is checked. Moves of all joints between these speeds,
 #: rad/s, suffice for that, and every servo reaches these speeds (our choice).
 _ROUNDS, _SLOWEST, _FASTEST = 3, 0.15, 2.0

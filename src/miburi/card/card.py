@@ -45,8 +45,6 @@ from miburi.safety.move import Course, Move
 from miburi.safety.profile import FINE, SECOND, Steps, whole
 from miburi.safety.stop import Phase, Stop, StopReason
 
-__all__ = ["Card", "wake"]
-
 #: Seconds to wait for an answer, and seconds that a card needs to start.
 _PATIENCE, _START_UP = 0.25, 4.0
 #: Seconds without a report after which the card is lost; a busy computer may pause for nearly 1 s.

@@ -11,8 +11,6 @@ from miburi.card.line import Line
 from miburi.card.link import ANSWER, Frame, FrameError, FrameKind, Receiver, Report, Result, encode
 from miburi.card.settings import CardSettings
 
-__all__ = ["Exchange"]
-
 #: How many times a request is sent at most.
 _TRIES = 3
 

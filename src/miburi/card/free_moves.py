@@ -15,8 +15,6 @@ from miburi.robot import JOINTS, Array, Robot
 from miburi.safety.move import Move, plan_move
 from miburi.safety.stop import Phase, StopReason
 
-__all__ = ["free_moves", "gesture", "gestures", "record", "swings"]
-
 #: How far a joint moves to either side of the middle, as a share of half its range. At top speed
 #: the swing may have to be longer: from side to side at least ``_RUN`` times v²/a, the distance in
 #: which a move reaches that speed and comes back to rest. On either side it moves no further than

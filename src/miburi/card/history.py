@@ -13,8 +13,6 @@ from miburi.card.reading import PHASES, stop_of
 from miburi.robot import JOINTS
 from miburi.safety.profile import SECOND
 
-__all__ = ["ReportHistory"]
-
 #: Number of reports over which velocities are measured: 60 ms.
 _VELOCITY_REPORTS = 4
 

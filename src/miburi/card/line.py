@@ -8,8 +8,6 @@ import errno
 from time import monotonic, sleep
 from typing import Protocol
 
-__all__ = ["BAUD", "Line", "SerialLine"]
-
 BAUD = 115_200
 
 

@@ -10,21 +10,6 @@ from enum import IntEnum
 
 from miburi.errors import MiburiError
 
-__all__ = [
-    "ANSWER",
-    "VERSION",
-    "Frame",
-    "FrameError",
-    "FrameKind",
-    "Reason",
-    "Receiver",
-    "Report",
-    "Result",
-    "crc16",
-    "decode",
-    "encode",
-]
-
 VERSION = 8
 #: The kind of an answer is that of its request plus this.
 ANSWER = 0x80

@@ -14,8 +14,6 @@ from miburi.calibration.file import Mounting
 from miburi.card.units import STEPS_PER_TURN
 from miburi.robot import JOINTS
 
-__all__ = ["Turned", "mounting_faults"]
-
 #: The least turn that counts, and how far from its place a joint may be put by hand, in encoder
 #: steps: 6° and 20° (our choice).
 _TURN, _BY_HAND = 68, 228

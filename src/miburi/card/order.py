@@ -20,8 +20,6 @@ from miburi.safety.free import granted_share
 from miburi.safety.move import Move
 from miburi.safety.profile import FINE, Motion, Profile, Steps, plan_towards, to_steps, whole
 
-__all__ = ["Order", "Underway"]
-
 #: The unit in which errors are sent to the card, in 1/256 steps, and the largest number of units.
 _QUARTER, _MOST = FINE // 4, 127
 _LOAD = struct.Struct("<bbHH")

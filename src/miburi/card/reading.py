@@ -13,8 +13,6 @@ from miburi.safety.contact import Contact, Sign, Window
 from miburi.safety.profile import Steps
 from miburi.safety.stop import Phase, Stop, StopReason
 
-__all__ = ["PHASES", "motors_of", "stop_of", "unready", "window_of"]
-
 #: The card's phases, by their numbers.
 PHASES = tuple(Phase)
 #: Why a card cannot be released, and what to do about it.

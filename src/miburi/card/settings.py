@@ -26,19 +26,6 @@ from miburi.servos import Servo
 if TYPE_CHECKING:
     from miburi.safety.free import FreeRule
 
-__all__ = [
-    "ALLOWED",
-    "FULL_PWM",
-    "HOTTEST",
-    "LOWEST",
-    "SEAM",
-    "CardSettings",
-    "FreeMotor",
-    "General",
-    "JointSettings",
-    "format_value",
-    "refusal",
-]
 
 _GENERAL = struct.Struct("<i8H2B")
 _JOINT = struct.Struct("<BbHhhh" + "".join(guard.unit.code for guard in GUARDS.values()) + "3HBH")

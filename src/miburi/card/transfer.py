@@ -14,16 +14,6 @@ from miburi.card.settings import CardSettings, General, JointSettings, refusal
 from miburi.errors import BodyError
 from miburi.robot import JOINTS, Robot
 
-__all__ = [
-    "Ask",
-    "Greeting",
-    "greet",
-    "read_settings",
-    "replace_settings",
-    "save_settings",
-    "stop_and_settle",
-]
-
 Ask = Callable[[FrameKind, bytes], bytes]
 #: A card's codes for settings that are stored, and for stored ones it cannot read (``memory.h``).
 _STORED, _OTHER_LAYOUT = 1, 2

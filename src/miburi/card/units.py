@@ -3,8 +3,6 @@
 from miburi.errors import BodyError
 from miburi.robot import Robot
 
-__all__ = ["STEPS_PER_TURN", "check_encoder", "next_speed", "real_acceleration", "real_speed"]
-
 #: Encoder steps in a turn of the XL330 servos that a card drives; as in ``settings.h``.
 STEPS_PER_TURN = 4096
 

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from miburi.calibration.file import Mounting
     from miburi.card.card import Card
 
-__all__ = ["find_faults", "find_zeros", "prepare", "wait_for_enter"]
 
 #: The least turn from which a direction is read, in encoder steps: 8.8° (our choice).
 _TURN = 100

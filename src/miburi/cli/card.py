@@ -22,18 +22,6 @@ if TYPE_CHECKING:
     from miburi.card.card import Card
     from miburi.robot import Robot
 
-__all__ = [
-    "Port",
-    "app",
-    "calibrate",
-    "emulate",
-    "info",
-    "list_ports",
-    "load",
-    "measure_servos",
-    "monitor",
-    "upload",
-]
 
 app = typer.Typer(
     help="The robot's card, its controller board: an Arduino with the firmware.",

@@ -30,8 +30,6 @@ from miburi.errors import InputError, MiburiError
 from miburi.ground.log import log_to_stderr
 from miburi.version import __version__
 
-__all__ = ["app", "common", "feelings_app", "main"]
-
 app = typer.Typer(
     cls=Explaining,
     help="Feelings that show in a small robot's whole body, and a body that is safe to touch.",

@@ -17,7 +17,6 @@ from miburi.errors import InputError
 if TYPE_CHECKING:
     from miburi.serving.keys import Keys
 
-__all__ = ["Folder", "devices", "devices_app", "forget"]
 
 devices_app = typer.Typer(
     help="Show the phones and computers that were paired; forget one that is lost.",

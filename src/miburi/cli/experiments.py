@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     from miburi.bodies import Body
     from miburi.robot import Robot
 
-__all__ = ["day", "experiment", "paper"]
-
 
 def experiment(
     seed: Annotated[int, typer.Option(help="0 or more; the same seed gives the same run.")] = 1,

@@ -14,8 +14,6 @@ from miburi.errors import InputError, need
 if TYPE_CHECKING:
     from miburi.robot import Robot
 
-__all__ = ["export", "template", "to_ros"]
-
 
 def export(
     form: Annotated[str, typer.Argument(help="mjcf or urdf.")],

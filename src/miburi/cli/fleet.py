@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from miburi.doors.broker import Broker
     from miburi.doors.fleet import Fleet, FleetOut
 
-__all__ = ["fleet"]
 
 #: Time between two updates of the table, s.
 _PERIOD = 1.0

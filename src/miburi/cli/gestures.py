@@ -26,19 +26,6 @@ if TYPE_CHECKING:
     from miburi.live.state import State
     from miburi.robot import Array
 
-__all__ = [
-    "Face",
-    "Source",
-    "Step",
-    "check",
-    "classify",
-    "gallery",
-    "gesture_app",
-    "measures",
-    "preview",
-    "record",
-    "schema",
-]
 
 gesture_app = typer.Typer(help="Measure, check and film gestures.", no_args_is_help=True)
 

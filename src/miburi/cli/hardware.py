@@ -16,17 +16,6 @@ if TYPE_CHECKING:
     from miburi.hardware.build import PrintedPart
     from miburi.robot import Array, Robot
 
-__all__ = [
-    "Fit",
-    "Output",
-    "RobotToBuild",
-    "bill",
-    "check",
-    "gauge",
-    "hardware_app",
-    "parts",
-    "pictures",
-]
 
 hardware_app = typer.Typer(help="Print and build the robot's body.", no_args_is_help=True)
 

@@ -13,7 +13,6 @@ from miburi.errors import InputError
 if TYPE_CHECKING:
     from miburi.robot import Robot
 
-__all__ = ["forward", "ik"]
 
 #: How far a hand or the head may be from its target, m (our choice).
 _MISSED = 1e-3

@@ -9,7 +9,6 @@ if TYPE_CHECKING:
     from miburi.client.remote import RemotePartner
     from miburi.live.state import State
 
-__all__ = ["HERE", "PartnerAddress", "feel", "mcp", "partner_at", "status", "stop"]
 
 PartnerAddress = Annotated[str, typer.Option("--url", help="Where the partner lives.")]
 #: The default address of a partner.

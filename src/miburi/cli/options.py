@@ -17,29 +17,6 @@ if TYPE_CHECKING:
     from miburi.robot import Robot
     from miburi.safety.free import FreeRule
 
-__all__ = [
-    "AsJson",
-    "BrokerCertificates",
-    "CalibrationFile",
-    "EmotionalModelName",
-    "GesturesFolder",
-    "IkWay",
-    "LanguagesFolder",
-    "RobotFile",
-    "SensesFile",
-    "ServoName",
-    "TemperamentName",
-    "calibrated",
-    "emotional_model_of",
-    "gesture_of",
-    "load_gestures",
-    "must_be_one_of",
-    "repertoire_of",
-    "robot_of",
-    "settings_of",
-    "temperament_of",
-    "warn_of_misfits",
-]
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON, one line for each result.")]
 RobotFile = Annotated[

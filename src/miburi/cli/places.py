@@ -8,8 +8,6 @@ import typer
 
 from miburi.errors import InputError, OutputError
 
-__all__ = ["a_file", "a_folder", "check_folder"]
-
 
 def a_file(param: typer.CallbackParam, place: Path | None) -> Path | None:
     """Return the path if a file can be written there; otherwise raise InputError or OutputError."""

@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from miburi.doors.doors import Doors
     from miburi.talk.endpoint import Endpoint
 
-__all__ = ["run"]
-
 
 def run(
     body: Annotated[str, typer.Option(help="simulated, card or emulated-card.")] = "simulated",

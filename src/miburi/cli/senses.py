@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from miburi.client.remote import RemotePartner
     from miburi.senses.tone import Tone
 
-__all__ = ["listen", "say", "words"]
-
 
 def words(
     as_json: Annotated[

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from miburi.studies.study.plan import Study
     from miburi.studies.study.store import Store
 
-__all__ = ["Folder", "close", "new", "report", "run", "study_app", "text", "withdraw"]
 
 study_app = typer.Typer(
     help="Ask people which feelings they recognise in the gestures.", no_args_is_help=True

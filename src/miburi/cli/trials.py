@@ -35,7 +35,6 @@ if TYPE_CHECKING:
 #: The largest number of trials of one kind in a run (our choice): a week on eight cores.
 _MOST = 10_000_000
 
-__all__ = ["Seed", "Workers", "calibrate", "safety_page", "show_progress", "trials", "tune"]
 
 Workers = Annotated[
     int | None, typer.Option(help="Processes on this machine; default: one for each core.", min=1)

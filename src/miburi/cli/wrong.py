@@ -5,8 +5,6 @@ from typing import Any
 from pydantic import ValidationError
 from typer.core import TyperGroup
 
-__all__ = ["Explaining"]
-
 _NEEDED = {
     "float_parsing": "a number is needed, such as 0.5",
     "int_parsing": "a whole number is needed, such as 3",

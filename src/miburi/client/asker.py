@@ -23,8 +23,6 @@ from miburi.serving.press import BY, By
 from miburi.talk.said import SayOut
 from miburi.wire.messages import GestureOut, SayIn, WishOut
 
-__all__ = ["Asker"]
-
 #: The status for too many requests; how often such a request is tried, and the time between tries,
 #: s (our choice).
 _TOO_MANY, _TRIES, _BREATH = 429, 20, 0.1

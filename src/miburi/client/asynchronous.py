@@ -37,8 +37,6 @@ from miburi.wire.messages import (
     fields_of,
 )
 
-__all__ = ["AsyncPartner", "connect_async"]
-
 #: Interval between two attempts to reconnect, s (our choice).
 _AGAIN = 0.5
 _DATA = "data: "

@@ -21,8 +21,6 @@ from miburi.live.state import State
 from miburi.serving.press import BY
 from miburi.wire.messages import WishOut
 
-__all__ = ["PATIENCE", "Connection", "ConnectionLostError", "accepted"]
-
 #: How long to wait for an answer, s.
 PATIENCE = 10.0
 #: Interval between two attempts to reconnect, s, and silence after which a stream counts as lost,

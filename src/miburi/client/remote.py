@@ -43,8 +43,6 @@ from miburi.wire.messages import (
 )
 from miburi.wire.robot import RobotOut
 
-__all__ = ["WAITING", "RemotePartner", "connect"]
-
 #: How many wishes may wait to be sent by :meth:`RemotePartner.soon`.
 WAITING = 32
 _LOG = logging.getLogger(__name__)

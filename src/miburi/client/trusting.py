@@ -9,8 +9,6 @@ from websockets.exceptions import ConnectionClosed, InvalidMessage
 
 from miburi.errors import InputError
 
-__all__ = ["distrust", "has_collided", "trust"]
-
 
 def trust(url: str, authority: Path | str | None) -> ssl.SSLContext | Literal[False]:
     """Return what HTTPX takes as ``verify``: a TLS context with the authorities to trust.

@@ -56,8 +56,6 @@ except ModuleNotFoundError as error:
     raise needs_extra("mcp", error) from error
 
 
-__all__ = ["BURST", "RATE", "add_agents", "make_agents"]
-
 #: Wishes per second, and how many at once, from all agents together (our choice).
 RATE, BURST = 2.0, 8.0
 #: Time between two looks at a gesture, s, and time after which the agent stops waiting, s (our

@@ -8,17 +8,6 @@ from miburi.live.events.event import LiveEvent
 from miburi.live.state import Expressed, State, StopOut
 from miburi.safety.stop import StopReason
 
-__all__ = [
-    "Now",
-    "as_line",
-    "as_shown",
-    "hindrance",
-    "left_of",
-    "passes_by_itself",
-    "why_stopped",
-    "without_titles",
-]
-
 
 class _Shown(BaseModel):
     """A feeling, and the mood at which it shows, 0 to 1."""

@@ -20,7 +20,6 @@ from miburi.errors import InputError
 if TYPE_CHECKING:
     import aiomqtt
 
-__all__ = ["PASSWORD", "Broker", "check_name", "find_broker", "stay_at"]
 
 #: The variable that holds the password; with _FILE appended, the one that names its file.
 PASSWORD = "MIBURI_BROKER_PASSWORD"  # noqa: S105 a name, not a password

@@ -21,7 +21,6 @@ from miburi.talk.synthesizer import Synthesizer
 if TYPE_CHECKING:  # the process of the partner's loop needs no web library
     from fastapi import FastAPI
 
-__all__ = ["Doors"]
 
 _OTHERS = "miburi.doors"
 

@@ -24,7 +24,6 @@ try:
 except ModuleNotFoundError as error:
     raise needs_extra("mqtt", error) from error
 
-__all__ = ["LARGEST", "Fleet", "FleetOut", "PartnerOut", "listening_to", "stop_and_look"]
 
 #: Partners in a fleet; more are left out (our choice).
 LARGEST = 2000

@@ -46,8 +46,6 @@ except ModuleNotFoundError as error:
     raise needs_extra("mqtt", error) from error
 
 
-__all__ = ["BIRTH", "BURST", "RATE", "add_home", "check_free"]
-
 #: Where Home Assistant says that it has come back.
 BIRTH = "homeassistant/status"
 #: Wishes per second, and how many at once, not counting Stop (our choice).

@@ -11,8 +11,6 @@ from miburi.senses.kinds import KINDS
 from miburi.version import __version__
 from miburi.wire.messages import StimulusIn
 
-__all__ = ["About", "cut", "discovery", "discovery_topic"]
-
 #: The greatest length of an incoming command, bytes.
 _LONGEST = 4_000
 

@@ -62,7 +62,6 @@ try:
 except ModuleNotFoundError as error:
     raise needs_extra("ros", error) from error
 
-__all__ = ["BURST", "RATE", "add_ros"]
 
 #: Commands per second, and the largest burst, not counting Stop (our choice).
 RATE, BURST = 5.0, 10.0

@@ -28,19 +28,6 @@ from miburi.robot import JOINTS, Robot, shape
 from miburi.safety.stop import StopReason
 from miburi.wire.messages import ExpressIn
 
-__all__ = [
-    "NEUTRAL_WORD",
-    "PLACES",
-    "Place",
-    "diagnose",
-    "express",
-    "fixed_frames",
-    "frames",
-    "joint_state",
-    "read_expression",
-    "stop_report",
-]
-
 #: ROS4HRI's word for no feeling.
 NEUTRAL_WORD = "neutral"
 _SECOND = 1_000_000_000

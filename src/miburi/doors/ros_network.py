@@ -15,8 +15,6 @@ import ifaddr
 
 from miburi.errors import InputError
 
-__all__ = ["LARGEST_DOMAIN", "RosNetwork", "find_ros"]
-
 #: The largest domain, 232: with a larger one DDS would run out of ports.
 LARGEST_DOMAIN = 232
 #: The largest message that is taken, bytes (our choice); a robot's description has some 20,000.

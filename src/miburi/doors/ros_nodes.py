@@ -15,15 +15,6 @@ try:
 except ModuleNotFoundError as error:
     raise needs_extra("ros", error) from error
 
-__all__ = [
-    "DISCOVERY",
-    "ENCLAVE",
-    "NODE",
-    "GidMsg",
-    "NodeEntitiesInfoMsg",
-    "ParticipantEntitiesInfoMsg",
-    "node_of",
-]
 
 #: The name of the discovery topic, and the data that each participant announces.
 DISCOVERY, ENCLAVE = "ros_discovery_info", b"enclave=/;"

@@ -33,8 +33,6 @@ from miburi.robot.urdf import to_urdf
 from miburi.safety.stop import StopReason
 from miburi.version import __version__
 
-__all__ = ["convert_recording"]
-
 _Timed = tuple[str, IdlStruct]
 _Content = TypeVar("_Content", bound=BaseModel)
 #: Recorded frames have no namespace.

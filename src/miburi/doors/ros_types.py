@@ -19,26 +19,6 @@ try:
 except ModuleNotFoundError as error:
     raise needs_extra("ros", error) from error
 
-__all__ = [
-    "DiagnosticArrayMsg",
-    "DiagnosticStatusMsg",
-    "EmptyMsg",
-    "ExpressionMsg",
-    "HeaderMsg",
-    "JointStateMsg",
-    "KeyValueMsg",
-    "QuaternionMsg",
-    "StringMsg",
-    "TFMessageMsg",
-    "TimeMsg",
-    "TransformMsg",
-    "TransformStampedMsg",
-    "Vector3Msg",
-    "definition",
-    "ros_message",
-    "ros_name",
-    "type_hash",
-]
 
 _Message = TypeVar("_Message", bound=IdlStruct)
 _RULE = "=" * 80

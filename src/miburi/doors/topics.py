@@ -7,17 +7,6 @@ from miburi.live.state import MotorsOut, State
 from miburi.safety.stop import StopReason
 from miburi.senses.kinds import Distress
 
-__all__ = [
-    "ALL",
-    "NEUTRAL",
-    "DistressNews",
-    "GapNews",
-    "HomeReport",
-    "StopNews",
-    "Topics",
-    "make_report",
-]
-
 #: The name to report when no feeling is strong enough.
 NEUTRAL = "neutral"
 #: The name under which all partners listen for Stop.

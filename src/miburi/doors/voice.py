@@ -18,8 +18,6 @@ from miburi.live.wishes import KeepTime
 from miburi.talk.synthesizer import LANGUAGES, Sound, Synthesizer
 from miburi.wire.messages import Refusal
 
-__all__ = ["voice_router"]
-
 
 def voice_router(partner: LivePartner, synthesizer: Synthesizer) -> APIRouter:
     """Return the route by which pages get the sound of the latest sentence.

@@ -22,9 +22,6 @@ from miburi.robot.specimens import Specimen
 from miburi.safety.contact import Rule
 from miburi.safety.profile import to_steps
 
-__all__ = ["EmulatedBody", "EmulatedRobot"]
-
-
 #: Period of the servos' control, s, and of the physics, s.
 _TURN = 0.001
 

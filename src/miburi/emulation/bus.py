@@ -22,8 +22,6 @@ from miburi.emulation.packets import (
 )  # fmt: skip
 from miburi.emulation.servos import Servo
 
-__all__ = ["Bus"]
-
 #: Bits per second for each value of the register Baud Rate, and the share by which two ends' speeds
 #: may differ.
 _BAUDS = (9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000)

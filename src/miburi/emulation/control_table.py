@@ -7,8 +7,6 @@ name.
 
 from dataclasses import dataclass
 
-__all__ = ["EEPROM_END", "REGISTERS", "SIZE", "Register"]
-
 #: The end of the EEPROM, which can be written only while torque is off; and the table's size.
 EEPROM_END, SIZE = 64, 148
 

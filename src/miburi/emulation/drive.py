@@ -11,8 +11,6 @@ sets to 0, have no effect here.
 
 from miburi.emulation.table import POSITION, ControlTable
 
-__all__ = ["FULL", "MotorDrive"]
-
 #: PWM units at full voltage.
 FULL = 885
 #: The operating mode in which Goal PWM sets the duty. In any other mode but position control the

@@ -17,8 +17,6 @@ from typing import Protocol
 from miburi.emulation.bus import Bus
 from miburi.errors import BodyError
 
-__all__ = ["EEPROM_SIZE", "EmulatedCard", "Mega", "World", "firmware_file", "is_built"]
-
 #: The card's clock, Hz.
 _CLOCK = 16_000_000
 _CYCLES = _CLOCK // 1_000_000

@@ -8,8 +8,6 @@ from miburi.emulation.servos import Servo, Shaft
 from miburi.servos import Axis
 from miburi.servos import Servo as Model
 
-__all__ = ["Gearmotor"]
-
 
 class Gearmotor(Shaft):
     """A shaft that a servo's motor turns; see :class:`miburi.servos.Axis`.

@@ -4,19 +4,6 @@ import struct
 
 from miburi.card.link import crc16
 
-__all__ = [
-    "BROADCAST",
-    "PING",
-    "READ",
-    "REBOOT",
-    "STATUS",
-    "SYNC_READ",
-    "SYNC_WRITE",
-    "WRITE",
-    "packet",
-    "packets",
-]
-
 #: The instructions that a card sends, the one by which a host finds a servo, and the one that marks
 #: an answer.
 READ, WRITE, REBOOT, SYNC_READ, SYNC_WRITE = 0x02, 0x03, 0x08, 0x82, 0x83

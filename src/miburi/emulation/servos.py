@@ -19,8 +19,6 @@ from miburi.emulation.trajectory import Segment
 from miburi.servos import Servo as Model
 from miburi.servos import load_servo
 
-__all__ = ["ACCELERATION_UNIT", "SPEED_UNIT", "Servo", "Shaft"]
-
 #: Steps in a turn.
 _TURN = 4096
 #: A bit of every answer's error: there is a hardware error.

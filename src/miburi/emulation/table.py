@@ -6,8 +6,6 @@ from struct import Struct
 from miburi.emulation.control_table import EEPROM_END, REGISTERS, SIZE, Register
 from miburi.servos import Servo as Model
 
-__all__ = ["ACCESS_ERROR", "POSITION", "RANGE_ERROR", "ControlTable"]
-
 #: Errors of a status packet (protocol 2.0).
 RANGE_ERROR, _LENGTH_ERROR, _LIMIT_ERROR, ACCESS_ERROR = 0x04, 0x05, 0x06, 0x07
 #: The operating modes; and position control, whose goals stay within one turn.

@@ -15,8 +15,6 @@ from miburi.emulation.body import EmulatedRobot
 from miburi.emulation.firmware import EmulatedCard
 from miburi.robot import Robot
 
-__all__ = ["pump", "serve"]
-
 #: Seconds between two updates of the card.
 _TICK = 0.005
 #: The longest time by which the card's clock catches up in one update, s; on a slow machine the

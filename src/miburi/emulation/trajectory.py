@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import sqrt
 
-__all__ = ["Segment"]
-
 
 @dataclass(frozen=True)
 class Segment:

@@ -26,8 +26,6 @@ from miburi.errors import InputError
 from miburi.feelings.model import FEELINGS, FeelingModel
 from miburi.feelings.temperament import Array, Temperament
 
-__all__ = ["EmotionalModel"]
-
 
 class EmotionalModel(FeelingModel):
     """Emotion, feeling and mood as a linear cascade between stimuli.

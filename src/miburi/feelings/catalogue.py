@@ -17,25 +17,6 @@ from pydantic_core import PydanticKnownError
 from miburi.errors import DescriptionError
 from miburi.ground.tables import Table, load_table
 
-__all__ = [
-    "CATALOGUE",
-    "FEELINGS",
-    "PAPER",
-    "SHIPPED",
-    "Brows",
-    "Catalogue",
-    "Colours",
-    "Eyes",
-    "Face",
-    "Feeling",
-    "FeelingName",
-    "Mouth",
-    "Signs",
-    "TheirFeeling",
-    "Voice",
-    "load_catalogue",
-]
-
 Colour = Annotated[str, Field(pattern=r"^#[0-9a-f]{6}$")]
 Part = Annotated[float | None, Field(ge=0, le=1)]
 Turn = Annotated[float | None, Field(ge=-1.5, le=1.5)]

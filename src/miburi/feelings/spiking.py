@@ -38,8 +38,6 @@ from miburi.feelings.catalogue import FEELINGS
 from miburi.feelings.model import FeelingModel
 from miburi.feelings.temperament import Array, Temperament
 
-__all__ = ["SpikingModel"]
-
 _THRESHOLD = 0.1
 _RESET = 0.2  # far below 1, so that the spike rate grows almost linearly with the activation
 _RECOVERY = 0.25  # ρ: refractoriness fades four times as fast as the activation

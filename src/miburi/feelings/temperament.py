@@ -18,25 +18,6 @@ from miburi.errors import InputError
 from miburi.feelings.catalogue import FEELINGS, FeelingName
 from miburi.ground.tables import Table, load_table
 
-__all__ = [
-    "LEVELS",
-    "REST_LEVELS",
-    "SOURCES",
-    "TEMPERAMENTS",
-    "Array",
-    "Attaching",
-    "Habituation",
-    "RestLevel",
-    "Share",
-    "Source",
-    "TakeUp",
-    "Temperament",
-    "TimeConstants",
-    "Turning",
-    "load_temperament",
-    "shipped_temperament",
-]
-
 Array = NDArray[np.float64]
 
 Source = Literal["speech", "face", "touch", "application", "talk"]

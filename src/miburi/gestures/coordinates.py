@@ -15,8 +15,6 @@ import numpy as np
 from miburi.robot import Array, Robot, forward
 from miburi.robot.geometry import arm_reach, head_joint, shoulders
 
-__all__ = ["COORDINATES", "neutral", "polar", "relative", "targets"]
-
 #: Distance as a multiple of the arm's reach, angles in rad. Spread is the angle to the shoulders'
 #: axis (0 is straight out). Swing is the angle about that axis: 0 for a hanging arm, positive
 #: forwards and up. Turn is to the left, rise is up.

@@ -6,8 +6,6 @@ from pydantic import Field
 
 from miburi.ground.tables import Table
 
-__all__ = ["Effort"]
-
 Share = Annotated[float, Field(ge=0, le=1)]
 
 

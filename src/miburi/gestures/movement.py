@@ -22,18 +22,6 @@ from miburi.ground.tables import Table, load_table
 from miburi.robot import Array, Robot
 from miburi.robot.geometry import arm_reach, hand_distances
 
-__all__ = [
-    "Direction",
-    "MovementFunction",
-    "Phase",
-    "Posture",
-    "Repeat",
-    "load",
-    "load_for",
-    "misfits",
-    "shipped_feelings",
-]
-
 Direction = Annotated[list[Annotated[float, Field(ge=-1, le=1)]], Field(min_length=3, max_length=3)]
 Phase = Annotated[float, Field(ge=0, le=1)]
 

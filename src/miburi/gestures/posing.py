@@ -18,19 +18,6 @@ from miburi.gestures import coordinates
 from miburi.gestures.movement import MovementFunction
 from miburi.robot import Array, Robot, forward
 
-__all__ = [
-    "BEAT_LEAD",
-    "Direction",
-    "KeyPose",
-    "beat",
-    "blend",
-    "key_pose",
-    "key_poses",
-    "look",
-    "membership",
-    "turned",
-]
-
 #: A movement that changes a coordinate by more than this (rad, or multiples of the reach) is wide;
 #: with bound flow it halts half-way.
 _WIDE = 0.5

@@ -21,8 +21,6 @@ from miburi.feelings import FEELINGS
 from miburi.gestures.movement import MovementFunction, load, load_for, shipped_feelings
 from miburi.robot import Robot
 
-__all__ = ["Repertoire", "read_repertoire", "shipped_repertoire"]
-
 
 @dataclass(frozen=True)
 class Repertoire:

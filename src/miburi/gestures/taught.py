@@ -15,8 +15,6 @@ from miburi.gestures.effort import Effort
 from miburi.gestures.movement import MovementFunction, Posture
 from miburi.robot import Array, Robot, forward
 
-__all__ = ["as_toml", "check_name", "taught"]
-
 #: How far hands and head may be from a straight path between two key poses, m (our choice).
 _NEAR = 0.02
 #: The least motion of a joint that counts as a gesture, rad (our choice).

@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from miburi.errors import InputError
 
-__all__ = ["Seed", "clock_limit", "real_numbers", "seed_of"]
-
 Seed = int | np.random.Generator
 
 

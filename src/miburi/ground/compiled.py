@@ -20,8 +20,6 @@ from numba.core import event
 
 import miburi
 
-__all__ = ["CACHE", "FOLDERS", "announcement", "cache_folder", "compiled", "state_of_sources"]
-
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 # Division by zero gives infinity instead of an exception, which is faster. NaN and infinity keep

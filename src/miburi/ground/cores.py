@@ -6,8 +6,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-__all__ = ["available_cores", "come_first", "coming_first"]
-
 #: The nice value of a live partner; the default is 0, the highest priority -20 (our choice).
 _NICE = -10
 #: Linux divides its time among sessions first, each with a nice value of its own.

@@ -9,8 +9,6 @@ from pathlib import Path
 
 from miburi.errors import OutputError
 
-__all__ = ["whole_files", "write_whole"]
-
 
 @contextmanager
 def whole_files(folder: Path | str) -> Iterator[Path]:

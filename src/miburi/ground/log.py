@@ -12,8 +12,6 @@ from logging.handlers import QueueHandler, QueueListener
 
 from miburi.errors import InputError
 
-__all__ = ["LEVELS", "VARIABLE", "log_once", "log_to_stderr", "logged"]
-
 LEVELS = ("debug", "info", "warning", "error", "critical")
 #: The environment variable that sets the level; child processes inherit it.
 VARIABLE = "MIBURI_LOG"

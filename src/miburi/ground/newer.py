@@ -5,8 +5,6 @@ from collections.abc import Callable
 from itertools import takewhile
 from typing import TypeVar
 
-__all__ = ["newer"]
-
 Entry = TypeVar("Entry")
 
 

@@ -15,8 +15,6 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from miburi.errors import DescriptionError
 
-__all__ = ["AnyTable", "Table", "load_table"]
-
 
 class Table(BaseModel):
     """A table of a TOML file: immutable, no unknown keys, no NaN, no silent conversions.

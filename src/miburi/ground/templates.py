@@ -5,8 +5,6 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template, select_autoescape
 
-__all__ = ["render"]
-
 
 def render(path: Path, **values: object) -> str:
     """Fill in a Jinja2 template; in an ``.html`` file every value is escaped.

@@ -14,8 +14,6 @@ from miburi.hardware.solids import Manifold, ball, box, cut, disc, hull, join, m
 from miburi.robot import Robot
 from miburi.robot.description import Array
 
-__all__ = ["forearm", "upper_arm", "yoke"]
-
 #: Half the thickness of the arm above and below its axis, mm.
 _HALF = 9.0
 _OUTWARDS = np.array([0.0, 1.0, 0.0])

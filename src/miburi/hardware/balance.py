@@ -20,15 +20,6 @@ from miburi.robot.description import Array
 from miburi.robot.loads import GRAVITY, loads
 from miburi.robot.shape import BASE
 
-__all__ = [
-    "Weight",
-    "ballast",
-    "description_masses",
-    "torques",
-    "weights",
-    "zero_moment_radius",
-]
-
 #: Mass of the Arduino Mega with its wires, kg.
 _CARD = 0.06
 #: kg/mm³ of loose steel shot, nuts or washers (our choice).

@@ -24,8 +24,6 @@ from miburi.hardware.exports import stl
 from miburi.hardware.screws import screw_counts
 from miburi.robot import Robot
 
-__all__ = ["BillRow", "bill", "slice_part", "slicer", "to_csv"]
-
 
 @dataclass(frozen=True)
 class BillRow:

@@ -21,17 +21,6 @@ from miburi.robot.description import Array
 from miburi.robot.loads import link_poses
 from miburi.robot.shape import BASE, links
 
-__all__ = [
-    "FIT",
-    "PrintedPart",
-    "Solid",
-    "bodies",
-    "check_fit",
-    "link_frames",
-    "printed_mass",
-    "printed_parts",
-]
-
 #: The gap on each side of a pocket, mm, for a sliding fit; the number is from printing guides.
 FIT = 0.25
 #: Edges shorter than this are dropped, mm: slicers store corners in single precision.

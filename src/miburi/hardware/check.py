@@ -32,8 +32,6 @@ from miburi.robot.geometry import arm_reach
 from miburi.robot.loads import GRAVITY
 from miburi.robot.shape import links
 
-__all__ = ["Finding", "check"]
-
 #: A push, N: in the contact trials, the 95th percentile of each contact's largest mean force over
 #: 0.1 s.
 _PUSH = 2.6

@@ -12,16 +12,6 @@ from pydantic import Field
 
 from miburi.ground.tables import Table, load_table
 
-__all__ = [
-    "Dimensions",
-    "MegaBoard",
-    "PrintSettings",
-    "ScrewHoles",
-    "ServoOutline",
-    "Walls",
-    "dimensions",
-]
-
 Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 
 

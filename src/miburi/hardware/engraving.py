@@ -16,8 +16,6 @@ from miburi.robot import Robot
 from miburi.robot.description import JOINTS
 from miburi.robot.shape import links
 
-__all__ = ["notch_slots", "texts"]
-
 #: How deep letters are cut in, mm.
 _DEPTH = 0.6
 #: Height of the letters, and the radius at which the slot over a horn's notch begins, mm.

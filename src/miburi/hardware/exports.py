@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 from miburi.hardware.solids import Manifold
 from miburi.robot.description import Array
 
-__all__ = ["FORMATS", "encode", "step", "stl", "three_mf", "triangles"]
-
 #: An empty text in a STEP file.
 _EMPTY = "''"
 _3MF = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"

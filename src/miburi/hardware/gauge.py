@@ -12,8 +12,6 @@ from miburi.hardware.dimensions import dimensions
 from miburi.hardware.solids import Manifold, box, cut, disc, join, letters, moved
 from miburi.robot.shape import BASE
 
-__all__ = ["FITS", "HOLES", "PITCH", "TURNED", "gauge"]
-
 #: mm on each side of a pocket.
 FITS = (0.15, 0.25, 0.35)
 #: Diameters of the holes, mm: those in which a 2 mm screw cuts its thread, and those that it passes

@@ -18,8 +18,6 @@ from miburi.hardware.trunk import NECK_SCREWS
 from miburi.robot import Robot
 from miburi.robot.description import Array
 
-__all__ = ["NECK_FLANGE", "Clamp", "clamp", "cradle", "jaw", "jaw_rows", "neck", "phone"]
-
 #: In mm: the cradle's plate, the foam behind the phone, and by how much a phone may be narrower
 #: than the cradle.
 _PLATE, _FOAM, _TRAVEL = 3.0, 1.0, 7.5

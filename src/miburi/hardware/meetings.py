@@ -17,8 +17,6 @@ from miburi.robot import Robot
 from miburi.robot.description import JOINTS, Array
 from miburi.robot.shape import Link, links
 
-__all__ = ["by_link", "in_one_link", "in_poses", "over_the_range", "stops_hold"]
-
 #: mm³.
 _TOUCH = 0.5
 #: The step between two poses of a joint, rad.

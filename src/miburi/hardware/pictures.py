@@ -29,8 +29,6 @@ from miburi.robot.description import JOINTS, Array
 from miburi.robot.physics import mujoco
 from miburi.robot.shape import BASE
 
-__all__ = ["STEPS", "BuildStep", "draw_step", "write_png"]
-
 Picture = NDArray[np.uint8]
 
 _WIDTH, _HEIGHT, _CAPTION = 1100, 730, 90

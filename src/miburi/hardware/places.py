@@ -17,19 +17,6 @@ from miburi.robot import Robot
 from miburi.robot.description import JOINTS, Array
 from miburi.robot.shape import BASE, links
 
-__all__ = [
-    "HEAD_LEAN",
-    "SIDE_GAP",
-    "Mount",
-    "misfits",
-    "mount_of",
-    "mounting",
-    "mounts",
-    "neck_floor",
-    "range_of",
-    "shoulder_face",
-]
-
 #: How far the head's servo leans back, rad, so that the phone's lower edge clears it when the head
 #: is bowed.
 HEAD_LEAN = 0.65

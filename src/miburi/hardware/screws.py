@@ -28,8 +28,6 @@ from miburi.robot import Robot
 from miburi.robot.description import Array
 from miburi.robot.shape import BASE
 
-__all__ = ["Screw", "drawn_screw", "screw_counts", "screws"]
-
 #: For each kind of screw: radius, length, head radius and head height, mm.
 _KINDS = {
     "M2x6": (1.0, 6.0, 1.75, 1.3),

@@ -24,27 +24,6 @@ from miburi.hardware.solids import (
 )
 from miburi.robot.description import Array
 
-__all__ = [
-    "case",
-    "case_screws",
-    "cheek_outline",
-    "cheek_span",
-    "cheeks",
-    "circle",
-    "driver_room",
-    "fork_half_width",
-    "holder",
-    "horn_screws",
-    "idler",
-    "outline",
-    "plugs",
-    "pocket",
-    "portrait",
-    "shoulder_pin",
-    "shoulder_tab",
-    "stops",
-]
-
 #: How much wider the fork is than horn and idler together, mm; its screws close this gap.
 _PLAY = 0.2
 #: The shoulder's stop, mm: the radius of its pin, and the pin's distance from the axle.

@@ -13,7 +13,6 @@ from miburi.robot import Robot
 if TYPE_CHECKING:
     from miburi.hardware.solids import Manifold
 
-__all__ = ["shapes", "shapes_if_it_can_be_built"]
 
 #: How far drawn shapes may be off, mm.
 _FINE = 0.1

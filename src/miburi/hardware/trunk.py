@@ -23,24 +23,6 @@ from miburi.hardware.solids import (
 )
 from miburi.robot import Robot
 
-__all__ = [
-    "CHEST_SEAT",
-    "NECK_SCREWS",
-    "card_screws",
-    "chest",
-    "chest_face",
-    "chest_screws",
-    "column",
-    "column_screws",
-    "foot",
-    "foot_floor",
-    "hub_floor",
-    "lid",
-    "lid_height",
-    "lid_screws",
-    "torso",
-]
-
 #: x and y of the four screws between torso and neck, mm.
 NECK_SCREWS = [(x, y) for x in (-20.0, -3.0) for y in (-20.5, 20.5)]
 #: Thickness of the foot's lid (and of the column's top), of the torso's floor, of its roof, and

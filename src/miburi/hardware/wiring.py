@@ -16,8 +16,6 @@ from miburi.hardware.trunk import card_screws, foot_floor, hub_floor, lid_screws
 from miburi.robot import Array, Robot
 from miburi.robot.shape import BASE
 
-__all__ = ["Point", "ballast", "buffer_board", "cables", "card", "hub_board", "wire"]
-
 #: A point on a cable's route: the thing that it moves with, that thing's link, and x, y, z in mm.
 Point = tuple[str, str, Numbers]
 

@@ -8,8 +8,6 @@ from miburi.doors.doors import Doors
 from miburi.serving.addresses import Listeners
 from miburi.serving.reach import Reach
 
-__all__ = ["Pages"]
-
 
 @dataclass(frozen=True)
 class Pages:

@@ -19,8 +19,6 @@ from miburi.live.crossing.lanes import Lanes, lanes
 from miburi.serving.passing import CAN_PASS
 from miburi.serving.reception import receive
 
-__all__ = ["GLANCE", "Helpers", "Moment", "signals", "start_helpers", "watch_process"]
-
 #: The time within which each helper process must exit, s.
 _PATIENCE = 4.0
 

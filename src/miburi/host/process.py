@@ -6,8 +6,6 @@ from miburi.ground.cores import come_first
 from miburi.host.given import Pages
 from miburi.live.crossing.lanes import Lanes
 
-__all__ = ["serve_pages"]
-
 
 def serve_pages(pages: Pages, ends: Lanes) -> None:
     """Serve until SIGTERM, or until the partner's process has ended."""

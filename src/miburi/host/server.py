@@ -42,8 +42,6 @@ from miburi.serving.renewal import reach_of
 from miburi.studio.words import FALLBACK, words
 from miburi.talk.endpoint import Endpoint
 
-__all__ = ["GREETING", "Launch", "own_folder", "serve"]
-
 #: The stimulus at each start: the partner is glad to be awake (our number).
 GREETING = Stimulus("happiness", 0.8)
 

@@ -24,8 +24,6 @@ from miburi.serving.http import Passage, configure, encryption, listen_encrypted
 from miburi.serving.renewal import EVERY, Renewal
 from miburi.studio.app import make_app
 
-__all__ = ["serve_until_the_end"]
-
 
 def serve_until_the_end(pages: Pages, ends: Lanes) -> None:
     """Serve until SIGTERM, or until the partner's process has ended."""

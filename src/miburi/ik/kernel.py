@@ -18,8 +18,6 @@ from miburi.ik.residuals import note_errors
 from miburi.ik.waist import search_waist
 from miburi.robot import Array
 
-__all__ = ["BEST", "REACHED", "REFUSED", "solve", "solve_many"]
-
 #: How a search ended; :mod:`miburi.ik.solver` turns it into words.
 REFUSED, REACHED, BEST = -1, 0, 1
 

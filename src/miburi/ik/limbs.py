@@ -16,8 +16,6 @@ from miburi.ground.compiled import compiled
 from miburi.ik.problem import Body, Work
 from miburi.robot import Array
 
-__all__ = ["choose_nearest", "nearest_angle", "place_body"]
-
 #: Tolerances. An angle that is outside a limit by no more than this, rad, is set to the limit. A
 #: hand counts as on the shoulder's axis if it is nearer than this share of the arm's length.
 _SLIGHT = 1e-9

@@ -14,8 +14,6 @@ from miburi.robot import Robot
 from miburi.robot.description import Lengths
 from miburi.robot.geometry import arm_reach
 
-__all__ = ["BODY", "FARTHEST", "REACHED", "TOLERANCE", "WORK", "Body", "Work", "pack"]
-
 #: The largest coordinate of a target, m: far below those whose squares overflow.
 FARTHEST = 1e9
 #: A target whose residual is below this share of the arm's reach counts as reached: 0.07 mm for the

@@ -13,8 +13,6 @@ from miburi.ground.compiled import compiled
 from miburi.ik.problem import Body
 from miburi.robot import Array
 
-__all__ = ["jacobian", "note_errors", "residuals"]
-
 
 @compiled
 def residuals(record: NDArray[np.void], target: Array, poses: Array) -> Array:

@@ -24,9 +24,6 @@ from miburi.ik.problem import BODY, FARTHEST, TOLERANCE, pack
 from miburi.robot import Array, Robot
 from miburi.robot.geometry import arm_reach
 
-__all__ = ["NEAR", "OUT_OF_REACH", "Solution", "Solutions"]
-__all__ += ["residual_settings", "solve", "solve_batch"]
-
 OUT_OF_REACH = "out of reach: this is the best reachable pose"
 NEAR = "the target was not reached; this pose is near it"
 

@@ -14,8 +14,6 @@ from miburi.ik.limbs import nearest_angle, place_body
 from miburi.ik.problem import Body, Work
 from miburi.robot import Array
 
-__all__ = ["Waist", "search_waist"]
-
 #: Width of the finest cells of the waist, rad, and how many of them make up one of the coarsest
 #: cells.
 _CELL, _HALVES = 0.01, 32

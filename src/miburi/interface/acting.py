@@ -25,8 +25,6 @@ from miburi.wire.messages import (
     SpeechAct,
 )
 
-__all__ = ["LONGEST", "acts_of", "poses_of", "shown_by"]
-
 #: The greatest duration of custom key poses, s (our number).
 LONGEST = 30.0
 #: The largest error of a pose, m; the same as in `miburi gesture check`.

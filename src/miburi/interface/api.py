@@ -75,13 +75,6 @@ from miburi.wire.messages import (
 )
 from miburi.wire.robot import RobotOut
 
-__all__ = [
-    "NOTICED_BURST",
-    "NOTICED_RATE",
-    "make_api",
-    "move_hand",
-]
-
 _ABOUT = """A robot partner: what it feels, what it shows, and how to talk to it.
 
 The WebSocket `/api/v1/live?rate=30&events=new` sends states, and events as `{"event": …}`; it takes

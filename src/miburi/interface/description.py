@@ -15,8 +15,6 @@ from miburi.robot.shape import COLOURS, links, parts
 from miburi.wire.messages import Refusal
 from miburi.wire.robot import LinkOut, PartOut, RobotOut
 
-__all__ = ["describe", "describe_interface"]
-
 
 def describe(runner: LivePartner) -> RobotOut:
     """Return the robot's description, from which a viewer builds the scene."""

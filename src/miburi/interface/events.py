@@ -17,8 +17,6 @@ from miburi.live.events.event import Cursor, EventKind, LiveEvent, without_words
 from miburi.live.view import LivePartner
 from miburi.serving.access import EVENTS
 
-__all__ = ["ENDING", "MOST", "AfterCursor", "add_events", "events_after", "follow"]
-
 #: The attribute of an application's state that is set when its server shuts down; event streams
 #: close themselves when they see it.
 ENDING = "ending"

@@ -17,16 +17,6 @@ from miburi.talk.dates import due_of
 from miburi.talk.initiative import Manners
 from miburi.wire.messages import Message
 
-__all__ = [
-    "AllowPeopleIn",
-    "FactIn",
-    "FactOut",
-    "PeopleOut",
-    "PersonOut",
-    "PresentIn",
-    "add_people",
-]
-
 _REFUSED: Refusals = {
     400: {"description": "There is no such person or fact, or the value is not allowed."},
     507: {"description": "The disk is full, or cannot be written to."},

@@ -10,8 +10,6 @@ from miburi.interface.refusing import NOTHING, REFUSED, Refusals
 from miburi.live.view import LivePartner
 from miburi.wire.messages import RecordingIn, RecordingOut
 
-__all__ = ["add_recordings"]
-
 _NONE: Refusals = {404: {"description": "Nothing has that name."}}
 _NO_ROOM: Refusals = {507: {"description": "The folder is full or read-only."}}
 _RecordingName = Annotated[str, Path(max_length=60, description="The name of its file.")]

@@ -12,8 +12,6 @@ from miburi.errors import BodyError, InputError, MiburiError, OutputError
 from miburi.live.commands import BusyError
 from miburi.live.view import UnreachableError
 
-__all__ = ["NOTHING", "REFUSED", "Refusals", "known_queries", "refuse_in_words"]
-
 #: The status of an answer without content.
 NOTHING = 204
 #: How OpenAPI describes refusals: for each status a description.

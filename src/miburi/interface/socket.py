@@ -27,19 +27,6 @@ from miburi.live.wishes import Feel, Release
 from miburi.serving.press import By, press, who
 from miburi.wire.messages import FASTEST, SLOWEST, HandIn, Message, Rate, StimulusIn
 
-__all__ = [
-    "LARGEST",
-    "MISTAKES",
-    "PATIENCE",
-    "AnyMessage",
-    "HandMessage",
-    "RateMessage",
-    "ReleaseMessage",
-    "StimulusMessage",
-    "StopMessage",
-    "live_router",
-]
-
 _RATE = TypeAdapter[float](Rate)
 #: A viewer that accepts no state for this long, s, counts as disconnected.
 PATIENCE = 5.0

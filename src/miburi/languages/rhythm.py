@@ -16,8 +16,6 @@ from pydantic import Field
 from miburi.ground.tables import Table
 from miburi.languages import FALLBACK, Language, read
 
-__all__ = ["Rhythm", "rhythm_of", "rhythm_of_sound"]
-
 _Seconds = Annotated[float, Field(ge=0, le=2)]
 
 

@@ -26,8 +26,6 @@ from miburi.partner import (
 from miburi.safety.stop import Phase
 from miburi.serving.press import By
 
-__all__ = ["Agenda"]
-
 
 class Agenda:
     """The open wishes of one live partner; only the partner's loop uses this class.

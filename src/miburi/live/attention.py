@@ -4,8 +4,6 @@ from typing import Literal
 
 from miburi.partner.rest import Attention
 
-__all__ = ["FADES", "TURN", "Attending", "Turn"]
-
 #: Turns that can be reported: a person is about to speak, or waits for an answer.
 Turn = Literal["listening", "thinking"]
 #: The time after which a turn ends unless it is reported again, s (our choice).

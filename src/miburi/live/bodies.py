@@ -11,8 +11,6 @@ from miburi.errors import InputError
 from miburi.robot import Robot
 from miburi.safety.contact import Rule
 
-__all__ = ["KINDS", "BodyKind", "check_port", "make_body"]
-
 
 @dataclass(frozen=True)
 class BodyKind:

@@ -21,8 +21,6 @@ from miburi.ground.log import log_once
 from miburi.partner import UnsettledError
 from miburi.serving.press import By, Press
 
-__all__ = ["STOP_SINCE", "WAITING", "BusyError", "Command", "Commands", "Result"]
-
 #: Commands that may wait for the next step.
 WAITING = 256
 #: The number of ids of Stops that are kept to recognise a second copy (our choice).

@@ -10,8 +10,6 @@ from math import atan, radians, tan
 from miburi.bodies import BodyState
 from miburi.robot import JOINTS
 
-__all__ = ["FORGOTTEN", "Gaze"]
-
 #: A face without reports for this long, s, counts as gone (our choice); pages report every 2 s.
 FORGOTTEN = 5.0
 #: Half the horizontal field of view of a common phone camera, rad (our choice).

@@ -30,8 +30,6 @@ from miburi.safety.contact import Rule
 from miburi.senses import Impression, stimuli
 from miburi.serving.press import By, Hold
 
-__all__ = ["Inside", "command"]
-
 
 @dataclass
 class Inside:

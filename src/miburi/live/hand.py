@@ -8,8 +8,6 @@ from miburi.bodies import Touchable
 from miburi.errors import BodyError, InputError
 from miburi.robot import Array
 
-__all__ = ["FASTEST", "FEELING", "GIVES_WAY", "GuidedHand"]
-
 #: The hand's greatest speed, m/s (our choice): it cannot jump into the robot.
 FASTEST = 1.2
 #: Its speed while it touches the robot, m/s, and the time for which it stays slow afterwards, s

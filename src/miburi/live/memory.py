@@ -17,8 +17,6 @@ from miburi.errors import InputError, MiburiError, OutputError
 from miburi.feelings import EmotionalModel, FeelingModel, Temperament
 from miburi.ground.files import write_whole
 
-__all__ = ["keep", "remember", "remembered"]
-
 #: Time between two writes, and how long to wait for the loop's answer, s (our choice).
 _PERIOD, _PATIENCE = 60.0, 5.0
 #: Errors that a file with unexpected content may raise.

@@ -15,8 +15,6 @@ from miburi.safety.contact import Sign
 from miburi.safety.profile import FINE, SECOND
 from miburi.safety.stop import Phase, StopReason
 
-__all__ = ["Observer"]
-
 #: The remembered peak force of a touch without a stop fades by this factor a step: within a second
 #: it is gone.
 _FADING = 0.9

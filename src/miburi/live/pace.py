@@ -10,7 +10,6 @@ from miburi.live.watchdog import Lateness, Watchdog
 if TYPE_CHECKING:
     from miburi.live.runner import Runner
 
-__all__ = ["STEP", "Pace"]
 
 #: The loop's period in s; the encoders are read twice in it.
 STEP = 0.02

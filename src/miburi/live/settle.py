@@ -9,8 +9,6 @@ from miburi.live.crossing.lanes import LONG
 from miburi.live.view import LivePartner
 from miburi.live.wishes import Granted, Wish
 
-__all__ = ["done", "granted"]
-
 Result = TypeVar("Result")
 
 #: A command that no step has taken up within this many seconds has failed.

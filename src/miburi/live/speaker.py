@@ -12,8 +12,6 @@ from miburi.languages.rhythm import Rhythm, rhythm_of
 from miburi.live.events.event import LiveEvent
 from miburi.live.state import DistressOut, Spoken, Tune
 
-__all__ = ["CALM", "Speaker"]
-
 #: Time for which the partner stays calm after distress, s: it shows no feeling and has no wish of
 #: its own.
 CALM = 600.0

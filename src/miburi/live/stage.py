@@ -13,8 +13,6 @@ from miburi.feelings import Expression
 from miburi.gestures import KeyPose
 from miburi.live.commands import BusyError
 
-__all__ = ["WAITING", "Act", "Play", "Stage"]
-
 #: Performances that may wait for the present one's end (our choice).
 WAITING = 10
 

@@ -3,8 +3,6 @@
 import time
 from collections.abc import Callable
 
-__all__ = ["LATE", "Stamps"]
-
 #: If a stamp lags behind the clock by more than this, ns, it is set to the clock (our choice). A
 #: smaller lag is normal on a busy computer.
 LATE = 1_000_000_000

@@ -15,25 +15,6 @@ from miburi.robot.guards import Guards
 from miburi.safety.stop import StopReason
 from miburi.senses.kinds import Distress
 
-__all__ = [
-    "DistressOut",
-    "Eight",
-    "EndReason",
-    "Expressed",
-    "Hand",
-    "Levels",
-    "MotorOut",
-    "MotorsOut",
-    "RecordingEnd",
-    "RuleOut",
-    "Sample",
-    "Share",
-    "Snapshot",
-    "Spoken",
-    "State",
-    "StopOut",
-]
-
 Share = Annotated[float, Field(ge=0, le=1)]
 
 

@@ -22,8 +22,6 @@ from miburi.live.wishes import Granted, Wish
 from miburi.robot import Robot
 from miburi.serving.press import PRESSED, Press
 
-__all__ = ["LivePartner", "Recordings", "UnreachableError"]
-
 #: How many samples and states are kept: two minutes, and five seconds.
 _SAMPLED, _STEPPED = 1200, 250
 

@@ -9,8 +9,6 @@ import time
 from collections.abc import Callable
 from typing import NamedTuple
 
-__all__ = ["USUAL", "Lateness", "Watchdog"]
-
 _LOOK = 0.05
 #: If two looks are further apart than this, s, the watchdog's own process was asleep (our choice).
 _ASLEEP = 1.0

@@ -20,27 +20,6 @@ from miburi.robot import Array
 from miburi.senses import Impression
 from miburi.serving.press import By
 
-__all__ = [
-    "AllowWords",
-    "Attend",
-    "ChangeBody",
-    "ChangeTemperament",
-    "Feel",
-    "Granted",
-    "KeepTime",
-    "Lean",
-    "MoveHand",
-    "NoteTalk",
-    "Pause",
-    "Perform",
-    "PerformActs",
-    "Release",
-    "See",
-    "Sense",
-    "Speak",
-    "Wish",
-]
-
 Granted = TypeVar("Granted")
 
 

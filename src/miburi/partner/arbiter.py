@@ -20,8 +20,6 @@ from miburi.partner.rest import Company, Rest, may_go_on
 from miburi.partner.shown import ShownEmotion
 from miburi.robot import Robot
 
-__all__ = ["Arbiter"]
-
 #: A beat may begin this much later than it should, s (our choice).
 _LATE = 0.05
 #: The number of the stream of random numbers that chooses gestures.

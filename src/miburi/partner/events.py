@@ -8,17 +8,6 @@ from miburi.ik import Solution
 from miburi.safety.move import Move
 from miburi.safety.stop import Stop
 
-__all__ = [
-    "Event",
-    "GestureEnded",
-    "GestureStarted",
-    "Lapse",
-    "MoveSent",
-    "Released",
-    "Stopped",
-    "WishDropped",
-]
-
 
 @dataclass(frozen=True)
 class GestureStarted:

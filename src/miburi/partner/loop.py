@@ -34,8 +34,6 @@ from miburi.partner.recovery import Recovery
 from miburi.partner.rest import Company
 from miburi.safety.stop import Phase, Stop, StopReason
 
-__all__ = ["LAPSES", "Partner"]
-
 #: A wish is dropped after waiting this long, s, for a stopped body: after that, a person who
 #: releases the body no longer expects it. The first pauses after contacts, 1 s to 4 s, are shorter
 #: (our choice).

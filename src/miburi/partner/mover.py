@@ -14,8 +14,6 @@ from miburi.robot import JOINTS, Array, Robot
 from miburi.safety.move import Move, plan_move, plan_on
 from miburi.safety.stop import Phase
 
-__all__ = ["Mover", "Solve", "solve_with"]
-
 #: The inverse kinematics of a partner: it takes robot, target (9,), m, and present angles (8,),
 #: rad, and returns a solution.
 Solve = Callable[[Robot, Array, Array], ik.Solution]

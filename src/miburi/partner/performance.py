@@ -11,8 +11,6 @@ from dataclasses import dataclass
 from miburi.feelings import Expression
 from miburi.gestures import KeyPose
 
-__all__ = ["Performance"]
-
 
 @dataclass
 class Performance:

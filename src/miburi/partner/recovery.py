@@ -19,16 +19,6 @@ from miburi.errors import BodyError
 from miburi.robot import Array
 from miburi.safety.stop import Stop, StopReason
 
-__all__ = [
-    "FIRST_PAUSE",
-    "LET_GO",
-    "LONGEST_PAUSE",
-    "REST_SPEED",
-    "REST_TIME",
-    "Recovery",
-    "UnsettledError",
-]
-
 #: Seconds from a contact stop to the release: the first pause, and the longest (our choice).
 FIRST_PAUSE, LONGEST_PAUSE = 1.0, 16.0
 #: A body is at rest once no motor has exceeded this speed, rad/s, for this time, s (our choice).

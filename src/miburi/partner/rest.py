@@ -22,8 +22,6 @@ from miburi.ground.tables import Table, load_table
 from miburi.partner.performance import Performance
 from miburi.robot import Array, Robot
 
-__all__ = ["Attention", "Company", "Rest", "may_go_on"]
-
 #: The partner's part in a conversation.
 Attention = Literal["listening", "thinking", "speaking"]
 

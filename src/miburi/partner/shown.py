@@ -7,8 +7,6 @@ experiment still does so; a partner with life does not.
 from miburi.feelings import FEELINGS, Expression, FeelingModel
 from miburi.robot import Array
 
-__all__ = ["ShownEmotion"]
-
 #: Gestures for one emotion (our choice).
 _MOST = 3
 #: An emotion that rises by more than this above where it was counts as a new one (our choice).

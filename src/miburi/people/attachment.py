@@ -12,8 +12,6 @@ from typing import Any
 from miburi.feelings import EmotionalModel, Temperament
 from miburi.feelings.temperament import Array
 
-__all__ = ["age", "leaning_of", "load_attachment"]
-
 
 def load_attachment(state: Mapping[str, Any] | None, temperament: Temperament) -> EmotionalModel:
     """Return an attachment from its saved ``state``; None: a new one, for somebody new."""

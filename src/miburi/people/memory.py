@@ -25,8 +25,6 @@ from miburi.people.records import (
 )
 from miburi.people.remarks import STAYS, Remarks
 
-__all__ = ["MOST_FACTS", "MOST_PEOPLE", "Memory"]
-
 #: The most people that are kept, and the most things told by each; beyond that, the oldest things
 #: go (our choice).
 MOST_PEOPLE, MOST_FACTS = 50, 500

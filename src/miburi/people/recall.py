@@ -25,8 +25,6 @@ from miburi.languages import (
     whom_of,
 )
 
-__all__ = ["ENOUGH", "recall", "ways_to_ask"]
-
 #: The share of a question's weight that an answer must match (our choice).
 ENOUGH = 0.45
 #: How many letters of a word are compared, and the relative weight of a word such as "time" that is

@@ -10,8 +10,6 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from miburi.errors import InputError
 from miburi.languages import Language
 
-__all__ = ["LONGEST_FACT", "LONGEST_NAME", "Acquaintance", "Fact", "People", "read_people"]
-
 #: Greatest number of letters in a name and in a fact (our choice).
 LONGEST_NAME, LONGEST_FACT = 40, 200
 

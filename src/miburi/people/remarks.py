@@ -6,8 +6,6 @@ from collections.abc import Callable, Iterator, Sequence
 from datetime import datetime, timedelta
 from itertools import takewhile
 
-__all__ = ["STAYS", "Remarks"]
-
 #: How long after last speaking somebody counts as present (our choice).
 STAYS = timedelta(hours=2)
 #: The number of remarks that are kept; how many of the latest a pronoun can refer to, and how many

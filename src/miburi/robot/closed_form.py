@@ -15,8 +15,6 @@ from miburi.errors import InputError
 from miburi.robot.description import Array, Robot
 from miburi.robot.kinematics import finite_array, forward
 
-__all__ = ["inverse"]
-
 #: A solution outside a limit by no more than this, rad, is moved onto the limit.
 _ANGLE_TOLERANCE = 1e-7
 

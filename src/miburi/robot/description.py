@@ -17,25 +17,6 @@ from miburi.ground.tables import Table, load_table
 from miburi.robot.guards import Guards, check_ranges
 from miburi.servos import Servo, load_servo
 
-__all__ = [
-    "EXTREMITIES",
-    "JOINTS",
-    "Array",
-    "GuardsTable",
-    "Joint",
-    "Joints",
-    "Lengths",
-    "Masses",
-    "NotNegative",
-    "Positive",
-    "Robot",
-    "ServoTable",
-    "Shape",
-    "buildable",
-    "iphonoid",
-    "load_robot",
-]
-
 Array = NDArray[np.float64]
 
 #: The eight joints in the paper's order (Table 1); every array of eight follows it.

@@ -8,8 +8,6 @@ import numpy as np
 
 from miburi.robot.description import JOINTS, Array, Robot
 
-__all__ = ["arm_reach", "hand_distances", "head_joint", "shoulders"]
-
 
 def shoulders(robot: Robot) -> Array:
     """Return the positions of the right and the left shoulder, (2, 3) m."""

@@ -19,18 +19,6 @@ from numpy.typing import NDArray
 from pydantic import ConfigDict, GetJsonSchemaHandler, with_config
 from pydantic_core import CoreSchema
 
-__all__ = [
-    "ANGLE",
-    "GUARDS",
-    "TIME",
-    "Guard",
-    "Guards",
-    "Unit",
-    "by_motor",
-    "check_ranges",
-    "in_whole_units",
-]
-
 Value = TypeVar("Value")
 Other = TypeVar("Other")
 _Integers = NDArray[np.int64]

@@ -19,8 +19,6 @@ from miburi.errors import InputError
 from miburi.ground.arguments import real_numbers
 from miburi.robot.description import Array, Robot
 
-__all__ = ["finite_array", "forward", "jacobian"]
-
 _UP = np.array([0.0, 0.0, 1.0])
 
 

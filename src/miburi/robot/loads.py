@@ -13,8 +13,6 @@ import numpy as np
 from miburi.robot.description import JOINTS, Array, Lengths, Masses, Robot, Shape
 from miburi.robot.shape import Part, links, parts
 
-__all__ = ["GRAVITY", "Loads", "link_poses", "loads"]
-
 #: m/s².
 GRAVITY = 9.81
 

@@ -11,17 +11,6 @@ from miburi.robot.shape import BASE, COLOURS, Link, Part, extremities, links, pa
 from miburi.servos import Servo
 from miburi.servos.servo import Friction
 
-__all__ = [
-    "FACE_PIXELS",
-    "HAND_AWAY",
-    "HAND_MASS",
-    "HAND_SIZE",
-    "HORN",
-    "PLAY",
-    "TIMESTEP",
-    "to_mjcf",
-]
-
 #: The share of a servo's dry friction that acts at the horn, behind the backlash (our choice).
 #: Without it, an unloaded joint would swing within the backlash for ever.
 HORN = 0.1

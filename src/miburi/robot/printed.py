@@ -17,8 +17,6 @@ from numpy.typing import ArrayLike
 from miburi.robot.description import Array, Robot
 from miburi.robot.kinematics import finite_array
 
-__all__ = ["forward_as_printed"]
-
 
 def forward_as_printed(robot: Robot, angles: ArrayLike) -> Array:
     """Evaluate Eqs. 3–11 as printed; use :func:`miburi.robot.forward` for the real body.

@@ -12,20 +12,6 @@ from math import cos, sin
 from miburi.robot.description import JOINTS, Array, Robot
 from miburi.robot.geometry import head_joint, shoulders
 
-__all__ = [
-    "BASE",
-    "COLOURS",
-    "Link",
-    "LinkFrame",
-    "Part",
-    "Point",
-    "extremities",
-    "fixed_frames",
-    "frames",
-    "links",
-    "parts",
-]
-
 Point = tuple[float, float, float]
 
 #: The link that stands on the table, by the name that ROS gives it (REP-105).

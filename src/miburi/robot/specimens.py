@@ -13,8 +13,6 @@ import numpy as np
 from miburi.robot.description import Robot
 from miburi.servos import Servo
 
-__all__ = ["Specimen", "specimens"]
-
 #: The description's stiffness and dry friction are multiplied or divided by up to this.
 _FACTOR = 2.0
 #: Shares by which resistance (cold and hot), masses, the supply's voltage and the clock may be off.

@@ -12,8 +12,6 @@ from miburi.robot.mjcf import to_mjcf
 from miburi.robot.physics import mujoco
 from miburi.robot.shape import BASE, COLOURS, Part, fixed_frames, links, parts
 
-__all__ = ["to_urdf"]
-
 
 def to_urdf(robot: Robot, meshes: Mapping[tuple[str, str], str] | None = None) -> str:
     """Return the robot as URDF.

@@ -63,22 +63,6 @@ from miburi.robot import JOINTS, Robot
 from miburi.robot.guards import Guards, in_whole_units
 from miburi.safety.profile import FINE, SECOND, Profile, Steps
 
-__all__ = [
-    "LAG_DOUBT",
-    "PAPER_PERIOD",
-    "PAPER_RATIO",
-    "UNLOADED",
-    "Contact",
-    "Flags",
-    "Loading",
-    "Rule",
-    "Sign",
-    "Watch",
-    "Window",
-    "lag_doubt",
-    "worst",
-]
-
 Flags = NDArray[np.bool_]
 
 #: The limit of Eq. 2, in parts of 10 000.

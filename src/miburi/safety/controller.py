@@ -47,17 +47,6 @@ from miburi.safety.move import Move
 from miburi.safety.profile import FINE, SECOND, Steps, plan_profile, to_steps, whole
 from miburi.safety.stop import Phase, Stop, StopReason
 
-__all__ = [
-    "FURTHEST",
-    "GIVE_WAY",
-    "RETURN_SPEED",
-    "YIELDS",
-    "YIELD_AFTER",
-    "Controller",
-    "check_move",
-    "return_speed",
-]
-
 #: Speed of the return to neutral, in rad/s of the motor that has the furthest to go (our choice).
 RETURN_SPEED = 0.8
 #: After a contact the motor that met something goes back by the first angle, and no motor by more

@@ -18,8 +18,6 @@ from miburi.safety.contact import UNLOADED, Loading
 from miburi.safety.profile import FINE, Profile, Steps
 from miburi.servos import required_torque
 
-__all__ = ["EASES_AFTER", "Demand", "aim", "demand", "uneased"]
-
 #: The duty limits allow for this many times the links' inertia, because the load in the hands is
 #: unknown (our choice). With 10 g in each hand, the waist's inertia is up to 1.3 times as large,
 #: and an arm's 1.4 to 1.6 times.

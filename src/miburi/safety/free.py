@@ -28,8 +28,6 @@ from miburi.safety.contact import UNLOADED, Contact, Loading, Rule, Watch, lag_d
 from miburi.safety.profile import FINE, SECOND, Profile, Steps
 from miburi.servos.free import STEP, FreeServo, advance
 
-__all__ = ["FAST", "SETTLES", "FreeRule", "granted_share"]
-
 #: A motor that reaches this speed in its move, 1/256 steps/s, has the full guards (our choice).
 FAST = 512 * FINE
 #: µs until a motor that swings at a move's start has come to rest (our choice).

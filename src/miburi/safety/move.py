@@ -14,8 +14,6 @@ from miburi.robot import JOINTS, Array, Robot
 from miburi.safety.drive import aim
 from miburi.safety.profile import FINE, Steps, to_steps
 
-__all__ = ["Course", "Move", "plan_move", "plan_on"]
-
 
 @dataclass(frozen=True)
 class Move:

@@ -24,8 +24,6 @@ from miburi.safety.contact import (
 )  # fmt: skip
 from miburi.safety.profile import FINE, SECOND, Profile, Steps
 
-__all__ = ["PrintedRule", "is_slow_as_printed"]
-
 
 def is_slow_as_printed(
     travel: Steps, speed: Steps, elapsed: int, ratio: int = PAPER_RATIO

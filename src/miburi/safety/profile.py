@@ -17,19 +17,6 @@ from numpy.typing import NDArray
 
 from miburi.robot import Array, Robot
 
-__all__ = [
-    "FINE",
-    "SECOND",
-    "Motion",
-    "Profile",
-    "Steps",
-    "plan_profile",
-    "plan_towards",
-    "to_steps",
-    "truncated",
-    "whole",
-]
-
 Steps = NDArray[np.int64]
 
 #: Positions on a profile are counted in parts of an encoder step; this many make a step.

@@ -3,8 +3,6 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
-__all__ = ["Phase", "Stop", "StopReason"]
-
 
 class Phase(StrEnum):
     """What a body is doing: idle → moving → idle, or stopped (latched) → returning → idle."""

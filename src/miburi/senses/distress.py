@@ -39,9 +39,6 @@ from miburi.senses.kinds import KINDS, Distress
 from miburi.senses.linear import groups_of, load_model, numbered
 from miburi.senses.network import agreed, load_network
 
-__all__ = ["Doubt", "Heard", "features", "hear_distress", "hears_distress_in", "judge_distress"]
-
-
 #: Thresholds of the likelihood of distress: a slight sign above the first, a question to the person
 #: above the second. The numbers are ours, chosen on lines on which the models were not trained.
 _HINTS, _WONDERS = 0.45, 0.5

@@ -19,8 +19,6 @@ from miburi.feelings.temperament import Share, Source
 from miburi.ground.tables import Table, load_table
 from miburi.senses.impression import Brought, Impression
 
-__all__ = ["MAKES_UP", "Happening", "Kind", "happenings", "notice"]
-
 _Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,39}$")]
 #: Time after a contact stop within which a caress counts as an apology, s (our choice).
 MAKES_UP = 60.0

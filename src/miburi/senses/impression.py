@@ -14,8 +14,6 @@ from miburi.errors import InputError
 from miburi.feelings import FEELINGS, SOURCES, Stimulus, Temperament
 from miburi.senses.kinds import Distress
 
-__all__ = ["Brought", "Impression", "stimuli"]
-
 
 @dataclass(frozen=True)
 class Brought:

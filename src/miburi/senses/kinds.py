@@ -2,8 +2,6 @@
 
 from typing import Literal, get_args
 
-__all__ = ["KINDS", "Distress"]
-
 #: The kinds of distress; where patterns alone decide and several fit, the first here is taken.
 Distress = Literal[
     "suicide", "child", "breathing", "heart", "stroke", "poison", "fire", "gas", "abuse", "fraud",

@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 
 from miburi.languages import Language, is_spaced
 
-__all__ = ["find", "groups_of", "load_model", "numbered", "softmax"]
-
 Likelihoods = NDArray[np.float64]
 
 

@@ -20,8 +20,6 @@ from numpy.typing import NDArray
 from miburi.languages import Language, is_spaced
 from miburi.senses.linear import Likelihoods, find, softmax
 
-__all__ = ["MARGIN", "agreed", "load_network", "steps_of"]
-
 _FILE = resources.files(__package__) / "network.npz"
 #: The widest filter, and the number of empty places before and after a sentence, so that filters
 #: see its first and last words.

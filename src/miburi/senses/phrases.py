@@ -23,16 +23,6 @@ from miburi.languages import Language, compile_phrases, is_elsewhere
 from miburi.senses.impression import Brought, Impression
 from miburi.senses.text import tokens
 
-__all__ = [
-    "alarm_in",
-    "cut_elsewhere",
-    "cut_questions",
-    "cut_smileys",
-    "smiley_weight",
-    "smileys_alone",
-    "stems_in",
-]
-
 _DENIED = re.compile(r"\b(not|never|no)( \S+){0,3}$")
 _SENTENCE = re.compile(r"[^.!?;\n]+[.!?;\n]*")
 _TONES = "\ufe0f\U0001f3fb-\U0001f3ff"  # characters that only change how an emoji is drawn

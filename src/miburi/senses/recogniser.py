@@ -24,7 +24,6 @@ try:
 except ModuleNotFoundError as error:
     raise needs_extra("ears", error) from error
 
-__all__ = ["PhraseRecogniser", "Phrases", "Recogniser", "load_phrases"]
 
 #: A phrase's log-likelihood minus the phone loop's, per 10 ms frame; it must be greater than this,
 #: or the phrase is rejected (ours, from synthetic voices: of 150 phrases it kept 136 and let 5

@@ -8,8 +8,6 @@ import unicodedata
 from itertools import pairwise
 from zlib import crc32
 
-__all__ = ["letters", "numbers_of", "tokens", "without_punctuation"]
-
 _CONTRACTED = ((re.compile(r"\bcan'?t\b"), "can not"), (re.compile(r"\bwon'?t\b"), "will not"))
 _NOT = re.compile(
     r"\b(do|does|did|is|are|was|were|have|has|had|would|could|should|must|need|ai)n'?t\b"

@@ -22,17 +22,6 @@ from miburi.feelings.temperament import Share
 from miburi.ground.tables import Table
 from miburi.senses.impression import Brought, Impression
 
-__all__ = [
-    "RAISED",
-    "Prosody",
-    "Tone",
-    "ToneOfVoice",
-    "Tones",
-    "coloured",
-    "measure_prosody",
-    "tones",
-]
-
 Tone = Literal["plain", "raised", "soft"]
 #: The reason that is shown if a raised voice changed the feeling; pages translate it.
 RAISED = "a raised voice"

@@ -12,8 +12,6 @@ from io import BufferedReader
 
 from miburi.errors import InputError, needs_extra
 
-__all__ = ["FRAME", "LONGEST_UTTERANCE", "frames", "utterances", "voice_detector"]
-
 #: Bytes of a frame: 512 samples, 32 ms.
 FRAME = 1024
 #: The longest utterance, s; longer speech is cut there.

@@ -43,18 +43,6 @@ from miburi.senses.phrases import (
 )
 from miburi.senses.text import letters, numbers_of, tokens
 
-__all__ = [
-    "LABELS",
-    "LONGEST",
-    "SILENT",
-    "Model",
-    "WordTable",
-    "deny",
-    "hear",
-    "judge",
-    "load_model",
-]
-
 #: The columns of the model: the paper's eight feelings in the paper's order, and "no feeling".
 LABELS = (
     "happiness", "sadness", "fright", "fear", "thrill", "disgust", "anger", "surprise", "neutral",

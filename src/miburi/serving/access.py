@@ -33,30 +33,6 @@ from miburi.serving.keys import Keys
 from miburi.serving.origins import API, Headers, cors, permit
 from miburi.serving.policy import NICEGUI, POLICY
 
-__all__ = [
-    "AGENTS",
-    "AUTHORITY",
-    "BURST",
-    "CAME",
-    "CONNECTIONS",
-    "EVENTS",
-    "HEADERS",
-    "HEADER_TIME",
-    "LARGEST",
-    "PAGE_BREATH",
-    "PAGE_BURST",
-    "PAGE_RATE",
-    "PAIRING",
-    "PRIVACY",
-    "RATE",
-    "SAFE_HEADERS",
-    "SOCKETS",
-    "STOP",
-    "WRONG_BURST",
-    "WRONG_RATE",
-    "Gate",
-]
-
 #: The only paths that answer without a token: how to pair, what happens to the words that people
 #: say and, if there is https, which authority to trust.
 PAIRING, PRIVACY, AUTHORITY = "/pair", "/privacy", "/ca.pem"

@@ -13,15 +13,6 @@ import ifaddr
 from miburi.errors import InputError, OutputError
 from miburi.serving.heads import is_loopback
 
-__all__ = [
-    "EVERYWHERE",
-    "Listeners",
-    "listening",
-    "listening_plainly",
-    "listening_twice",
-    "own_addresses",
-]
-
 #: The number of connections that the kernel queues; any further ones have to try again after a
 #: second.
 _BACKLOG = 1024

@@ -5,8 +5,6 @@ from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-__all__ = ["Allowance"]
-
 
 @dataclass
 class Allowance:

@@ -19,7 +19,6 @@ try:
 except ModuleNotFoundError as error:
     raise needs_extra("https", error) from error
 
-__all__ = ["KIND", "announce"]
 
 #: The service's type.
 KIND = "_miburi._tcp.local."

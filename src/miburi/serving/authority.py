@@ -35,7 +35,6 @@ try:
 except ModuleNotFoundError as error:
     raise needs_extra("https", error) from error
 
-__all__ = ["NAMES", "NETWORKS", "Certificates", "is_at_home", "kept_certificates", "own_names"]
 
 #: Domains that the authority may vouch for, each with its subdomains.
 NAMES = ("local", "localhost")

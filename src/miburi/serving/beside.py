@@ -6,8 +6,6 @@ from contextlib import AbstractAsyncContextManager, asynccontextmanager
 
 from fastapi import FastAPI
 
-__all__ = ["beside", "live_beside"]
-
 #: Interval between two cancellations of a task that does not end, s (our choice).
 _CANCELLED_AGAIN = 1.0
 

@@ -8,8 +8,6 @@ from miburi.serving.access import CONNECTIONS
 from miburi.serving.passing import ENCRYPTED
 from miburi.serving.relay import Guest
 
-__all__ = ["GRACE", "HANDSHAKES", "Crowd"]
-
 #: Time in which a new connection does not have to give way to newer ones, s (our choice).
 GRACE = 0.5
 #: The most HTTPS handshakes, from all addresses, that may be under way: each takes 0.33 MB of the

@@ -5,20 +5,6 @@ from urllib.parse import SplitResult, urlsplit
 
 from starlette.types import Scope
 
-__all__ = [
-    "COOKIE",
-    "RefusedError",
-    "asker",
-    "check_host",
-    "check_site",
-    "has_headers",
-    "headers_of",
-    "int_or",
-    "is_loopback",
-    "is_own",
-    "tokens_of",
-]
-
 COOKIE = "miburi_token"
 
 

@@ -31,8 +31,6 @@ from uvicorn.server import ServerState
 from miburi.serving.access import CAME, CONNECTIONS, HEADER_TIME, HEADERS, LARGEST
 from miburi.serving.passing import ENCRYPTED, Note, Passed, taken_in
 
-__all__ = ["Passage", "configure", "encryption", "listen_encrypted"]
-
 #: How long to wait for the other side to close a connection after we close it, s; it may be asleep.
 #: It must be shorter than the time that the server's own shutdown may take.
 _FAREWELL = 0.5

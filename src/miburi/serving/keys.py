@@ -19,8 +19,6 @@ from typing import NamedTuple
 from miburi.errors import InputError, OutputError
 from miburi.ground.files import write_whole
 
-__all__ = ["LIFE", "MOST", "Device", "Keys", "kept_token", "same"]
-
 #: Lifetime of a device's key, s, and the most devices that can hold one (our choice).
 LIFE, MOST = 30 * 24 * 3600, 50
 #: Interval between two updates of a device's last visit, s (our choice).

@@ -14,8 +14,6 @@ from miburi.serving.heads import RefusedError
 from miburi.serving.press import BY, PRESS, Press, press
 from miburi.serving.relay import Guest
 
-__all__ = ["BEAT", "SILENCE", "Lane"]
-
 #: Interval between two heartbeats, s, and time after which a Stop counts as undelivered, s (our
 #: choice).
 BEAT, SILENCE = 1.0, 1.0

@@ -5,8 +5,6 @@ from collections.abc import Mapping
 
 from miburi.errors import InputError
 
-__all__ = ["API", "Headers", "check_origin", "cors", "permit"]
-
 Headers = list[tuple[bytes, bytes]]
 
 #: The only paths that pages of other origins may request.

@@ -7,8 +7,6 @@ import socket
 from collections.abc import Iterator
 from typing import NamedTuple
 
-__all__ = ["CAN_PASS", "ENCRYPTED", "PLAIN", "Note", "Passed", "pass_on", "taken_in"]
-
 #: Whether the system can send open files between processes; Windows cannot.
 CAN_PASS = hasattr(socket, "send_fds")
 #: What a connection speaks: http, or https.

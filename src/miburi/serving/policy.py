@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:  # the reception needs no web library
     from fastapi.responses import HTMLResponse
 
-__all__ = ["NICEGUI", "POLICY", "own_page"]
 
 POLICY = b"content-security-policy"
 _SHARED = (

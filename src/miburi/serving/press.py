@@ -9,8 +9,6 @@ from typing import Literal, NamedTuple, get_args
 
 from miburi.errors import BodyError
 
-__all__ = ["BY", "PRESS", "PRESSED", "By", "Hold", "Press", "outlasting", "press", "who"]
-
 #: The header by which a request says who presses.
 BY = "miburi-by"
 #: The header with the id of a press that a page sends twice, so that the copy is recognised.

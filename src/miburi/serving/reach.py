@@ -8,8 +8,6 @@ import segno
 from miburi.serving.access import PAIRING
 from miburi.serving.keys import Keys
 
-__all__ = ["Reach", "pairing_url", "qr_for_terminal", "qr_svg"]
-
 
 @dataclass
 class Reach:

@@ -36,8 +36,6 @@ from miburi.serving.lane import Lane
 from miburi.serving.passing import ENCRYPTED, PLAIN, Note, pass_on
 from miburi.serving.relay import Guest, answer_of
 
-__all__ = ["Reception", "receive"]
-
 #: The number of this process's files other than connections.
 _OWN_FILES = 64
 #: How many connections are accepted, and how many are passed on, before other connections get a

@@ -26,8 +26,6 @@ from miburi.serving.access import EVENTS, HEADERS, SAFE_HEADERS
 from miburi.serving.origins import cors
 from miburi.serving.passing import ENCRYPTED
 
-__all__ = ["Address", "Framing", "Guest", "answer_of", "frame"]
-
 #: The size of a read, and the most of a response that is held back, bytes (our choice).
 _PIECE = 65_536
 _WISHES = {b"upgrade", b"expect", b"transfer-encoding"}

@@ -16,8 +16,6 @@ from miburi.serving.addresses import EVERYWHERE, Listeners
 from miburi.serving.keys import Keys, kept_token
 from miburi.serving.reach import Reach, pairing_url, qr_for_terminal
 
-__all__ = ["EVERY", "Renewal", "reach_of"]
-
 #: Interval between two checks, s (our choice).
 EVERY = 60.0
 

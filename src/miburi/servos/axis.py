@@ -11,8 +11,6 @@ from math import copysign, inf
 from miburi.servos.servo import Servo
 from miburi.servos.voltage import dry_friction
 
-__all__ = ["Axis"]
-
 #: Time step in s; it must be below 0.4 ms to resolve the contact at the end of the backlash.
 _STEP = 1e-4
 #: Stiffness of gears and horn where the play ends, and of an obstacle at the horn, N·m/rad; and the

@@ -21,8 +21,6 @@ from miburi.ground.compiled import compiled
 from miburi.servos.servo import Servo
 from miburi.servos.voltage import Array
 
-__all__ = ["STEP", "FreeServo", "advance", "travel"]
-
 Steps = NDArray[np.int64]
 
 #: µs of one step of the model.

@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 from miburi.ground.compiled import compiled
 from miburi.servos.voltage import Array, dry_friction
 
-__all__ = ["set_friction"]
-
 _dry_friction = compiled(dry_friction)
 
 

@@ -15,23 +15,6 @@ from pydantic import Field
 from miburi.errors import InputError
 from miburi.ground.tables import Table, load_table
 
-__all__ = [
-    "SERVOS",
-    "DataSheet",
-    "Divisor",
-    "Drive",
-    "Encoder",
-    "Friction",
-    "Gains",
-    "Loop",
-    "MotorTable",
-    "Origin",
-    "ProfileTable",
-    "Servo",
-    "Supply",
-    "load_servo",
-]
-
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
 Share = Annotated[float, Field(ge=0, lt=1)]

@@ -18,8 +18,6 @@ from numpy.typing import NDArray
 
 from miburi.servos.servo import Servo
 
-__all__ = ["Array", "dry_friction", "no_load_speed", "required_torque", "stall_torque"]
-
 Array = NDArray[np.float64]
 Numbers = Array | float
 

@@ -14,8 +14,6 @@ from miburi.feelings.temperament import Array, Temperament
 from miburi.ground.files import whole_files
 from miburi.studies.figures import figure_file
 
-__all__ = ["COLOURS", "DAY", "Day", "Episode", "live_day", "plot_day"]
-
 #: One colour for each feeling, in the order of ``FEELINGS``.
 COLOURS = tuple(feeling.colour.paper for feeling in CATALOGUE.feeling)
 _HOUR = 3600.0

@@ -17,8 +17,6 @@ from PIL import Image
 from miburi.feelings import Expression
 from miburi.feelings.catalogue import PAPER, SHIPPED
 
-__all__ = ["MOODS", "SHEET", "SIZE", "SOURCE", "face", "source_digest"]
-
 #: The moods on the sheet, and the side of one face in pixels.
 MOODS, SIZE = (0.2, 0.4, 0.6, 0.8, 1.0), 192
 #: The script that draws the sheet.

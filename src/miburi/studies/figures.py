@@ -8,8 +8,6 @@ from typing import Any
 import matplotlib
 from matplotlib.figure import Figure
 
-__all__ = ["BLUE", "CORAL", "GREY", "INK", "PRINT", "figure_file"]
-
 INK, CORAL, BLUE, GREY = "#2b2b2b", "#d9553f", "#2f6f9f", "#9a9a9a"
 #: Small type, and no line above or to the right of a plot.
 PRINT: Any = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}

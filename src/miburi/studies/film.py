@@ -24,20 +24,6 @@ from miburi.robot import JOINTS, Array, Robot
 from miburi.robot.mjcf import FACE_PIXELS, HAND_AWAY, to_mjcf
 from miburi.robot.physics import mujoco
 
-__all__ = [
-    "AZIMUTH",
-    "BLANK",
-    "ELEVATION",
-    "Camera",
-    "DrawingError",
-    "Picture",
-    "Scene",
-    "add_caption",
-    "camera",
-    "contact_sheet",
-    "write_film",
-]
-
 Picture = NDArray[np.uint8]
 
 #: The phone's screen, lit and empty.

@@ -21,8 +21,6 @@ from miburi.studio.pairing import pairing_router
 from miburi.studio.privacy_page import privacy_router
 from miburi.talk.synthesizer import LANGUAGES
 
-__all__ = ["make_app"]
-
 _CLOSED = Doors()
 
 

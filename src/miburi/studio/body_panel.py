@@ -22,8 +22,6 @@ from miburi.studio.elements import Choice
 from miburi.studio.parts import attempt, button, heading, refusals_shown, set_label
 from miburi.studio.words import Words
 
-__all__ = ["Update", "body_panel"]
-
 #: A motor is shown as warm from this many °C below the limit.
 _WARM = 5.0
 #: Interval between checks of the recordings, s, and the length of their list.

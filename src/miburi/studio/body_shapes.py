@@ -10,8 +10,6 @@ from miburi.live.view import LivePartner
 from miburi.robot import Robot
 from miburi.robot.shape import COLOURS
 
-__all__ = ["shapes_router"]
-
 
 def shapes_router(runner: LivePartner) -> APIRouter:
     """Return the router with the shapes: a list, empty where the parts cannot be built."""

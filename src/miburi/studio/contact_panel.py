@@ -15,8 +15,6 @@ from miburi.senses.tone import RAISED
 from miburi.studio.parts import heading
 from miburi.studio.words import Words
 
-__all__ = ["contact_panel", "facts", "line", "measurements", "why", "why_ended"]
-
 _LOG_LINES = 60
 #: N; the largest force that is shown. Above it the page says "more than", because the simulated
 #: hand can be pushed through an arm, and such a force is no measure of the motors. In trials, hands

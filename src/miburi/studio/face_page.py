@@ -17,8 +17,6 @@ from miburi.studio.preferences import Preferences
 from miburi.studio.words import words
 from miburi.wire.messages import Message
 
-__all__ = ["RELEASE", "add_face_page"]
-
 #: Where the page releases the body; not for programs, which have ``/api/v1/release``.
 RELEASE = "/api/page/release"
 

@@ -18,8 +18,6 @@ from miburi.studio.preferences import Preferences
 from miburi.studio.words import words
 from miburi.wire.messages import Message
 
-__all__ = ["StopIn", "make_fleet_app"]
-
 
 class StopIn(Message):
     """The partners to stop."""

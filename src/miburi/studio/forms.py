@@ -9,8 +9,6 @@ from miburi.senses.tone import tones
 from miburi.serving.access import PRIVACY
 from miburi.studio.words import Words
 
-__all__ = ["senses_form", "signs", "talk_form"]
-
 #: Senses that show a sign while they are on.
 _SIGNED = ("ears", "eyes")
 

@@ -13,8 +13,6 @@ from miburi.studio.elements import Choice
 from miburi.studio.parts import attempt, button, heading, refusals_shown
 from miburi.studio.words import Words
 
-__all__ = ["gestures_panel"]
-
 _EFFORT = ("space", "weight", "time", "flow")
 
 

@@ -17,8 +17,6 @@ from miburi.live.view import LivePartner
 from miburi.serving.reach import Reach
 from miburi.studio.pages import missing_page
 
-__all__ = ["OnDemand"]
-
 #: The addresses of the studio: its page, and where NiceGUI's files and WebSocket begin.
 _PAGES, _FILES = ("/", "/favicon.ico"), "/_nicegui"
 

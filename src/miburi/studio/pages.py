@@ -10,8 +10,6 @@ from miburi.serving.policy import own_page
 from miburi.studio.preferences import Preferences
 from miburi.studio.words import words
 
-__all__ = ["missing_page", "page", "people_page"]
-
 _FOLDER = Path(__file__).parent
 
 

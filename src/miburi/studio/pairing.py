@@ -12,8 +12,6 @@ from miburi.serving.reach import Reach
 from miburi.studio.pages import page as page_of
 from miburi.wire.messages import Message
 
-__all__ = ["PairIn", "pairing_router"]
-
 #: Wrong tokens allowed per second, and in a burst, from all devices together (our choice).
 _RATE, _BURST = 0.5, 20.0
 _WRONG = "This is not this partner's token. Scan the code again."

@@ -13,8 +13,6 @@ from miburi.live.settle import granted
 from miburi.live.view import LivePartner
 from miburi.live.wishes import Wish
 
-__all__ = ["attempt", "button", "heading", "refusals_shown", "set_label"]
-
 
 @contextmanager
 def refusals_shown() -> Iterator[None]:

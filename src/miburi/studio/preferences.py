@@ -6,8 +6,6 @@ from fastapi import Request
 
 from miburi.studio.words import preferred
 
-__all__ = ["TABS", "Preferences", "keep"]
-
 TABS = ("contact", "time", "gestures", "body")
 _STRENGTH = 0.7
 

@@ -18,8 +18,6 @@ from miburi.studio.pages import page
 from miburi.studio.preferences import Preferences
 from miburi.studio.words import words
 
-__all__ = ["Switch", "privacy_router", "switches"]
-
 #: The kinds of data that are kept; each is the stem of two keys in the page's texts (``_kept``,
 #: ``_about``).
 _KEPT = ("memory", "people", "feelings", "recordings", "keys", "browser", "delete")

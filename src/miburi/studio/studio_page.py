@@ -35,8 +35,6 @@ from miburi.studio.parts import attempt, button, heading, set_label
 from miburi.studio.preferences import TABS, Preferences, keep
 from miburi.studio.words import own_name, page_languages, words
 
-__all__ = ["HAND_START", "forget_pages", "make_studio"]
-
 #: s between checks for pages that no browser has connected to; each takes about 0.8 MB. NiceGUI
 #: keeps them for 60 s, because a slow computer needs that long.
 _LOOKS = 5.0

@@ -11,8 +11,6 @@ from miburi.errors import DescriptionError, InputError
 from miburi.feelings.catalogue import CATALOGUE
 from miburi.languages import folders
 
-__all__ = ["FALLBACK", "Words", "own_name", "page_languages", "preferred", "words"]
-
 Words = dict[str, dict[str, str]]
 
 FALLBACK = "en"

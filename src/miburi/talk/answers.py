@@ -20,8 +20,6 @@ from miburi.talk.meaning import about, gives_way, is_surer, named_in, sayable, s
 from miburi.talk.remembering import SIGNS, announces, is_short, told_before
 from miburi.talk.script import Script, script
 
-__all__ = ["UNREPEATED", "Answerer", "SmallAnswer", "is_needless", "wants_stop"]
-
 #: Turns within which no sentence is said again.
 UNREPEATED = 20
 

@@ -16,8 +16,6 @@ from miburi.languages import Language, plain
 from miburi.senses.linear import groups_of, load_model, numbered
 from miburi.senses.network import agreed, load_network
 
-__all__ = ["NOTHING", "asked_for", "tells_a_fact"]
-
 #: The name of the intent for remarks that request nothing.
 NOTHING = "nothing"
 _INTENTS, _FACTS = (resources.files(__package__) / f"{name}.npz" for name in ("intents", "facts"))

@@ -19,8 +19,6 @@ from miburi.talk.answers import Answerer
 from miburi.talk.initiative import Initiative, Manners, Presence
 from miburi.talk.script import script
 
-__all__ = ["Beginning"]
-
 #: Interval between two checks, s, and how long the partner stays quiet when asked to (our numbers).
 _LOOKS, _HUSHED = 5.0, timedelta(hours=1)
 

@@ -11,8 +11,6 @@ from pydantic import Field
 from miburi.ground.tables import Table
 from miburi.languages import Language, compile_phrases, is_spaced, plain
 
-__all__ = ["Calendar", "Sign"]
-
 #: Operations on two numbers.
 Sign = Literal["plus", "minus", "times", "by"]
 _HUNDRED = 100

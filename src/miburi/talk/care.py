@@ -28,19 +28,6 @@ from miburi.languages import (
 from miburi.senses.distress import hear_distress
 from miburi.senses.kinds import Distress
 
-__all__ = [
-    "Care",
-    "Numbers",
-    "WordsOfCare",
-    "agrees",
-    "denies",
-    "find_region",
-    "may_be_said",
-    "regions",
-    "takes_back",
-    "words_of_care",
-]
-
 _CLAUSE = re.compile(r"[^,.!;:、。！]+")
 _Line = Annotated[str, Field(min_length=1, max_length=240)]
 _Lines = Annotated[list[_Line], Field(min_length=1)]

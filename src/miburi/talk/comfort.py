@@ -18,8 +18,6 @@ from miburi.talk.care import Care, agrees, denies, takes_back
 from miburi.talk.cue import Match
 from miburi.talk.script import script
 
-__all__ = ["Comfort"]
-
 #: How long a "yes" or "no" still answers the question whether somebody needs help, or is all right
 #: (our choice).
 _ANSWERED = timedelta(minutes=2)

@@ -26,8 +26,6 @@ from miburi.talk.endpoint import KEY, Endpoint, OvertakenError
 from miburi.talk.replies import Content, read_reply
 from miburi.version import __version__
 
-__all__ = ["LARGEST_REPLY", "PATIENCE", "Conversation"]
-
 #: After this time, s, the partner uses its own answer; it is shorter than the 10 s that Miburi's
 #: client waits.
 PATIENCE = 8.0

@@ -10,8 +10,6 @@ from miburi.feelings.catalogue import FeelingName
 from miburi.ground.tables import Table
 from miburi.talk.moves import MOVES
 
-__all__ = ["Answers", "Cue", "Do", "Line", "Lines", "Match"]
-
 #: What a cue does besides its answer.
 Do = Literal["stop", "repeat", "name", "remember", "amend", "recall", "forget"]
 #: A sentence that can be said.

@@ -6,8 +6,6 @@ from datetime import datetime, time, timedelta
 from miburi.languages import Language, compile_phrases, plain
 from miburi.talk.script import Script, script
 
-__all__ = ["away", "date_of", "due_of", "local_time"]
-
 #: From this time of day on, the partner speaks of what is due (our choice).
 _MORNING = time(9)
 _NUMBER = re.compile(r"(?<!\d)([12]?\d|3[01])(?:st|nd|rd|th|er|日)?(?!\d)")

@@ -14,8 +14,6 @@ from urllib.parse import urlsplit
 
 from miburi.errors import InputError, MiburiError
 
-__all__ = ["KEY", "Endpoint", "OvertakenError", "find_endpoint"]
-
 #: The variable with the key.
 KEY = "MIBURI_TALK_KEY"
 #: Suffixes of host names in home networks (RFC 6762, RFC 8375, and those that routers use).

@@ -12,8 +12,6 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-__all__ = ["REASONS", "Initiative", "Manners", "Presence", "Reason"]
-
 #: The reason for speaking first.
 Reason = Literal["greeting", "date", "question"]
 REASONS: tuple[Reason, ...] = ("greeting", "date", "question")

@@ -11,8 +11,6 @@ from miburi.talk.cue import Cue, Match
 from miburi.talk.remembering import SIGNS, is_short
 from miburi.talk.script import OPEN, Script
 
-__all__ = ["about", "gives_way", "is_surer", "named_in", "sayable", "settled", "slots_in"]
-
 
 def settled(
     match: Match | None,

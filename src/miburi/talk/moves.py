@@ -9,8 +9,6 @@ from miburi.feelings import FEELINGS
 from miburi.gestures import KeyPose, MovementFunction, key_poses
 from miburi.robot import Robot
 
-__all__ = ["MOVES", "move"]
-
 _TABLE: dict[str, dict[str, Any]] = tomllib.loads(
     (resources.files(__package__) / "moves.toml").read_text(encoding="utf-8")
 )

@@ -12,8 +12,6 @@ from miburi.senses.kinds import KINDS
 from miburi.talk.care import Care, agrees, denies, takes_back, words_of_care
 from miburi.talk.script import script
 
-__all__ = ["check_languages"]
-
 
 def check_languages(own: Path) -> list[str]:
     """Read every language in a folder; return a warning for each that hears no distress.

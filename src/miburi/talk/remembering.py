@@ -6,8 +6,6 @@ from miburi.languages import is_spaced
 from miburi.talk.asking import tells_a_fact
 from miburi.talk.script import Script
 
-__all__ = ["SIGNS", "announces", "facts_in", "is_short", "told_before"]
-
 #: Patterns for the punctuation around a sentence, for everything after the first sentence, and for
 #: a clause with its punctuation.
 SIGNS = " ,.;!?、。！？"

@@ -15,8 +15,6 @@ from dataclasses import dataclass
 
 from miburi.feelings import FEELINGS
 
-__all__ = ["LONGEST_REPLY", "Content", "read_reply", "tidy"]
-
 #: The most characters that the partner says at once; a longer text is cut at a sentence's end.
 LONGEST_REPLY = 300
 

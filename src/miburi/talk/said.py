@@ -7,8 +7,6 @@ from miburi.feelings.temperament import Source
 from miburi.live.state import Share
 from miburi.senses.kinds import Distress
 
-__all__ = ["FeltOut", "SayOut", "WhyOut"]
-
 
 class WhyOut(BaseModel):
     """A word, and the evidence in it for the feeling (log-odds relative to no feeling)."""

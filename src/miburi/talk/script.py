@@ -18,8 +18,6 @@ from miburi.talk.cue import Answers, Cue, Do, Line, Lines, Match
 from miburi.talk.initiative import Reason
 from miburi.talk.wording import Turner, as_written
 
-__all__ = ["OPEN", "Script", "script"]
-
 #: The name of the intent of a question whose intent is not known.
 OPEN = "open"
 

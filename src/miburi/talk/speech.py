@@ -36,7 +36,6 @@ from miburi.talk.sums import sum_of
 if TYPE_CHECKING:
     from miburi.talk.conversation import Conversation
 
-__all__ = ["Speech"]
 
 #: Duration of a requested look, s, and the mood (strength) of a requested gesture (our choice).
 _LOOKED, _SHOWN = 2.0, 0.8

@@ -9,8 +9,6 @@ from miburi.languages import Language, is_spaced, plain
 from miburi.talk.calendar import Sign
 from miburi.talk.script import script
 
-__all__ = ["sum_of"]
-
 _Count = Callable[[float, float], float]
 _COUNT: dict[Sign, _Count] = {
     "plus": operator.add,

@@ -19,8 +19,6 @@ from miburi.errors import InputError
 from miburi.feelings.catalogue import Voice
 from miburi.languages.rhythm import Rhythm, rhythm_of_sound
 
-__all__ = ["LANGUAGES", "Sound", "Synthesizer", "find_synthesizer"]
-
 #: What flite speaks.
 LANGUAGES = ("en",)
 #: Pattern for flite's names of vowels, and its name of silence.

@@ -5,8 +5,6 @@ from collections.abc import Mapping
 
 from miburi.languages import Language, is_spaced, plain
 
-__all__ = ["Turner", "as_written"]
-
 _PART = re.compile(r"\S+")
 _NAME = re.compile(r"(?<=\w) (?:(?:Mrs?|Ms|Miss|Dr|Father|Sister)\.? )?(?!I\b)[A-Z]\w+")
 

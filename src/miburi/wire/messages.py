@@ -18,43 +18,6 @@ from miburi.live.state import Share
 from miburi.senses.happenings import Kind
 from miburi.senses.tone import Tone
 
-__all__ = [
-    "FASTEST",
-    "SLOWEST",
-    "AnyAct",
-    "AttendIn",
-    "BodyIn",
-    "BodyOut",
-    "EffortIn",
-    "ExpressIn",
-    "FaceIn",
-    "GestureAct",
-    "GestureOut",
-    "HandIn",
-    "LookAct",
-    "LookIn",
-    "Message",
-    "Name",
-    "PauseIn",
-    "PerformanceIn",
-    "Point",
-    "PosesAct",
-    "PosesIn",
-    "Rate",
-    "RecordingIn",
-    "RecordingOut",
-    "Refusal",
-    "SayIn",
-    "SenseIn",
-    "SpeakIn",
-    "SpeechAct",
-    "StimulusIn",
-    "TemperamentIn",
-    "WishOut",
-    "WordsIn",
-    "fields_of",
-]
-
 #: How many states a second a viewer may ask for.
 SLOWEST, FASTEST = 0.1, 50.0
 Rate = Annotated[float, Field(ge=SLOWEST, le=FASTEST)]

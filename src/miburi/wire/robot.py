@@ -4,8 +4,6 @@ from pydantic import BaseModel, Field
 
 from miburi.live.state import Eight
 
-__all__ = ["LinkOut", "PartOut", "RobotOut"]
-
 
 class LinkOut(BaseModel):
     """A rigid link: its parent, and the joint that turns it."""

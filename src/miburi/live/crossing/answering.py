@@ -31,8 +31,6 @@ from miburi.live.watchdog import Watchdog
 from miburi.live.wishes import Release
 from miburi.serving.press import Press
 
-__all__ = ["UNSERVED", "Answering"]
-
 #: How long the server, or the process that receives Stops, may hang, s (our choice).
 UNSERVED = 3.0
 _SLOW_THREADS = 4

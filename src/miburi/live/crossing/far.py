@@ -33,8 +33,6 @@ from miburi.live.view import LivePartner, UnreachableError
 from miburi.live.wishes import Granted, Release, Wish
 from miburi.serving.press import PRESSED, Press
 
-__all__ = ["SILENCE", "FarPartner"]
-
 #: The partner counts as unreachable after this time without an answer, s (our choice).
 SILENCE = 1.0
 #: The partner counts as silent after this many waits in a row without news. If this process itself

@@ -27,21 +27,6 @@ from miburi.live.state import MotorsOut, Sample
 from miburi.live.wishes import Wish
 from miburi.robot import Robot
 
-__all__ = [
-    "LONG",
-    "Answer",
-    "Ask",
-    "AskRecordings",
-    "Cancel",
-    "Hello",
-    "Lanes",
-    "Latest",
-    "Look",
-    "Post",
-    "Ready",
-    "lanes",
-]
-
 #: How long to wait for slow operations, such as making a body or writing to a disk, s.
 LONG = 60.0
 

@@ -11,8 +11,6 @@ from miburi.live.state import EndReason, StopOut
 from miburi.senses import Brought
 from miburi.serving.press import By
 
-__all__ = ["CURSOR", "Cursor", "EndOfWish", "EventKind", "LiveEvent", "Wall", "without_words"]
-
 EventKind = Literal[
     "started",
     "stimulus", "heard", "distress",

@@ -21,8 +21,6 @@ from miburi.ground.newer import newer
 from miburi.live.events.event import Cursor, LiveEvent, without_words
 from miburi.live.events.store import EventStore
 
-__all__ = ["LOGGED", "History", "Log"]
-
 #: Events that are kept in memory.
 LOGGED = 300
 _LOST = "events before this one are no longer kept"

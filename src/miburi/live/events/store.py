@@ -19,8 +19,6 @@ from pydantic import ValidationError
 from miburi.errors import OutputError
 from miburi.live.events.event import LiveEvent
 
-__all__ = ["KEPT", "MONTH", "SURE", "YEAR", "EventStore", "kept_events"]
-
 #: How many events are kept, and for how long; those about stops are kept for a year (our choice).
 KEPT, MONTH, YEAR = 100_000, timedelta(days=30), timedelta(days=365)
 #: The latest events are kept whatever the clock says: a computer may wake in 1970 and then learn

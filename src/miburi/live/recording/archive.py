@@ -21,8 +21,6 @@ from miburi.ground.files import write_whole
 from miburi.live.recording.recorder import RecordedMessage, Recorder, RecordingAbout, is_whole
 from miburi.live.state import EndReason
 
-__all__ = ["LARGEST", "LIMIT", "WAITING", "Archive", "Kept", "News"]
-
 _LOG = logging.getLogger(__name__)
 #: The largest recording, and the most that all of them may take together, bytes (our choice).
 LARGEST, LIMIT = 500_000_000, 5_000_000_000

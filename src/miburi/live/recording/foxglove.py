@@ -12,8 +12,6 @@ from typing import Any
 from miburi.robot import Robot
 from miburi.robot.shape import COLOURS, LinkFrame, Part, Point, fixed_frames, frames, links, parts
 
-__all__ = ["SCHEMAS", "Transforms", "scene"]
-
 #: The schemas, keyed by name.
 SCHEMAS: dict[str, dict[str, Any]] = {
     f"foxglove.{name}": schema

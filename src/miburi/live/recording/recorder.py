@@ -43,16 +43,6 @@ from miburi.robot import JOINTS, Robot
 from miburi.senses import Impression
 from miburi.version import __version__
 
-__all__ = [
-    "Felt",
-    "RecordedMessage",
-    "Recorder",
-    "RecordingAbout",
-    "is_whole",
-    "read",
-    "step_messages",
-]
-
 #: What the reader raises at the end of a broken file, or for a file that is not MCAP.
 _BROKEN = (McapError, struct.error, ZstdError, ValueError)
 _NUMBER, _NUMBERS = {"type": "number"}, {"type": "array", "items": {"type": "number"}}

@@ -11,8 +11,6 @@ from miburi.live.stamps import Stamps
 from miburi.live.state import StopOut
 from miburi.partner import Event
 
-__all__ = ["Tape"]
-
 
 class Tape:
     """Collects each step of a partner for its recordings; ``seed`` is that of its gestures."""

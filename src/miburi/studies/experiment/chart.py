@@ -11,8 +11,6 @@ from miburi.studies.experiment.procedure import STEP, Experiment
 from miburi.studies.experiment.records import Healing, StopRecord, WindowRecord
 from miburi.studies.figures import BLUE, CORAL, GREY, INK, PRINT, figure_file
 
-__all__ = ["experiment_figure"]
-
 #: How many stops are drawn close up.
 _CLOSE_UPS = 4
 

@@ -36,8 +36,6 @@ from miburi.studies.experiment.setup import Setup
 from miburi.studies.experiment.visitor import Visitor
 from miburi.version import __version__
 
-__all__ = ["PATIENCE", "STEP", "STEPS_PER_FRAME", "Experiment", "conduct"]
-
 #: The loop's period in s; the encoders are read twice per period.
 STEP = 0.02
 #: A contact that no stop follows within this many seconds is missed (our choice).

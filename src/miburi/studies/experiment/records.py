@@ -4,8 +4,6 @@ from dataclasses import dataclass
 
 from miburi.robot import Array
 
-__all__ = ["FilmFrame", "GestureRecord", "Healing", "StopRecord", "WindowRecord"]
-
 
 @dataclass(frozen=True)
 class StopRecord:

@@ -19,8 +19,6 @@ from miburi.studies import face as faces
 from miburi.studies.experiment.chart import experiment_figure
 from miburi.studies.film import DrawingError, Scene, add_caption, camera, contact_sheet, write_film
 
-__all__ = ["write_experiment"]
-
 
 def write_experiment(
     body: Body, setup: experiment.Setup, out: Path, *, film: bool, face: bool

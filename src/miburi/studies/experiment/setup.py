@@ -9,8 +9,6 @@ from miburi.errors import InputError
 from miburi.feelings import EmotionalModel, Expression, Temperament, shipped_temperament
 from miburi.gestures import Repertoire
 
-__all__ = ["Setup"]
-
 
 @dataclass(frozen=True)
 class Setup:

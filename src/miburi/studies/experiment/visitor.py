@@ -14,8 +14,6 @@ from miburi.partner import Event, GestureStarted, MoveSent, Stopped
 from miburi.robot import Array, Robot, forward
 from miburi.robot.geometry import shoulders
 
-__all__ = ["Visitor", "in_the_way"]
-
 #: Seconds in which the hand reaches in, at about 1 m/s (our choice).
 _REACH = 0.16
 #: The distance from which the hand comes, in m, and the directions to choose from: outwards,

@@ -16,8 +16,6 @@ from miburi.gestures import MovementFunction, key_poses, misfits
 from miburi.robot import Robot, forward
 from miburi.studies.gestures.measures import Measures, measure
 
-__all__ = ["MOST_ERROR", "Measured", "check", "moods", "perform"]
-
 #: The largest error of the inverse kinematics that a key pose may have, m.
 MOST_ERROR = 1e-3
 

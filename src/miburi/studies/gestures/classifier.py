@@ -18,8 +18,6 @@ from miburi.gestures import MovementFunction, Repertoire, key_poses
 from miburi.robot import Array, Robot
 from miburi.studies.gestures.measures import measure
 
-__all__ = ["NearestNeighbour", "confusion", "learn"]
-
 #: The moods at which the classifier learns (our choice).
 _LEARNT_MOODS = (0.5, 0.9)
 

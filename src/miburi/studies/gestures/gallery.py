@@ -14,8 +14,6 @@ from miburi.studies.film import add_caption, contact_sheet
 from miburi.studies.gestures.measures import Measures
 from miburi.studies.gestures.pictures import STRIP_STEP, Pictures, camera_on, show
 
-__all__ = ["MOODS", "write_gallery"]
-
 MOODS = (0.3, 0.6, 0.9)
 _PAGE = Path(__file__).with_suffix(".html")
 

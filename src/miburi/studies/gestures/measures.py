@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 from miburi.errors import InputError, needs_extra
 
-__all__ = ["Measures", "measure"]
-
 Array = NDArray[np.float64]
 
 #: Below this speed, in m/s, a path has no direction and no curvature (our choice).

@@ -18,16 +18,6 @@ from miburi.studies.figures import PRINT, figure_file
 from miburi.studies.film import Camera, Picture, Scene, camera, contact_sheet, write_film
 from miburi.studies.gestures.measures import Measures, measure
 
-__all__ = [
-    "STRIP_STEP",
-    "Pictures",
-    "camera_on",
-    "film",
-    "paths",
-    "show",
-    "strip",
-]
-
 #: Width and height of films and of a strip's pictures.
 _PIXELS = 320
 #: A film shows every third record: 16.7 pictures a second.

@@ -6,8 +6,6 @@ from enum import StrEnum
 
 from miburi.studies.paper.runs import Runs
 
-__all__ = ["Claim", "ClaimVerdict", "Claims", "Finding", "claim", "holds"]
-
 
 class ClaimVerdict(StrEnum):
     """What a run says about a sentence."""

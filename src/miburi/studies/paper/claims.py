@@ -9,8 +9,6 @@ from miburi.studies.paper.gesture_claims import GESTURES
 from miburi.studies.paper.kinematics_claims import KINEMATICS
 from miburi.studies.paper.safety_claims import SAFETY
 
-__all__ = ["ABSENT", "CLAIMS"]
-
 CLAIMS: Claims = SAFETY | KINEMATICS | GESTURES | EXPERIMENT
 #: Claims that no run can check.
 ABSENT = tuple(

@@ -12,8 +12,6 @@ import numpy as np
 
 from miburi.robot import JOINTS, Array, Robot
 
-__all__ = ["TABLES", "Row", "frames"]
-
 _QUARTER = np.pi / 2
 
 

@@ -9,8 +9,6 @@ from miburi.studies.paper.claim import Claims, Finding, claim, holds
 from miburi.studies.paper.runs import Runs
 from miburi.studies.trials.summary import summarise
 
-__all__ = ["EXPERIMENT"]
-
 #: "Never missed" means, at 95 % confidence, that fewer than one contact in a thousand is missed
 #: (our threshold).
 _NEVER = 0.001

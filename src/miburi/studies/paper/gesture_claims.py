@@ -10,8 +10,6 @@ from miburi.robot import Array, forward
 from miburi.studies.paper.claim import Claims, ClaimVerdict, Finding, claim, holds
 from miburi.studies.paper.runs import Runs
 
-__all__ = ["GESTURES"]
-
 _DRAWN = 1000
 
 GESTURES: Claims = {}

@@ -13,8 +13,6 @@ from miburi.studies.paper.claim import Claims, Finding, claim, holds
 from miburi.studies.paper.denavit import TABLES, frames
 from miburi.studies.paper.runs import UNITS, Runs
 
-__all__ = ["KINEMATICS"]
-
 #: Table 1, rad.
 _TABLE_1 = {
     "waist": (-1.744, 1.744),

@@ -17,8 +17,6 @@ from miburi.studies.paper.denavit import TABLES
 from miburi.studies.paper.rule import fastest
 from miburi.studies.paper.runs import Runs
 
-__all__ = ["write_paper"]
-
 _PAGE = Path(__file__).with_suffix(".md")
 
 

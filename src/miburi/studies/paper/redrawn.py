@@ -25,9 +25,6 @@ from miburi.studies.gestures.measures import Measures
 from miburi.studies.paper.denavit import TABLES, frames
 from miburi.studies.paper.rule import FIRST_WINDOW, pass_map
 
-__all__ = ["dh_figure", "effort_figure", "flow_figure", "function_figure", "rule_figure"]
-__all__ += ["safety_figure"]
-
 _AXES = ("#c3202f", "#3d8b37", "#2f6f9f")
 XY = tuple[float, float]
 

@@ -14,8 +14,6 @@ from miburi.robot import Array, Robot
 from miburi.safety.contact import PAPER_RATIO
 from miburi.safety.move import Move
 
-__all__ = ["FIRST_WINDOW", "fastest", "is_stopped", "pass_map"]
-
 _PERIOD, _RATIO = 0.1, PAPER_RATIO / 10_000
 #: The largest lag + v / 2a with which a motor passes its first window, s.
 FIRST_WINDOW = (1 - _RATIO) * _PERIOD

@@ -29,8 +29,6 @@ from miburi.studies.trials.plan import Plan, Subject
 from miburi.studies.trials.runs import carry_out_plan
 from miburi.studies.trials.trial import Outcome
 
-__all__ = ["MOODS", "UNITS", "Blocked", "OnCard", "Runs"]
-
 #: The moods at which gestures are measured, and the moods at which their moves are examined.
 MOODS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
 _PLAIN_MOODS = (0.3, 0.6, 0.9)

@@ -12,8 +12,6 @@ from miburi.studies.paper.rule import FIRST_WINDOW, fastest, pass_map
 from miburi.studies.paper.runs import Runs
 from miburi.studies.trials.summary import summarise
 
-__all__ = ["SAFETY"]
-
 _NOT_BUILT = "the emulated card has not been built here (`make firmware`)"
 #: Speed below which a motor counts as stopped, rad/s; time within which it must have stopped, s
 #: (our choice).

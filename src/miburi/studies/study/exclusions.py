@@ -8,8 +8,6 @@ from statistics import median
 from miburi.studies.study.plan import NONE, Study
 from miburi.studies.study.store import AnswerPace, StudyAnswer
 
-__all__ = ["LeftOut", "left_out"]
-
 
 @dataclass(frozen=True)
 class LeftOut:

@@ -13,8 +13,6 @@ from miburi.studies.face import face
 from miburi.studies.gestures.pictures import film as write_film
 from miburi.studies.study.plan import Study
 
-__all__ = ["FILMS", "draw_missing", "find_films"]
-
 #: The folder of films in a study's folder.
 FILMS = "films"
 #: A film's width and height. Every sample of the recording becomes a frame, 50 per second.

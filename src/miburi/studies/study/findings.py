@@ -29,9 +29,6 @@ from miburi.studies.study.statistics import (
 )
 from miburi.studies.study.store import AnswerPace, Counts, Shown, StudyAnswer
 
-__all__ = ["find"]
-
-
 Value = TypeVar("Value", bool, float)
 
 

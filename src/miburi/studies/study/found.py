@@ -5,17 +5,6 @@ from dataclasses import dataclass
 from miburi.studies.study.exclusions import LeftOut
 from miburi.studies.study.store import Counts, Shown
 
-__all__ = [
-    "ChoiceFindings",
-    "Findings",
-    "MeanRating",
-    "PairOrder",
-    "PersonFindings",
-    "RatingFindings",
-    "Share",
-    "WordFindings",
-]
-
 
 @dataclass(frozen=True)
 class Share:

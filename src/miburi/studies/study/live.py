@@ -18,8 +18,6 @@ from miburi.live.events.event import LiveEvent
 from miburi.live.state import State, StopOut
 from miburi.safety.stop import StopReason
 
-__all__ = ["IDLE", "Ending", "Perform", "Performer", "Showing", "Turn", "Turns", "show"]
-
 #: How long a robot stays with an idle participant, s (our choice).
 IDLE = 300.0
 #: States read per second, and the greatest number of them for one showing: half a minute (our

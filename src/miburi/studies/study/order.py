@@ -11,8 +11,6 @@ participants gets the same square with its films shuffled.
 
 import numpy as np
 
-__all__ = ["balanced_square", "film_order", "option_order"]
-
 
 def balanced_square(count: int) -> list[tuple[int, ...]]:
     """Return Williams's square for ``count`` films: rows of 0 … ``count`` - 1."""

@@ -29,9 +29,6 @@ from miburi.studies.study.posted import LONGEST, Door, Form, posted, values_of
 from miburi.studies.study.store import AnswerPace, Participant, Store
 from miburi.studies.study.texts import page_words
 
-__all__ = ["COOKIE", "make_app", "make_code", "preferred"]
-
-
 COOKIE = "miburi_study"
 _PAGES = Path(__file__).parent / "pages"
 #: Letters and digits that nobody confuses on paper.

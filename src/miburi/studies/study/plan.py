@@ -18,23 +18,6 @@ from miburi.feelings import FEELINGS
 from miburi.feelings.catalogue import CATALOGUE, FeelingName
 from miburi.ground.tables import Table, load_table
 
-__all__ = [
-    "FILE",
-    "NONE",
-    "SKIPPED",
-    "TEMPLATE",
-    "Exclude",
-    "Film",
-    "Item",
-    "Option",
-    "Question",
-    "Show",
-    "Step",
-    "Study",
-    "load_study",
-    "pick",
-]
-
 #: The study's file in its folder.
 FILE = "study.toml"
 #: The study that ships with Miburi, as a template.

@@ -12,8 +12,6 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from miburi.serving.heads import is_loopback
 from miburi.studies.study.plan import SKIPPED, Question, Study
 
-__all__ = ["LONGEST", "Door", "Form", "posted", "values_of"]
-
 Form = Mapping[str, str]
 
 #: The longest stored word, characters, and the largest form, bytes (our choice).

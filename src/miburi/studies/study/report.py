@@ -28,8 +28,6 @@ from miburi.studies.study.store import (
 )
 from miburi.version import __version__
 
-__all__ = ["write_report"]
-
 _PAGE = Path(__file__).with_suffix(".html")
 
 

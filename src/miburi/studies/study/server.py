@@ -19,8 +19,6 @@ from miburi.studies.study.pages import make_app
 from miburi.studies.study.plan import Study
 from miburi.studies.study.store import Store
 
-__all__ = ["serve_study"]
-
 
 def serve_study(
     study: Study,

@@ -16,17 +16,6 @@ from numpy.typing import ArrayLike
 
 from miburi.errors import need
 
-__all__ = [
-    "above_guessing",
-    "cohen_kappa",
-    "cronbach_alpha",
-    "fleiss_kappa",
-    "mean_interval",
-    "right_order",
-    "share_interval",
-    "unbiased_hit_rates",
-]
-
 need("scipy", "studies")  # loading it takes a second, so only the functions that use it load it
 
 #: The quantile of an interval of 95 %.

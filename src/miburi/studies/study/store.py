@@ -18,18 +18,6 @@ from miburi.errors import OutputError
 from miburi.studies.study.live import Ending
 from miburi.studies.study.plan import Study
 
-__all__ = [
-    "ANSWERS",
-    "REHEARSED",
-    "AnswerPace",
-    "Counts",
-    "Participant",
-    "Shown",
-    "Store",
-    "StudyAnswer",
-    "open_store",
-]
-
 #: The file of answers in a study's folder, and the file for the answers of somebody who only tries
 #: the pages out.
 ANSWERS, REHEARSED = "answers.sqlite", "rehearsal.sqlite"

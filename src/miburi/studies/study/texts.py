@@ -6,8 +6,6 @@ from pathlib import Path
 
 from miburi.studies.study.plan import Question, Study, pick
 
-__all__ = ["page_words", "participant_text"]
-
 _WORDS = Path(__file__).parent / "pages" / "words.toml"
 
 

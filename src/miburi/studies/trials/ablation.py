@@ -18,8 +18,6 @@ from miburi.studies.trials.plan import Subject
 from miburi.studies.trials.replay import DeafRule
 from miburi.studies.trials.workshop import calibrate_servos
 
-__all__ = ["PROFILE_GUARDS", "RULES", "STATES", "WITHOUT", "ServoState", "in_state"]
-
 _SLACK = np.array([20, 16, 16, 16, 16, 16, 16, 16])
 #: The narrowest guards, µs and steps, with which the rule that compares with a delayed profile
 #: hardly ever stops a free move of the simulated XL330 (our choice).

@@ -15,8 +15,6 @@ from miburi.studies.trials.summary import ISO_LIMITS
 from miburi.studies.trials.trial import Outcome, Run, TrialKind
 from miburi.studies.trials.tuning import Verdict, assess
 
-__all__ = ["PERIODS", "RATIOS", "Point", "distributions", "rule_map", "rule_map_figure"]
-
 #: Periods in µs, ratios in parts per 10 000, on the map.
 PERIODS = (50_000, 100_000, 150_000, 200_000)
 RATIOS = (5000, 7000, 8500, PAPER_RATIO, 9800)

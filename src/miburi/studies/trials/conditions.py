@@ -18,8 +18,6 @@ from miburi.robot.mjcf import HAND_MASS
 from miburi.safety.move import Move, plan_move
 from miburi.studies.trials.plant import Skin, Variation
 
-__all__ = ["LINKS", "Conditions", "HandKind", "Person", "draw", "draw_person"]
-
 
 class HandKind(StrEnum):
     """The behaviour of a person's hand."""

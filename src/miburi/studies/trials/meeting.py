@@ -13,8 +13,6 @@ from miburi.safety.stop import Phase
 from miburi.studies.trials.conditions import HandKind, Person
 from miburi.studies.trials.plant import TrialPlant
 
-__all__ = ["LEAST_REST", "Actor", "Meeting", "carriers", "plan"]
-
 #: A person is in the way only if the link still has this far to go, m (our choice).
 LEAST_REST = 0.015
 #: A hand that moves towards the robot starts this far from the meeting point, m.

@@ -15,8 +15,6 @@ from miburi.safety.contact import Rule
 from miburi.studies.trials.trial import TrialKind
 from miburi.version import __version__
 
-__all__ = ["CHUNK", "Chunk", "Plan", "Subject"]
-
 #: Trials in a chunk: about a second's work for a process.
 CHUNK = 25
 

@@ -18,8 +18,6 @@ from miburi.robot.mjcf import HAND_AWAY
 from miburi.robot.physics import mujoco
 from miburi.safety.profile import Steps
 
-__all__ = ["Skin", "TrialPlant", "Variation"]
-
 
 @dataclass(frozen=True)
 class Variation:

@@ -16,8 +16,6 @@ from miburi.safety.profile import SECOND, Profile, Steps
 from miburi.studies.trials.plant import TrialPlant
 from miburi.studies.trials.trial import Run, TrialKind, enact
 
-__all__ = ["DeafRule", "Judgement", "judge", "record"]
-
 #: µs for which a deaf rule waits for a blocked motor after its profile has ended.
 _WAIT = SECOND // 5
 

@@ -28,16 +28,6 @@ from miburi.studies.trials.plant import TrialPlant
 from miburi.studies.trials.trial import Outcome, TrialKind, trial
 from miburi.version import __version__
 
-__all__ = [
-    "Done",
-    "Write",
-    "as_array",
-    "carry_out_chunk",
-    "carry_out_plan",
-    "read_parquet",
-    "write_parquet",
-]
-
 #: How long to wait for a cluster's address to answer, s.
 _KNOCK = 5.0
 

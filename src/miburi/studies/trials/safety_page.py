@@ -13,8 +13,6 @@ from miburi.studies.trials.summary import ISO_LIMITS, LATE, MATTERS, summarise
 from miburi.studies.trials.tables import iso_sentence, rows
 from miburi.studies.trials.trial import Outcome
 
-__all__ = ["CAPS", "write_page"]
-
 #: The speeds in the table of forces, m/s.
 CAPS = (0.1, 0.2, 0.3, 0.5, 0.8)
 _PAGE = Path(__file__).with_suffix(".md")

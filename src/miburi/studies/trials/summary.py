@@ -10,8 +10,6 @@ from miburi.robot import Array
 from miburi.studies.trials.runs import as_array
 from miburi.studies.trials.trial import Outcome, TrialKind
 
-__all__ = ["ISO_LIMITS", "LATE", "MATTERS", "Summary", "quantile_interval", "summarise", "wilson"]
-
 need("scipy", "studies")  # loading it takes a second, so only the functions that use it load it
 
 #: A missed contact matters at this force or above, N (our choice).

@@ -2,8 +2,6 @@
 
 from miburi.studies.trials.summary import ISO_LIMITS, Summary
 
-__all__ = ["in_words", "iso_sentence", "rows"]
-
 _ROWS: tuple[tuple[str, str], ...] = (
     ("free", "free trials"),
     ("blocked", "blocked trials"),

@@ -21,22 +21,6 @@ from miburi.studies.trials.conditions import Conditions, HandKind, Person, draw,
 from miburi.studies.trials.meeting import Actor, Meeting, carriers, plan
 from miburi.studies.trials.plant import TrialPlant
 
-__all__ = [
-    "IN_THE_WAY",
-    "PATIENCE",
-    "SETTLED",
-    "SUSTAINED",
-    "WATCHED",
-    "Outcome",
-    "Run",
-    "TrialKind",
-    "enact",
-    "measure",
-    "sustained_force",
-    "trace_of",
-    "trial",
-]
-
 #: The robot must stop within this time after the touch, s; otherwise the contact counts as missed
 #: (our choice).
 PATIENCE = 1.0

@@ -20,8 +20,6 @@ from miburi.safety.profile import SECOND
 from miburi.studies.trials.replay import judge
 from miburi.studies.trials.trial import PATIENCE, Run
 
-__all__ = ["BOX", "Tuned", "Verdict", "assess", "free_traces", "tune"]
-
 #: Bounds of the search: p in readings of 10 ms, the ratio, the travel in rad below which judging a
 #: motor waits, and the margin of the guards (our choice). An Arduino card accepts no ratio below
 #: 0.8.

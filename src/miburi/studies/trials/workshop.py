@@ -33,8 +33,6 @@ from miburi.studies.trials.plant import TrialPlant, Variation
 from miburi.studies.trials.replay import DeafRule
 from miburi.studies.trials.trial import trace_of
 
-__all__ = ["USUAL", "Calibrated", "calibrate_servos", "driven", "record_free_moves"]
-
 #: Readings that are recorded after each move: longer than the rule waits for a motor to arrive.
 _AFTER = 30
 #: How many gains are tried at most.
