@@ -108,6 +108,7 @@ def test_a_language_without_words_of_distress_is_named(own: Path) -> None:
         ("yh", "care", "fall = [", "# fall = [", "'fall' is missing"),
         ("yi", "care", "Chiami {medical}, o", "Chiami {medcal}, o", "'medcal' is missing"),
         ("yj", "care", "Chiami {medical}, o", "Chiami {medical, o", "care.toml: "),
+        ("yk", "talk", "Ecco, in alto!", "Ecco, in alto}!", "Single '}' encountered"),
     ],
 )
 def test_a_mistake_in_a_file_is_named(
@@ -124,8 +125,11 @@ def test_a_mistake_in_a_file_is_named(
     assert str(wrong) in str(refused.value)
 
 
-def test_a_folder_without_a_language_is_refused(own: Path) -> None:
+def test_a_folder_without_a_language_is_refused(own: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shutil.rmtree(own / "it")
     folders.cache_clear()
     with pytest.raises(DescriptionError, match="no language is in this folder"):
+        folders()
+    monkeypatch.setenv(VARIABLE, str(own / "missing"))
+    with pytest.raises(DescriptionError, match="missing: there is no such folder"):
         folders()

@@ -134,11 +134,13 @@ def folders() -> dict[Language, Traversable]:
     Raises
     ------
     DescriptionError
-        Your own folder has no language in it.
+        Your own folder is not there, or has no language in it.
     """
     found = _folders_in(resources.files(__package__))
     if own := os.environ.get(VARIABLE):
-        mine = _folders_in(Path(own)) if Path(own).is_dir() else {}
+        if not Path(own).is_dir():
+            raise DescriptionError(f"{own}: there is no such folder.")
+        mine = _folders_in(Path(own))
         if not mine:
             raise DescriptionError(
                 f"{own}: no language is in this folder. Put a folder for each into it, such as "

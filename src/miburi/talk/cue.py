@@ -2,9 +2,10 @@
 
 from collections.abc import Container
 from functools import cached_property
+from string import Formatter
 from typing import Annotated, Literal, NamedTuple, Self
 
-from pydantic import Field, RootModel, model_validator
+from pydantic import AfterValidator, Field, RootModel, model_validator
 
 from miburi.feelings.catalogue import FeelingName
 from miburi.ground.tables import Table
@@ -12,8 +13,16 @@ from miburi.talk.moves import MOVES
 
 #: What a cue does besides its answer.
 Do = Literal["stop", "repeat", "name", "remember", "amend", "recall", "forget"]
+
+
+def _check_slots(line: str) -> str:
+    """Refuse a lone brace, which would fail only once the sentence is chosen."""
+    _ = [*Formatter().parse(line)]
+    return line
+
+
 #: A sentence that can be said.
-Line = Annotated[str, Field(min_length=1, max_length=160)]
+Line = Annotated[str, Field(min_length=1, max_length=160), AfterValidator(_check_slots)]
 Lines = Annotated[list[Line], Field(min_length=2)]
 
 
