@@ -70,9 +70,11 @@ def _body(runner: LivePartner, say: dict[str, str], updates: list[Update]) -> No
         set_label(connect, say["connecting"])
         connect.props("disabled")
         where = (str(port.value or "") or None) if KINDS[name].needs_port else None
-        await attempt(runner, ChangeBody(name, where))
-        connect.props(remove="disabled")
-        set_label(connect, say["connect"])
+        try:
+            await attempt(runner, ChangeBody(name, where))
+        finally:
+            connect.props(remove="disabled")
+            set_label(connect, say["connect"])
 
     connect.on("click", use)
     _follow(kind, lambda state: state.body, updates)
