@@ -29,6 +29,7 @@ from miburi.live.wishes import (
     Release,
     Sense,
     Speak,
+    Speak,
 )
 from miburi.robot import Robot
 from miburi.senses.words import hear
@@ -194,6 +195,30 @@ def test_no_byte_of_what_was_said_is_kept_unless_allowed_and_none_after(
         assert word not in kept_bytes()
     kinds = [e.kind for e in kept(tmp_path).history.since(Cursor(None, 0), 1000)]
     assert kinds.count("heard") == 3, "that something was said stays"
+
+
+def test_an_answer_that_may_repeat_them_is_kept_no_longer_than_they_are(
+    robot: Robot, tmp_path: Path
+) -> None:
+    runner = woken(robot, tmp_path)
+    for text, by in (("You said: under the flowerpot.", "partner"), ("Tea!", "program")):
+        runner.ask(Speak(text, by))
+        run(runner, 0.1)
+    runner.ask(AllowWords(True))
+    runner.ask(Speak("You said: at the neighbour's.", "partner"))
+    run(runner, 0.1)
+    runner.close(patience=0.0)
+
+    def texts() -> list[str | None]:
+        events = kept(tmp_path).history.since(Cursor(None, 0), 1000)
+        return [event.text for event in events if event.kind == "speech_begun"]
+
+    assert texts() == [None, "Tea!", "You said: at the neighbour's."]
+    runner = woken(robot, tmp_path)
+    runner.ask(AllowWords(False))
+    run(runner, 0.1)
+    runner.close(patience=0.0)
+    assert texts() == [None, "Tea!", None]
 
 
 def ends(runner: Runner, wish: str) -> list[LiveEvent]:

@@ -66,7 +66,7 @@ class Agenda:
     def say(self, partner: Partner, asked: Speak, felt: Expression | None) -> str:
         """Say something aloud in place of the present sentence; return its id."""
         wish = self._ask("speech", asked.by)
-        self._tell(partner, asked.text, felt, wish, asked.tune, asked.why)
+        self._tell(partner, asked.text, felt, wish, asked.tune, asked.why, asked.by)
         return wish
 
     def keep_time(self, partner: Partner, asked: KeepTime) -> None:
@@ -82,6 +82,7 @@ class Agenda:
         wish: str | None,
         tune: Tune | None = None,
         why: str | None = None,
+        by: By | None = None,
     ) -> None:
         """Begin a sentence, and record it with the reason."""
         if self._speaker.speaking:
@@ -89,7 +90,7 @@ class Agenda:
         spoken = self._speaker.say(text, felt, wish, tune)
         partner.gesticulate(self._speaker.beats())
         said = {"text": spoken.text, "feeling": spoken.feeling, "wish": wish}
-        self._note("speech_begun", name=why, **said)
+        self._note("speech_begun", name=why, by=by, **said)
 
     def release(self, by: By | None) -> None:
         """Note that the body goes back to neutral, after a release or by itself."""

@@ -189,8 +189,7 @@ def line(entry: LiveEvent, words: Words) -> str:
             before=f"{stop.mood_before:.2f}",
             after=f"{stop.mood_after:.2f}",
         )
-    name = entry.text if entry.kind == "speech_begun" else entry.name
-    name = name or ""
+    name = (entry.text or "…") if entry.kind == "speech_begun" else entry.name or ""
     if entry.kind == "distress":
         quoted = words["talk"]["quoted"].format(what=entry.text) if entry.text else ""
         name = f"{words['distress'][name]} {quoted}".strip()

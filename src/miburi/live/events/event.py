@@ -101,8 +101,8 @@ class LiveEvent(BaseModel):
     )
     text: str | None = Field(
         default=None,
-        description="What the partner said. What was said to it appears here only if the user "
-        "allows that.",
+        description="What the partner said. What was said to it, and its own answers, which may "
+        "repeat that, appear here only if the user allows it.",
     )
     reason: EndReason | None = Field(default=None, description="Why a recording ended by itself.")
     detail: str | None = Field(default=None, description="More about it, in words.")
@@ -126,8 +126,9 @@ class LiveEvent(BaseModel):
 
 
 def without_words(event: LiveEvent) -> LiveEvent:
-    """Return a copy of the event without the words that were said to the partner."""
-    if event.kind in _SAID or event.source == "speech":
+    """Return a copy of the event without people's words, or an answer that may repeat them."""
+    answers = event.kind == "speech_begun" and event.by == "partner"
+    if event.kind in _SAID or event.source == "speech" or answers:
         return event.model_copy(update={"text": None, "why": None, "detail": None})
     return event
 

@@ -40,6 +40,8 @@ _FORGET = """
 UPDATE events SET content = json_remove(content, '$.text', '$.why', '$.detail')
     WHERE json_extract(content, '$.kind') IN ('heard', 'distress')
     OR json_extract(content, '$.source') = 'speech'
+    OR (json_extract(content, '$.kind') = 'speech_begun'
+        AND json_extract(content, '$.by') = 'partner')
 """
 
 
