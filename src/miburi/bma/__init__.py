@@ -5,8 +5,7 @@
 >>> bool(abs(result.x[0] - 1) < 1e-6)
 True
 
-Where evaluating the function is slow or happens elsewhere, ask the search for points and report
-their values:
+Where the function is slow or runs elsewhere, ask the search for points and report their values:
 
 >>> search = bma.Optimizer([(-2, 2), (-2, 2)], seed=1)
 >>> while not search.finished:

@@ -15,10 +15,10 @@ from miburi.bma.settings import Array, Settings
 from miburi.errors import InputError
 from miburi.ground.arguments import real_numbers
 
-#: Maps a point, (n,), to the derivatives of what the function returns: (m, n), or (n,).
+#: Maps a point, (n,), to the derivatives of the function's residuals, (m, n), or value, (n,).
 Jacobian = Callable[[Array], ArrayLike]
-#: Yields points, is sent the function's results there, and returns the value that it reached, and
-#: whether the function proved to return linear residuals.
+#: Yields points, is sent the function's results there, and returns the value reached and whether
+#: the residuals proved linear.
 LocalSearch = Generator[Array, Array, tuple[float, bool]]
 
 _ROUNDING = 1e-16  # a relative gain smaller than this does not count
@@ -28,7 +28,7 @@ _SWEEPS = 3  # the most restarts of a local search from clones with a variable a
 
 
 class Problem(NamedTuple):
-    """The box, how to search in it, and the derivatives if they are known."""
+    """The box, the settings, and the derivatives if they are known."""
 
     lower: Array
     upper: Array
@@ -46,8 +46,7 @@ def search_locally(
 ) -> LocalSearch:
     """Improve a bacterium in place; ``best`` is the best value known.
 
-    ``told`` is the function's result at ``x``: a value, (1,), or residuals, (m,). If it is None,
-    the search first asks for it.
+    ``told`` is the function's result at ``x``: a value, (1,), or residuals, (m,); None if unknown.
     """
     if told is None:
         told = (yield x[None])[0].copy()

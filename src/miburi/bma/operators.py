@@ -45,7 +45,7 @@ def mutants(population: Array, segments: Ints, values: Array) -> Array:
     """Bacterial mutation: return the changed copies of each bacterium, (bacteria, copies, n).
 
     ``segments``, (bacteria, k), names the variables that change; ``values``, (bacteria, copies,
-    k), are what they become.
+    k), are their new values.
     """
     bacteria, copies, _ = values.shape
     clones = np.repeat(population[:, None], copies, axis=1)
@@ -114,8 +114,6 @@ def free(x: Array, gradient: Array, lower: Array, upper: Array) -> NDArray[np.bo
 def printed_step(gradient: Array, damping: float) -> tuple[Array, float]:
     """Eq. 12: return the step s = -(g gᵀ + γ I)⁻¹ g, and the change gᵀs that it predicts.
 
-    The predicted change, gᵀs, is the denominator of the ratio that updates γ.
-
     Apart from γ I the matrix has rank one, so s = -g / (γ + gᵀg) (Sherman and Morrison).
     """
     squared = gradient @ gradient
@@ -123,9 +121,7 @@ def printed_step(gradient: Array, damping: float) -> tuple[Array, float]:
 
 
 def newton_step(normal: Array, gradient: Array, moves: NDArray[np.bool_], damping: float) -> Array:
-    """Solve (N + γ I) s = -g / 2 over the free variables; fixed variables get a step of 0.
-
-    Returns (n,).
+    """Solve (N + γ I) s = -g / 2 for the free variables, with 0 for the others; return s, (n,).
 
     The model is f + gᵀs + sᵀNs. For residuals, N = JᵀJ and g = 2 Jᵀe (Levenberg and Marquardt).
     """
@@ -139,7 +135,7 @@ def newton_step(normal: Array, gradient: Array, moves: NDArray[np.bool_], dampin
 
 
 def curve(normal: Array, step: Array, change: Array) -> Array:
-    """Update half the Hessian, (n, n), by BFGS; ``change`` is the gradient's over ``step``."""
+    """Update half the Hessian, (n, n), by BFGS from the gradient's ``change`` over ``step``."""
     along, bent = float(step @ change), normal @ step
     if not along > 1e-10 * np.linalg.norm(step) * np.linalg.norm(change):
         return normal
@@ -149,7 +145,7 @@ def curve(normal: Array, step: Array, change: Array) -> Array:
 
 
 def damped(damping: float, change: float, predicted: float) -> float:
-    """Return the next γ: 4 γ if the actual over the predicted change is < 0.25, γ / 2 if > 0.75."""
+    """Return the next γ: 4 γ if the change is < 0.25 of the predicted one, γ / 2 if > 0.75."""
     ratio = change / predicted if predicted < 0.0 else 0.0
     if ratio > 0.75:
         return max(damping / 2.0, _SMALLEST_DAMPING)
@@ -162,10 +158,9 @@ def ends(x: Array, lower: Array, upper: Array) -> Array:
     """Return 2n clones of ``x``: each variable once at its least and once at its greatest value.
 
     This is ours, not the paper's. Where a local search is trapped, the way out often begins at a
-    bound. A search that is stuck at one limit of a joint restarts from the joint's other limit.
-    With a shoulder turned by 180°, an arm bent the other way puts the hand in nearly the same
-    place. If an arm is nearly straight, the search restarts at the limit where the elbow bends
-    backwards.
+    bound. A search stuck at one limit of a joint restarts from the other limit; if an arm is
+    nearly straight, from the limit where the elbow bends backwards. An arm with its shoulder turned
+    by 180° and its elbow bent the other way puts the hand in nearly the same place.
     """
     clones, j = np.repeat(x[None], 2 * x.size, axis=0), np.arange(x.size)
     clones[2 * j, j], clones[2 * j + 1, j] = lower, upper

@@ -41,8 +41,8 @@ class Optimizer:
     seed
         A whole number, 0 or more, or a NumPy generator.
     jacobian
-        The derivatives of what the function returns: of residuals (m, n), of a number (n,).
-        Without it they are central differences.
+        Maps a point to the derivatives of the residuals, (m, n), or of the value, (n,). By default
+        they are central differences.
 
     Raises
     ------
@@ -83,7 +83,7 @@ class Optimizer:
 
     @property
     def result(self) -> SearchResult:
-        """The best so far; before the end its status is ``BUDGET_SPENT``."""
+        """The best result so far; before the end its status is ``BUDGET_SPENT``."""
         status, counts = self._status or BUDGET_SPENT, (self._evaluations, self._generations)
         return SearchResult(self._x.copy(), float(self._value), *counts, status)
 
@@ -108,7 +108,7 @@ class Optimizer:
         self._take(points, self._checked_values(values, points))
 
     def follow(self, function: Callable[[Array], Array]) -> bool:
-        """Ask and tell once, unchecked; say whether the search goes on.
+        """Ask and tell once, without checks; return whether the search goes on.
 
         ``function`` takes (k, n) and returns finite residuals, (k, m).
         """
@@ -146,7 +146,6 @@ class Optimizer:
         return _EXACT * float(np.median(known)) if known.size else 0.0
 
     def _checked_values(self, values: ArrayLike, points: Array) -> Array:
-        """Return the values in the form the search takes; InputError says what is wrong."""
         by_residual = self._problem.by_residual
         wanted = "real numbers, or residuals of the same shape (m,) each time"
         told = real_numbers(values, "the function's values", wanted)
@@ -220,8 +219,8 @@ class Optimizer:
     def _mutation(self, population: Array, costs: Array) -> Requests:
         """Bacterial mutation of every bacterium, segment by segment in random order.
 
-        One request holds one segment of every bacterium. The clones are alike whenever a
-        segment's turn comes, so a row of ``population`` stands for all of them.
+        One request holds one segment of every bacterium. Before each segment all clones of a
+        bacterium are equal, so one row of ``population`` stands for them.
         """
         settings, (bacteria, n) = self.settings, population.shape
         copies, orders = settings.clones - 1, np.empty((bacteria, n), np.int64)

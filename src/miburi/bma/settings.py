@@ -50,12 +50,12 @@ class Settings:
         curvature, so that no result depends on a unit. "printed" uses only absolute numbers.
     ends
         A residual search goes on from this many clones of the point where it ended, each with one
-        variable at an end of its range; 0, as in the paper, leaves them out.
+        variable at an end of its range; 0, as in the paper, skips them.
     local_first
         Whether a generation begins with local searches or, as in the paper, with mutation.
     first_iterations
         Iterations of the local searches from the start and from the middle of the box, before
-        there is a population; 0, as in the paper, leaves them out.
+        there is a population; 0, as in the paper, skips them.
     target
         The search has converged at a value not above this; ``-inf`` never stops it. None means
         ``-inf``, or for residuals 1e-20 of the sum of squares at the start.
@@ -147,14 +147,14 @@ _RANGES = {
 
 @dataclass(frozen=True)
 class SearchResult:
-    """What a search found.
+    """The result of a search.
 
     Parameters
     ----------
     x, value
         The best point, (n,), inside the bounds, and its value (for residuals, the sum of squares).
     evaluations, generations
-        How many points were evaluated, and how many generations were begun.
+        Number of points evaluated; number of generations begun.
     status
         Why it ended: one of ``CONVERGED``, ``SETTLED``, ``BUDGET_SPENT``, ``NOTHING_ALLOWED``
         (the value is infinite), ``DEADLINE``, ``STOPPED``.

@@ -1,7 +1,6 @@
 """The interface of every body, whether physics simulates it or an Arduino card drives its motors.
 
-A body takes moves, stops and releases, and returns states. :class:`Touchable` is what a simulated
-body also offers.
+A body takes moves, stops and releases, and returns states. A simulated one is :class:`Touchable`.
 """
 
 from dataclasses import dataclass
@@ -63,7 +62,7 @@ class Motors:
     Attributes
     ----------
     each
-        The eight, in the order of ``JOINTS``.
+        The eight motors, in the order of ``JOINTS``.
     rule
         The contact rule in force, with its guards.
     settings
@@ -102,7 +101,7 @@ class Touch:
     itself: tuple[str, str] | None = None
 
     def then(self, later: "Touch") -> "Touch":
-        """Return this touch and that of a later step as one."""
+        """Return this touch and the touch of a later step as one."""
         return Touch(
             max(self.force, later.force),
             later.began if self.began is None else self.began,
@@ -125,12 +124,8 @@ class Touchable(Protocol):
     def place_hand(self, position: Array, along: Array) -> None:
         """Put the human hand somewhere. Move it in small steps, or through free space.
 
-        Parameters
-        ----------
-        position
-            (3,) m, the middle of the hand.
-        along
-            (3,), the direction of the fingers; any length except zero.
+        ``position`` is the middle of the hand, (3,) m; ``along`` is the direction of the fingers,
+        (3,), of any length except zero.
 
         Raises
         ------
@@ -158,10 +153,9 @@ class Body(Protocol):
 
     @property
     def window(self) -> Window | None:
-        """What the contact rule compared at its latest reading; None if the body does not know.
+        """The figures that the contact rule compared at its latest reading; None if unknown.
 
-        A card reports it only for the present contact, and only for the motor that met
-        something.
+        A card reports them only for the present contact, and only for the motor that met something.
         """
 
     @property

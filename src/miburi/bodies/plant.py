@@ -1,8 +1,7 @@
 """Robot, servos and a human hand in MuJoCo: the physics alone, without the contact rule.
 
-A servo follows its setpoint with limited torque and reports its angle in encoder steps. Only a
-simulation can know the rest, such as forces; that is reported separately, in
-:class:`~miburi.bodies.Touch`.
+A servo follows its setpoint with limited torque and reports its angle in encoder steps. Quantities
+that only a simulation knows, such as forces, are reported in :class:`~miburi.bodies.Touch`.
 
 MuJoCo models the position control, its limit and the back EMF (see :mod:`miburi.servos.voltage`).
 Dry friction is updated from the torques at every physics step, and the supply's voltage from the
@@ -34,12 +33,8 @@ _CLEAR = 0.0002
 class Plant:
     """The simulated robot, at rest in neutral; :meth:`rest` starts over in any pose.
 
-    Parameters
-    ----------
-    robot
-        The description to build from.
-    sprung_hand
-        Whether the human hand hangs on springs, as in trials, or stays where it is placed.
+    ``sprung_hand`` says whether the human hand hangs on springs, as in trials, or stays where it is
+    placed.
 
     Raises
     ------
@@ -57,7 +52,7 @@ class Plant:
         self._plays = self._dofs[:0]
         if robot.servo.model.loop.backlash:
             self._plays = np.array([self.model.joint(PLAY + name).dofadr[0] for name in JOINTS])
-        #: Where MuJoCo keeps each motor's dry friction: no other joint has any.
+        #: MuJoCo's rows for the motors' dry friction; no other joint has any.
         self._rows = self._dofs.argsort().argsort()
         # Views of MuJoCo's own memory, which never moves.
         self._positions: Array = self.data.qpos
@@ -77,8 +72,7 @@ class Plant:
         self.friction = np.array([servo.friction.row] * len(JOINTS))
         self._braking = np.full(len(JOINTS), servo.damping - servo.friction.viscous)
         self._stiffness, self._damping = servo.stiffness, servo.control_damping
-        #: The constant k, V²/(N·m)², of the supply's drop under load, k T² / U, with torque T and
-        #: voltage U.
+        #: The constant k, V²/(N·m)², of the supply's drop at torque T and voltage U, k T² / U.
         motor = servo.motor
         self._drop = servo.supply.resistance * motor.resistance / motor.torque_constant**2
         from miburi.servos.friction import set_friction  # it loads Numba
@@ -88,7 +82,6 @@ class Plant:
         self.rest(robot.neutral)
 
     def _check_neutral(self) -> None:
-        """Refuse a robot whose parts are inside each other, or in the table, at neutral."""
         self.data.qpos[self.joints] = self.robot.neutral
         mujoco.mj_forward(self.model, self.data)
         deepest = min(self.data.contact, key=lambda contact: float(contact.dist), default=None)

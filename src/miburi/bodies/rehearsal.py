@@ -55,9 +55,8 @@ def rehearse(
 ) -> Rehearsal:
     """Perform key poses from neutral on a new simulated body.
 
-    ``settings`` are those of the inverse kinematics; see :func:`miburi.ik.solve`. With ``flows``,
-    the body does not come to rest at key poses that it can pass, as in a partner with the option
-    ``life``.
+    ``settings`` are those of :func:`miburi.ik.solve`. With ``flows``, the body does not come to
+    rest at key poses that it can pass, as in a partner with ``life``.
     """
     body = Simulated(robot)
     present = np.array(robot.neutral)

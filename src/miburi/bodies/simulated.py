@@ -35,15 +35,8 @@ _AHEAD = 20
 class Simulated:
     """The robot in MuJoCo; a :class:`~miburi.bodies.Body` that is its own ``touchable``.
 
-    Parameters
-    ----------
-    robot
-        The description to build from.
-    rule
-        Period, ratio and guards of the contact rule; by default the robot's own.
-    plant
-        The physics, at rest in the pose that the servos hold; by default a new plant, at rest in
-        neutral.
+    ``rule`` is the contact rule, by default the robot's own. ``plant`` is the physics, at rest in
+    the pose that the servos hold; by default a new plant at neutral.
     """
 
     def __init__(

@@ -1,8 +1,7 @@
 """Read and write calibration files: the contact rule's period, ratio and guards for one robot.
 
-The calibration of a card also says how its servos are mounted. That of a simulated robot does not.
-If the servos were identified, the file holds how far their constants deviate from the
-description's.
+A card's calibration also says how its servos are mounted. If the servos were identified, the file
+holds their constants as multiples of the description's.
 """
 
 from dataclasses import dataclass, replace
@@ -72,7 +71,7 @@ class IdentifiedTable(Table):
     servo
         The name of the servo whose constants the shares refer to.
     gain, divisor
-        The P gain that was set, and the number that it is divided by.
+        The P gain that was set, and its divisor.
     wear, stiffness, damping, friction, gravity
         As in :class:`miburi.calibration.shares.Shares`.
     """
@@ -98,7 +97,7 @@ class CalibrationFile(Table):
 
 @dataclass(frozen=True)
 class Calibration:
-    """The content of a calibration file.
+    """A calibration that was read: the robot and its rules.
 
     Attributes
     ----------
@@ -155,7 +154,7 @@ def read_calibration(robot: Robot, path: Path) -> Calibration:
     Raises
     ------
     DescriptionError
-        The file cannot be read, or it is not a calibration; the message says what is wrong.
+        The file cannot be read, or it is not a calibration.
     """
     from miburi.calibration.identify import expecting  # it loads Numba
     from miburi.calibration.shares import Shares

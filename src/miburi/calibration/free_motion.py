@@ -1,9 +1,8 @@
 """Derive guards from free moves: what the contact rule must tolerate of these servos (our choice).
 
-It takes :class:`Trace` objects, each the encoder readings of one free move with its commanded
-profile, and gives the :class:`~miburi.robot.guards.Guards` that would have let all of them pass,
-with a margin. A trace holds only what an Arduino card can measure, so the same code calibrates
-simulated and real servos.
+It takes :class:`Trace` objects, the encoder readings of free moves with their commanded profiles,
+and gives the :class:`~miburi.robot.guards.Guards` that would have let all of them pass, with a
+margin. A trace holds only what a card can measure, so simulated and real servos share this code.
 """
 
 from collections.abc import Iterable, Sequence
@@ -20,8 +19,7 @@ from miburi.safety.profile import FINE, Profile, Steps
 
 #: Guards are this many times what free motion needed (our choice).
 MARGIN = 1.2
-#: The guard ``least``, rad: a window with less expected travel is too short to judge, so the window
-#: is extended (our choice).
+#: The guard ``least``, rad: a window with less expected travel is extended (our choice).
 LEAST = 0.0125
 _LONGEST_LAG = 120_000  # µs
 _WORTH_MEASURING = 50  # steps
@@ -177,18 +175,10 @@ def calibrate(
 ) -> Guards[Steps]:
     """Return the guards that let free motion pass, with a margin.
 
-    Parameters
-    ----------
-    traces
-        Many free moves, some of them fast, during which nobody touched the robot.
-    step
-        Angle of one encoder step, rad.
-    lag
-        (8,) µs; by default :func:`measure_lag` of the traces.
-    least
-        The guard ``least``, in steps; by default ``LEAST``.
-    margin
-        Factor between what was needed and the guards, 1 or more.
+    ``traces`` are many free moves, some of them fast, in which nobody touched the robot; ``step``
+    is an encoder step, rad. By default ``lag``, (8,) µs, comes from :func:`measure_lag`, and
+    ``least``, in steps, is ``LEAST``. ``margin``, 1 or more, is the factor from the needs to the
+    guards.
 
     Raises
     ------

@@ -7,7 +7,7 @@ the identified servos predicts how another supply or temperature would shift eac
 must let the shifted move pass, too. In gears that absorb half of a motor's torque, 25 % more
 friction lowers the servo's stiffness by 25 %; in new gears, by 10 %.
 
-Import it where it is first needed: it loads Numba.
+Importing this module loads Numba.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -24,9 +24,8 @@ from miburi.safety.contact import UNLOADED
 from miburi.safety.free import FreeRule, granted_share
 from miburi.safety.profile import FINE, Steps
 
-#: Guards are ``MARGIN`` times the model's error in the free moves, and at least the description's
-#: guards; for moves in another state, which the model predicts in part, ``STATE_MARGIN`` times
-#: (both our choice).
+#: Factors from the model's error to the guards (our choice): in the free moves, and in the same
+#: moves in another state, which the model predicts only in part.
 MARGIN, STATE_MARGIN = 1.5, 1.25
 #: Friction and supply voltage in other states, as multiples of the calibration's (our choice):
 #: gears are stiff when cold, and a supply may give 4.75 to 5.25 V.
@@ -41,9 +40,8 @@ def free_rule(robot: Robot, found: Identified, traces: Sequence[Trace]) -> FreeR
 
     The guards are no less than the description's; see :func:`granted`. Where at least three joints
     show backlash, each guard exceeds the description's by at least the median of what the motors
-    need in addition. The guards for lagging and for leading also grow by the play itself. All gears
-    are equally old, but a calibration sees no play where a load presses the teeth together, as at
-    the shoulders.
+    need in addition, and the guards for lagging and leading also grow by the play: all gears are
+    equally old, but a load, as at the shoulders, presses the teeth together and hides their play.
     """
     least = in_whole_units(robot.guards, robot.servo.step)
     guards = replace(least, lag=np.full(len(JOINTS), found.delay))
@@ -71,9 +69,7 @@ def granted(rule: FreeRule, traces: Sequence[Trace]) -> FreeRule:
 def _loosened(least: Guards[Steps], guards: Guards[Steps], steps: float) -> Guards[Steps]:
     """Return guards for gears with this many ``steps`` of play.
 
-    Each motor is granted at least the median of what the motors need beyond ``least``. The play
-    comes on top of that: with the median alone, robots with a play of 0.25° had 17 false stops in
-    4,000 trials.
+    With the median alone, robots with a play of 0.25° had 17 false stops in 4,000 trials.
     """
     beyond = {name: vars(guards)[name] - vars(least)[name] for name in _WIDENED}
     wider = {

@@ -1,12 +1,11 @@
-"""Identify each servo from free moves: how it differs from the one that the description names.
+"""Identify each servo from free moves: how it differs from the servo that the description names.
 
 It takes the robot and :class:`~miburi.calibration.free_motion.Trace` objects of some fifty moves,
 and gives :class:`Identified`, from which :func:`expecting` makes the contact rule for *these*
 servos; :mod:`miburi.calibration.guards` gives the rule its guards. :func:`in_words` says what a
-maker may want to look at, and :func:`check` refuses what cannot be driven safely. A trace holds
-only what a card sees.
+maker may want to look at, and :func:`check` refuses what cannot be driven safely.
 
-Import it where it is first needed: it loads Numba.
+Importing this module loads Numba.
 """
 
 from collections.abc import Sequence
@@ -41,21 +40,19 @@ _PASSES = 4
 _LITTLE = 0.001
 #: The search range of each constant, as multiples of the description's.
 _BOX = (0.2, 5.0)
-#: A servo is reported if it differs by more than these factors from its counterpart on the other
-#: side, or from all others, and from its description too (our choice).
+#: A servo is reported if it differs by more than these factors: from its counterpart on the other
+#: side or, if it has none, from the others; and from its description (our choice).
 _MIRRORED, _SINGLE, _EXPECTED = 1.5, 2.0, 1.25
 #: The same for a servo that is softer than its mirror image. A servo with a third of its torque
 #: measures 0.67 of its counterpart's stiffness and is reported; one with twice the friction
 #: measures 0.7 and is not (our choice).
 _SOFTER = 1.45
-#: The servos' common wear is measured at joints without play if there are at least this many
-#: (our choice).
+#: The servos' common wear is measured at joints without play if they are this many (our choice).
 _FIRM_ONES = 3
 #: Wear beyond this is not believed; gears would take all of a motor's torque (our choice).
 _MOST_WEAR = 2.5
-#: The number of passes in which the wear is estimated; and the share of the dry friction that shows
-#: in free moves, because friction in motion is lower than at rest (found on simulated servos of
-#: known wear).
+#: The number of passes that estimate the wear; and the share of the dry friction that shows in free
+#: moves, as friction is lower in motion than at rest (found on simulated servos of known wear).
 _WEARS, _SEEN = 3, 0.92
 #: RMS error of the model, rad: the usual value without play, and the threshold above which gears
 #: count as loose. The same two in encoder steps, for coarser encoders. The last value converts
@@ -64,9 +61,8 @@ _WEARS, _SEEN = 3, 0.92
 #: 1.6 to 3.7 steps with 0.5°.
 _FIRM, _LOOSE, _IN_STEPS, _PLAYS = radians(0.057), radians(0.092), (0.65, 1.05), 3.3
 #: Friction explains a part of the model's error, so a joint with more friction than the others
-#: needs a larger error before it counts as loose. This is the largest ratio of frictions that is
-#: allowed for (our choice); with a larger one, half a degree of play at a joint with much friction
-#: would go unreported.
+#: needs a larger error before it counts as loose, up to this ratio of frictions (our choice); with
+#: a larger one, half a degree of play at a joint with much friction would go unreported.
 _RUBS = 2.0
 _MIRROR = {"left": "right", "right": "left"}
 _NAMES = ("stiffness", "damping", "friction", "gravity")
@@ -82,7 +78,7 @@ class Identified(Shares):
     Attributes
     ----------
     delay
-        How far all are behind the profile, µs, the model's own delay included.
+        The delay of all servos behind the profile, µs, the model's own delay included.
     missed
         The residual of the model with these constants, root mean square, steps.
     """
@@ -94,10 +90,9 @@ class Identified(Shares):
 def identify(robot: Robot, traces: Sequence[Trace], wear: float = 1.0) -> Identified:
     """Identify the servos of a robot from free moves, slow and fast, of every joint.
 
-    A coordinate search over four constants of each servo, one by one and some together, and over
-    one delay. It minimises the squared error of each servo, and for the delay the mean logarithm of
-    these errors.
-    ``wear`` is the wear that the robot's description includes already.
+    This is a coordinate search over four constants of each servo, one by one and some together, and
+    over one delay. It minimises each servo's squared error and, for the delay, the mean logarithm
+    of these errors. ``wear`` is the wear that the robot's description includes already.
 
     Raises
     ------
@@ -211,7 +206,7 @@ def check(robot: Robot, found: Identified) -> None:
     Raises
     ------
     BodyError
-        A servo's stiffness is outside ``STIFFNESS``; the message names it, and the gain to set.
+        A servo's stiffness is outside ``STIFFNESS``.
     """
     found_stiffness = stiffness(robot, found)
     outside = (found_stiffness < STIFFNESS[0]) | (found_stiffness > STIFFNESS[1])
@@ -235,7 +230,7 @@ def check(robot: Robot, found: Identified) -> None:
 
 
 def stiffness(robot: Robot, found: Shares) -> Array:
-    """Return the stiffness of each servo at its horn, (8,) N·m/rad, less what the gears take."""
+    """Return the stiffness of each servo at its horn, (8,) N·m/rad, after the gears' losses."""
     servo = robot.servo.model
     at_horn: Array = found.stiffness * servo.stiffness * (1 - servo.friction.motor_load)
     return at_horn
@@ -263,8 +258,7 @@ def worn(
     wear = known * _rubs(robot, found)
     if max(wear, known) <= _EXPECTED:
         return robot, found, list(traces)
-    # Gears that absorb more torque also show more friction, so each pass applies only the square
-    # root of the factor that remains.
+    # Gears that absorb more torque also show more friction: each pass applies the factor's root.
     for _ in range(_WEARS):
         wear = min(max(wear, 1.0), _MOST_WEAR)
         rubbing = robot.with_servo(robot.servo.model.varied(friction=wear / known))
@@ -287,7 +281,6 @@ def _rubs(robot: Robot, found: Identified) -> float:
 
 
 def _softer(loading: Loading, times: float) -> Loading:
-    """Return the loads for motors that are ``times`` as stiff."""
     errors = (loading.begin, loading.end, loading.most)
     return Loading(loading.offset, *((error / times).astype(np.int64) for error in errors))
 
@@ -301,9 +294,9 @@ def _stiffened(robot: Robot, times: float) -> Robot:
 
 
 def proposed_gain(robot: Robot, found: Identified) -> int:
-    """Return the P gain with which these servos are as stiff as they should be.
+    """Return the P gain that gives these servos the right stiffness.
 
-    It stays as it is if the median stiffness of the servos, as measured, is 4 to 5.5 N·m/rad.
+    The gain stays as it is if their median measured stiffness is 4 to 5.5 N·m/rad.
     """
     gain, middle = robot.servo.model.drive.gain, float(np.median(stiffness(robot, found)))
     if _WELL[0] <= middle <= _WELL[1]:
@@ -313,10 +306,9 @@ def proposed_gain(robot: Robot, found: Identified) -> int:
 
 
 def play(robot: Robot, found: Identified) -> Array:
-    """Return roughly how much play each servo's gears have, (8,) rad; 0 where none shows.
+    """Return a rough estimate of the play in each servo's gears, (8,) rad; 0 where none shows.
 
-    Backlash shows in joints that carry little, but not where a load presses the teeth together, as
-    at the shoulders.
+    Backlash shows in joints that carry little, but not where a load presses the teeth together.
     """
     step = robot.servo.step
     firm, loose = (max(a, n * step) for a, n in zip((_FIRM, _LOOSE), _IN_STEPS, strict=True))
@@ -343,7 +335,7 @@ def and_play(robot: Robot, found: Identified) -> str:
 
 
 def in_words(robot: Robot, found: Identified) -> list[str]:
-    """Return what a maker may want to look at, a sentence each; none where all is as expected."""
+    """Return sentences about servos that a maker may want to check; none if all is as expected."""
     loose = and_play(robot, found).strip()
     lines = [loose] if loose else []
     for what, shares in (("stiffness", found.stiffness), ("friction", found.friction)):

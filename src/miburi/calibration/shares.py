@@ -12,10 +12,9 @@ class Shares:
     Attributes
     ----------
     stiffness, damping, friction
-        Shares of the position control's stiffness, of back EMF with viscous friction, and of dry
-        friction.
+        Shares of the control's stiffness, of back EMF with viscous friction, and of dry friction.
     gravity
-        Of the load's weight; 1 where the joint carries none.
+        Shares of the load's weight; 1 where the joint carries none.
     wear
         The friction of all of them as a multiple of the description's, 1 or more; ``friction`` is a
         share of that. The torque that a move needs is computed with this wear.

@@ -1,9 +1,8 @@
 """Measure the servos of a real robot. These measurements have never been made on hardware.
 
-It takes a :class:`Bench`, a card with a person beside it, and makes a report in TOML that can be
-sent in. :data:`STEPS` are the seven measurements. Each can be left out, and each is written down
-when it is done, so that an interrupted session can be resumed. A report's ``constants`` have the
-form of a servo's TOML file.
+It takes a :class:`Bench`, a card with a person beside it, and makes a report in TOML to send in.
+:data:`STEPS` are the seven measurements. Each can be left out, and is written down when done, so an
+interrupted session can be resumed. A report's ``constants`` have the form of a servo's TOML file.
 """
 
 from collections.abc import Callable
@@ -50,16 +49,15 @@ _STIFF, _HUNTING = (800, 3200), (1600, 3200, 6400)
 _PUSH, _DUTIES, _FAST = 0.8, (FULL_PWM, 110), 4.0
 #: A long turn of the waist, rad, and its slow speed, rad/s: it shows the servo's clock.
 _LONG, _SLOW = 1.2, 0.1
-#: Registers: present PWM and current, 2 bytes each, input voltage.
+#: Registers: present PWM, present current and input voltage, 2 bytes each.
 _PWM, _CURRENT, _VOLTAGE = 124, 126, 144
-#: The distance in rad from which the loaded joint approaches on either side, and its speed in
-#: rad/s.
+#: The distance, rad, from which the loaded joint approaches on either side; its speed, rad/s.
 _ASIDE, _SIDEWAYS = 0.15, 0.3
 
 
 @dataclass(frozen=True)
 class Bench:
-    """What the measurements are made with.
+    """The equipment for the measurements.
 
     Attributes
     ----------
@@ -68,7 +66,7 @@ class Bench:
     ask
         Asks the person at the robot for something, and returns when it is done.
     gestures
-        How many are performed while stops are counted; half that number warm the servos first.
+        The number of gestures performed while stops are counted; half as many warm the servos.
     """
 
     card: Card
@@ -161,7 +159,6 @@ def _measure_stiffness(bench: Bench) -> BenchFindings:
 
 
 def _measure_hunting(bench: Bench) -> BenchFindings:
-    """Measure, for each gain, how many steps the joints oscillate at rest."""
     card = bench.card
     worst = []
     for gain in _HUNTING:
@@ -196,7 +193,6 @@ def _measure_ceiling(bench: Bench) -> BenchFindings:
 
 
 def _measure_clock(bench: Bench) -> BenchFindings:
-    """Measure the delay before servos move, and the drift of their clock against the card's."""
     card = bench.card
     found = _identify(card)
     robot = card.robot
@@ -216,7 +212,6 @@ def _measure_clock(bench: Bench) -> BenchFindings:
 
 
 def _measure_stall(bench: Bench) -> BenchFindings:
-    """Read the PWM and current that a servo reports while it is held away from its goal."""
     card = bench.card
     robot = with_gain(card, card.settings.general.p_gain)
     go(card, _level_arm(robot), duty=FULL_PWM // 2)
@@ -228,14 +223,13 @@ def _measure_stall(bench: Bench) -> BenchFindings:
     volts = peek(card, ELBOW, _VOLTAGE, 2) / 10
     bench.ask("Let the hand go")
     duty, amperes = abs(pwm) / FULL_PWM, abs(current) / 1000
-    # The current is the one from the supply: that of the motor, times the duty.
+    # The servo reports the supply's current: the motor's current times the duty.
     constants = {"motor": {"resistance": duty**2 * volts / amperes}} if amperes else {}
     measured: dict[str, Value] = {"angle": off, "pwm": float(pwm)}
     return BenchFindings(measured | {"current": amperes, "voltage": volts}, constants)
 
 
 def _measure_friction(bench: Bench) -> BenchFindings:
-    """Identify the servos cold, and again warm."""
     card = bench.card
     measured: dict[str, Value] = {}
     bench.ask("The servos should be cold: let them rest for half an hour")
@@ -255,7 +249,6 @@ def _measure_friction(bench: Bench) -> BenchFindings:
 
 
 def _measure_false_stops(bench: Bench) -> BenchFindings:
-    """Count how often free motion is stopped, with the rule that the card has."""
     card = bench.card
     card.stop()
     wake(card)

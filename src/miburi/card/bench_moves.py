@@ -21,8 +21,7 @@ GENTLY, REST, LOOK = 0.8, 1.5, 0.5
 #: The joint that test weights load; its distance from its limits, rad; poses to try per joint.
 ELBOW, CLEAR, GRID = JOINTS.index("right_elbow"), 0.35, 40
 
-#: A weight makes the elbow sag by more than a card's message can hold: a third of that is sent, and
-#: the card multiplies it by three.
+#: The sag under a weight does not fit a card's message: a third is sent, and the card triples it.
 DEEPER = 3
 
 

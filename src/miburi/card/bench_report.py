@@ -29,7 +29,7 @@ class BenchReport(Table):
     constants: dict[str, dict[str, float]] = Field(default_factory=dict)
 
     def after(self, step: str, found: BenchFindings) -> "BenchReport":
-        """Return the report with what a step has found."""
+        """Return the report with the findings of a step."""
         constants = dict(self.constants)
         for table, values in found.constants.items():
             constants[table] = constants.get(table, {}) | values

@@ -69,8 +69,7 @@ def measure(card: Card, tell: Callable[[str], None] = lambda _: None) -> Measure
     """Identify a card's servos from moves without contact, and configure the card for them.
 
     The contact rule stays on, with wide guards; at the end, gestures test the new guards. The card
-    may be idle or stopped beforehand, and is stopped afterwards. ``tell`` is called with a line
-    about each stage.
+    may be idle or stopped before, and is stopped after. ``tell`` gets a line about each stage.
 
     Raises
     ------
@@ -108,8 +107,7 @@ def _measure(card: Card, tell: Callable[[str], None]) -> Measurement:
         robot = fitted(robot, found)
         settings = settings.with_servos(robot, replace(rule, servo=FreeRule.of(robot).servo))
         tell(f"the P gain is {settings.general.p_gain} now")
-    # A duty limit for new gears would be too low for worn ones, and their stiffness would be
-    # underestimated.
+    # A duty limit for new gears is too low for worn ones: their stiffness would be underestimated.
     robot, found, _ = worn(robot, found, traces)
     check(robot, found)
     # Moves at full speed follow, for which the contact rule needs the identified servos.
@@ -160,7 +158,6 @@ def _trace(
 
 
 def _test(card: Card, tell: Callable[[str], None]) -> list[Trace]:
-    """Make gestures under the new rule; return their traces."""
     wake(card)
     traces = list[Trace]()
     for feeling, moves in gestures(card.robot):
@@ -226,13 +223,9 @@ def find_zero(
 ) -> CardSettings:
     """Return settings with the zero and direction of a joint that somebody turned by hand.
 
-    Parameters
-    ----------
-    at_zero, turned
-        The servo's position at joint angle 0, and after the joint was turned in its positive
-        direction.
-    angle
-        The least turn, in steps, that shows the direction reliably.
+    ``at_zero`` and ``turned`` are the servo's positions at joint angle 0 and after a turn in the
+    joint's positive direction. ``angle`` is the least turn, in steps, that shows the direction
+    reliably.
 
     Raises
     ------

@@ -53,8 +53,7 @@ _SILENCE = 1.0
 _RETRY = 1.0
 #: Seconds between heartbeats to an idle card; it stops after 30 s without one.
 _LIFE = 5.0
-#: Least time between two reports, ms; shorter than the time between readings, so that each reading
-#: is reported.
+#: Least time between reports, ms; less than between readings, so that each reading is reported.
 _REPORT_PERIOD = 10
 #: How long to listen so that several reports arrive, s.
 _LOOK = 0.1
@@ -70,8 +69,7 @@ class Card:
     robot
         The description. The card uses its limits and speeds.
     settings
-        The settings for the card. By default those of the robot, with the calibration that is
-        stored on the card, if there is one.
+        The card's settings; by default the robot's, with any calibration stored on the card.
 
     Attributes
     ----------
@@ -152,7 +150,7 @@ class Card:
         return state
 
     def move(self, move: Move, driven: Robot | None = None) -> None:
-        """Start a move (:meth:`miburi.bodies.Body.move`), driving the motors as ``driven`` says."""
+        """Start a move (:meth:`miburi.bodies.Body.move`); motors use the drive of ``driven``."""
         check_move(self.robot, self.state.phase, move)
         here, (origin, velocity) = np.array(self.report.positions), self._motion_now()
         asked = driven or self.robot
@@ -167,7 +165,7 @@ class Card:
         return Course.of(self.robot, *self._motion_now())
 
     def _motion_now(self) -> tuple[Steps, Steps]:
-        """Return where the profiles are, (8,) 1/256 steps, and how fast, 1/256 steps/s."""
+        """Return the profiles' positions, (8,) 1/256 steps, and velocities, 1/256 steps/s."""
         if self.underway is None or self.state.phase is not Phase.MOVING:
             return self.goals * FINE, np.zeros_like(self.goals)
         since = round((self._exchange.now() - self._history.heard) * SECOND)
@@ -276,7 +274,7 @@ class Card:
         NoAnswerError
             No answer came within ``patience`` s, or the line is broken: the card is lost.
         BodyError
-            The card refused; the message says why.
+            The card refused.
         """
         try:
             return self._exchange.ask(kind, payload, patience, self.settings)
@@ -355,7 +353,7 @@ def wake(card: Card) -> None:
     Raises
     ------
     BodyError
-        It did not reach neutral; the message says why.
+        It did not reach neutral.
     """
     card.release()
     while card.state.phase is Phase.RETURNING:

@@ -18,12 +18,7 @@ _TRIES = 3
 class Exchange:
     """Requests and answers over one line, which can be replaced.
 
-    Parameters
-    ----------
-    open_line
-        Opens the line; raises OSError if it cannot.
-    take
-        Called with each report.
+    ``open_line`` opens the line, or raises OSError; ``take`` is called with each report.
 
     Attributes
     ----------
@@ -75,21 +70,15 @@ class Exchange:
     ) -> bytes:
         """Send a request, at most three times; return what the card answers.
 
-        Parameters
-        ----------
-        kind, payload
-            The request.
-        patience
-            How long to wait for an answer each time, s.
-        settings
-            The settings that a message about a refusal quotes.
+        ``patience`` is the time to wait for each answer, s; a message about a refusal quotes
+        ``settings``.
 
         Raises
         ------
         NoAnswerError
             No answer came, or the line is broken.
         BodyError
-            The card refused; the message says why.
+            The card refused.
         """
         self._sequence = self._sequence % 255 + 1
         data = encode(Frame(kind, self._sequence, payload))

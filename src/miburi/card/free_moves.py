@@ -24,8 +24,7 @@ _REACH, _RUN, _FARTHEST = 0.35, 1.1, 0.97
 _SPEEDS = (0.8, 2.5, np.inf)
 #: Durations of moves of all joints, s; the last is shorter than any servo can manage (our choice).
 _DURATIONS = (1.5, 0.8, 0.1)
-#: Slow speeds, rad/s, and the distance moved at each, rad. At these speeds encoder steps matter
-#: most (our choice).
+#: Slow speeds, rad/s, where encoder steps matter most; the distance at each, rad (our choice).
 _SLOWLY, _BIT = (0.05, 0.1, 0.2, 0.4), 0.15
 #: Recording time after each move, s; longer than the rule waits for a motor to arrive.
 _AFTER = 0.3

@@ -20,12 +20,7 @@ _VELOCITY_REPORTS = 4
 class ReportHistory:
     """The latest reports of one card.
 
-    Parameters
-    ----------
-    step
-        An encoder's step, rad.
-    now
-        When the body's clock starts, s on the line's clock.
+    ``step`` is an encoder's step, rad. The body's clock starts at ``now``, s on the line's clock.
 
     Attributes
     ----------
@@ -41,7 +36,6 @@ class ReportHistory:
         self.began = self.heard = now
 
     def __bool__(self) -> bool:
-        """Return whether there is a report."""
         return bool(self._reports)
 
     @property

@@ -1,7 +1,6 @@
 """Serial lines: they carry bytes between host and card, and tell the host the time.
 
-:class:`Line` is the interface, :class:`SerialLine` a real port. The emulated card implements a line
-directly.
+:class:`Line` is the interface, :class:`SerialLine` a real port; the emulated card is a line, too.
 """
 
 import errno

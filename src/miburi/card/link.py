@@ -11,7 +11,7 @@ from enum import IntEnum
 from miburi.errors import MiburiError
 
 VERSION = 8
-#: The kind of an answer is that of its request plus this.
+#: The kind of an answer is its request's kind plus this.
 ANSWER = 0x80
 _MAX_FRAME = 128
 
@@ -84,11 +84,11 @@ class Frame:
     kind
         What it is about, a :class:`FrameKind`.
     sequence
-        From 0 to 255; an answer has that of its request.
+        From 0 to 255; an answer repeats its request's number.
     payload
         At most 96 bytes.
     version
-        The link's; never 0, because a frame of zeros would have a valid checksum.
+        The link's version; never 0, because a frame of zeros would have a valid checksum.
     """
 
     kind: int

@@ -14,8 +14,7 @@ from miburi.calibration.file import Mounting
 from miburi.card.units import STEPS_PER_TURN
 from miburi.robot import JOINTS
 
-#: The least turn that counts, and how far from its place a joint may be put by hand, in encoder
-#: steps: 6° and 20° (our choice).
+#: The least turn that counts, 6°, and the error of placing by hand, 20°, in steps (our choice).
 _TURN, _BY_HAND = 68, 228
 _QUARTER = STEPS_PER_TURN // 4
 
@@ -27,11 +26,11 @@ class Turned:
     Attributes
     ----------
     motor
-        Which joint, in the order of ``JOINTS``.
+        The joint's index, in the order of ``JOINTS``.
     before
         (8,) all servos' positions with this joint at its zero.
     after
-        (8,) the same when it was turned by about 10° in its positive direction.
+        (8,) the same after a turn of about 10° in the joint's positive direction.
     """
 
     motor: int
@@ -45,8 +44,7 @@ def mounting_faults(built: Mounting, turns: list[Turned]) -> list[str]:
     for turned in turns:
         name = JOINTS[turned.motor].replace("_", " ")
         ways = _wrapped(turned.after - turned.before)
-        # Other limp joints sag meanwhile, so the requested joint is checked before the one that
-        # moved most.
+        # Other limp joints sag meanwhile: check the requested joint before the one that moved most.
         asked, most = turned.motor, int(np.argmax(np.abs(ways)))
         if abs(ways[most]) < _TURN:
             lines.append(f"{name}: no servo turned by 6° or more; look at its horn's screws.")

@@ -26,7 +26,7 @@ _LOAD = struct.Struct("<bbHH")
 
 
 class Order(NamedTuple):
-    """A move as it is sent to the card; all (8,).
+    """A move as it is sent to the card; all fields are (8,).
 
     Attributes
     ----------
@@ -57,8 +57,7 @@ class Order(NamedTuple):
     ) -> "Order":
         """Return the order for motors at ``positions`` with profiles from ``origin``, in steps.
 
-        ``velocity`` is the velocity on the profiles, (8,) 1/256 steps/s; None if the motors stand
-        still.
+        ``velocity`` is the profiles' velocity, (8,) 1/256 steps/s; None if the motors stand still.
         """
         robot = settings.identified(robot)
         lower, upper = to_steps(robot, robot.lower), to_steps(robot, robot.upper)
@@ -165,7 +164,7 @@ class Underway(NamedTuple):
     began
         Its start, µs on the card's clock; 0 until the card has taken it.
     share
-        How much of the rule's usual limits applies to each motor, (8,) 1/256; see
+        The share of its guards that each motor is granted, (8,) 1/256; see
         :func:`miburi.safety.free.granted_share`.
     motion
         The motion that the servos carry out for it.

@@ -61,7 +61,7 @@ def stop_of(report: Report, time: float) -> Stop | None:
 def window_of(report: Report, settings: CardSettings, share: Steps) -> Window | None:
     """Return what the rule compared for the motor whose contact caused the present stop.
 
-    ``share`` is how much of their guards the motors were granted in that move, (8,) in 1/256.
+    ``share`` is the share of its guards that each motor was granted in that move, (8,) in 1/256.
     """
     contact = _contact_of(report)
     if contact is None:
@@ -118,7 +118,6 @@ def _motor(report: Report | None, index: int, servo: int) -> Motor:
 
 
 def _contact_of(report: Report) -> Contact | None:
-    """Return the contact that holds the card, if any."""
     if report.reason != Reason.CONTACT or report.motor >= len(JOINTS):
         return None
     sign = _SIGNS[report.sign - 1]

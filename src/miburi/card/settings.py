@@ -2,7 +2,7 @@
 
 A robot's description, with a calibration if there is one, becomes the bytes that the card takes. A
 card compares each motor with the model of an unhindered servo (:mod:`miburi.safety.free`), so each
-joint has constants of its own. ``firmware/miburi/settings.h`` is its counterpart on the card. It
+joint has constants of its own. Their counterpart on the card, ``firmware/miburi/settings.h``,
 refuses values outside the ranges in ``ALLOWED``.
 """
 
@@ -31,15 +31,13 @@ _GENERAL = struct.Struct("<i8H2B")
 _JOINT = struct.Struct("<BbHhhh" + "".join(guard.unit.code for guard in GUARDS.values()) + "3HBH")
 #: Full duty of an XL330, in units of its registers 36 and 100; as in ``settings.h``.
 FULL_PWM = 885
-#: A servo stops the body if it is hotter than this, °C, or if its supply falls below this, in units
-#: of 0.1 V (our choice).
+#: A hotter servo, °C, or a lower supply, in units of 0.1 V, stops the body (our choice).
 HOTTEST, LOWEST = 65, 42
 #: The least distance, in steps, between a joint's range and the point where the encoder's count
 #: wraps around; as in ``settings.h``.
 SEAM = 100
 #: The settings of :class:`General` that belong to a calibration.
 _CALIBRATED = ("period", "ratio", "p_gain", "d_gain", "error_per_pwm")
-#: The servo's middle position.
 _MIDDLE = STEPS_PER_TURN // 2
 #: Least and greatest value that the card accepts (``settings.h``), and the unit. The card also
 #: refuses a joint range that comes near the servo's seam.
@@ -74,8 +72,7 @@ class General:
     Attributes
     ----------
     period, ratio
-        The contact rule's period p, and the least share of the commanded travel that a motor must
-        make.
+        The contact rule's period p, and the least share of the commanded travel.
     acceleration, max_speed, return_speed
         The moves' ramps and cruising speed, and the speed of the return to neutral.
     hold_pwm
@@ -132,8 +129,7 @@ class JointSettings:
     zero
         The servo's position, 0–4095, at joint angle 0.
     sag
-        The error under weight in this servo, relative to the error of the servo in the robot's
-        description, in 1/256.
+        The error under weight, relative to the error of the description's servo, in 1/256.
     """
 
     servo: int
@@ -174,7 +170,7 @@ class CardSettings:
     Attributes
     ----------
     general, joints
-        Those for all joints, and those of each, in the order of ``JOINTS``.
+        The settings for all joints, and the settings of each joint, in the order of ``JOINTS``.
     """
 
     general: General

@@ -1,4 +1,4 @@
-"""Read or send a card's settings; its greeting tells which it already has.
+"""Read or send a card's settings; its greeting tells which settings it already has.
 
 Each function takes the card's ``ask``, which sends a request and returns the answer's bytes.
 """
@@ -54,22 +54,11 @@ def stop_and_settle(
 ) -> tuple[CardSettings, bool]:
     """Stop a card and send it the settings that it should have; return them.
 
-    Parameters
-    ----------
-    ask
-        The card's.
-    has
-        Its greeting.
-    robot
-        The description.
-    wanted
-        Settings for the card; None: those of the robot, with the calibration that the card has.
+    ``has`` is the card's greeting. ``wanted`` is None for the robot's own settings, with the
+    calibration that the card has.
 
-    Returns
-    -------
-    settings, guessed
-        The card's present settings, and whether they are defaults because those that another
-        firmware saved are unreadable.
+    Returns the card's present settings, and whether they are defaults because another firmware's
+    saved settings are unreadable.
     """
     ask(FrameKind.STOP, b"")
     settings = of_robot = CardSettings.of(robot)

@@ -22,7 +22,7 @@ from miburi.robot.specimens import Specimen
 from miburi.safety.contact import Rule
 from miburi.safety.profile import to_steps
 
-#: Period of the servos' control, s, and of the physics, s.
+#: Period of the servos' control and of the physics, s.
 _TURN = 0.001
 
 
@@ -34,12 +34,10 @@ class _Joint(Shaft):
         self._plant, self._motor, self._settings, self._step = plant, motor, settings, step
 
     def position(self, servo: Servo, time: float) -> float:  # noqa: ARG002  (as Shaft has it)
-        """Return the present position of the joint, in the servo's steps."""
         angle = float(self._plant.angles[self._motor])
         return self._settings.zero + self._settings.direction * angle / self._step
 
     def speed(self, servo: Servo, time: float) -> float:  # noqa: ARG002  (as Shaft has it)
-        """Return the present speed, in steps/s."""
         return self._settings.direction * float(self._plant.velocities[self._motor]) / self._step
 
     def drive(self, servo: Servo, time: float, angle: float, velocity: float) -> float | None:
@@ -61,7 +59,6 @@ class _World:
         self.touch = Touch()  # since this was last replaced
 
     def advance(self, time: float) -> None:
-        """Run the physics until ``time`` µs."""
         while (self._plant.time + _TURN) * 1e6 <= time:
             now = (self._plant.time + _TURN) * 1e6
             angles, velocities = self._plant.angles.tolist(), self._plant.velocities.tolist()
@@ -82,7 +79,7 @@ class EmulatedRobot(EmulatedCard):
     Attributes
     ----------
     plant, world
-        The physics, and what keeps it in step with the card's clock.
+        The physics, and the object that keeps it in step with the card's clock.
     """
 
     def __init__(
@@ -99,8 +96,7 @@ class EmulatedRobot(EmulatedCard):
             Servo.new(of_joint.servo, shaft=joint, model=true.robot.servo.model)
             for of_joint, joint in zip(settings.joints, joints, strict=True)
         ]
-        # The servos are configured as a card configures them, so that the body does not sag before
-        # the emulated card starts.
+        # Configured as by a card, so that the body does not sag before the emulated card starts.
         goals = to_steps(robot, self.plant.data.ctrl).tolist()
         for servo, joint, goal in zip(servos, settings.joints, goals, strict=True):
             servo.start_delay, servo.clock = true.start_delay * 1e6, true.clock
@@ -117,14 +113,8 @@ class EmulatedRobot(EmulatedCard):
 class EmulatedBody(Card):
     """A card and eight servos in virtual time, awake and at neutral.
 
-    Parameters
-    ----------
-    robot
-        The description.
-    rule
-        The card's contact rule; by default the robot's own.
-    specimen
-        The actual robot, which may differ from its description; by default it does not.
+    ``rule`` is the card's contact rule, by default the robot's own. ``specimen`` is the actual
+    robot; by default it is as described.
 
     Raises
     ------

@@ -22,13 +22,12 @@ from miburi.emulation.packets import (
 )  # fmt: skip
 from miburi.emulation.servos import Servo
 
-#: Bits per second for each value of the register Baud Rate, and the share by which two ends' speeds
-#: may differ.
+#: Bits per second for each value of Baud Rate, and the largest relative error between two ends.
 _BAUDS = (9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000)
 _BAUD_TOLERANCE = 0.03
 #: A packet interrupted for longer than this, in µs, is dropped.
 _PAUSE = 2_000
-#: A servo does not know the instruction.
+#: The error of a servo that does not know an instruction.
 _INSTRUCTION_ERROR = 0x02
 
 #: When a servo's answer begins, and its bytes.
@@ -41,7 +40,7 @@ class Bus:
     Attributes
     ----------
     servos
-        In any order, each with an id of its own.
+        The servos, in any order, each with an id of its own.
     spoil
         Changes bytes in transit, from the card and to it.
     instructions
@@ -59,9 +58,7 @@ class Bus:
     def answer(self, data: bytes, time: float, baud: int = 1_000_000) -> list[Answer]:
         """Deliver a burst of bytes, which ended at ``time``, to the servos set to ``baud``.
 
-        Returns
-        -------
-        The bytes that they send, in bursts, each with the time at which it begins.
+        Returns the bytes that they send, in bursts, each with the time at which it begins.
         """
         answers: list[Answer] = []
         begun = self._begun if time - self._last < _PAUSE else b""

@@ -13,8 +13,7 @@ from miburi.emulation.table import POSITION, ControlTable
 
 #: PWM units at full voltage.
 FULL = 885
-#: The operating mode in which Goal PWM sets the duty. In any other mode but position control the
-#: duty is 0.
+#: The mode in which Goal PWM sets the duty; in all others but position control, the duty is 0.
 _PWM = 16
 #: The factory setting of the PWM's slope, to which the servo's constants refer.
 _SLOPE = 140
@@ -23,10 +22,7 @@ _SLOPE = 140
 class MotorDrive:
     """The drive of one servo.
 
-    Parameters
-    ----------
-    table
-        Its control table, which it only reads.
+    It only reads ``table``, the servo's control table.
 
     Attributes
     ----------

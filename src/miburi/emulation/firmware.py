@@ -1,8 +1,7 @@
 """Run the card's real firmware without a card, in virtual time, on a bus of emulated servos.
 
-:class:`EmulatedCard` combines the processor and the bus behind a serial line: it takes the host's
-bytes and returns the card's. :class:`miburi.emulation.body.EmulatedBody` is a whole body on such a
-card.
+:class:`EmulatedCard` combines processor and bus behind a serial line: it takes the host's bytes and
+returns the card's. :class:`miburi.emulation.body.EmulatedBody` is a whole body on such a card.
 
 A small C library around libsimavr, ``firmware/emulator``, emulates the processor. ``make
 firmware`` builds it. It is not part of this package, because its licence is the GPL.

@@ -12,16 +12,8 @@ from miburi.servos import Servo as Model
 class Gearmotor(Shaft):
     """A shaft that a servo's motor turns; see :class:`miburi.servos.Axis`.
 
-    ``low`` and ``high`` block it as in :class:`Shaft`, and ``load`` is in N·m.
-
-    Parameters
-    ----------
-    model
-        The servo's constants.
-    position
-        Where it is, in steps.
-    inertia
-        The inertia of what hangs on it, kg·m².
+    ``low`` and ``high`` block it as in :class:`Shaft`, and ``load`` is in N·m. ``position`` is its
+    start, in steps; ``inertia`` is the inertia of what hangs on it, kg·m².
     """
 
     def __init__(self, model: Model, position: float = 2048.0, inertia: float = 1e-3) -> None:
@@ -49,6 +41,6 @@ class Gearmotor(Shaft):
         return self.place
 
     def speed(self, servo: Servo, time: float) -> float:
-        """How fast it turns, in steps/s."""
+        """Return the shaft's speed, in steps/s."""
         self.position(servo, time)
         return self.axis.speed / self.axis.servo.step

@@ -15,10 +15,7 @@ _HEADER = b"\xff\xff\xfd\x00"
 def packet(servo: int, instruction: int, parameters: bytes = b"") -> bytes:
     """Put an instruction packet together; for a status packet the parameters begin with the error.
 
-    Parameters
-    ----------
-    servo
-        Id 0–252, or ``BROADCAST``.
+    ``servo`` is an id, 0–252, or ``BROADCAST``.
     """
     stuffed = (bytes((instruction,)) + parameters).replace(b"\xff\xff\xfd", b"\xff\xff\xfd\xfd")
     head = _HEADER + bytes((servo,)) + struct.pack("<H", len(stuffed) + 2)

@@ -3,9 +3,9 @@
 They follow speed profiles as the XL330's manual describes them, and can be blocked, loaded, dead,
 deaf, hot, slow to answer, and unplugged. :class:`miburi.emulation.bus.Bus` is their wire.
 
-Times are µs on the card's clock; positions are those of the shaft, in the servo's steps; they are
-floats until a host reads them. A host counts them within one turn, from when the servo started or
-its torque came on. The emulation has no features that a card never uses: goals other than positions
+Times are µs on the card's clock. Positions are the shaft's, in the servo's steps; they are floats
+until a host reads them. A host counts them within one turn, that in which the servo started or its
+torque came on. The emulation has no features that a card never uses: goals other than positions
 and PWM, reverse and homing offset, profiles in time, and the servo's own protection.
 """
 
@@ -21,9 +21,9 @@ from miburi.servos import load_servo
 
 #: Steps in a turn.
 _TURN = 4096
-#: A bit of every answer's error: there is a hardware error.
+#: The bit in every answer's error that reports a hardware error.
 _ALERT = 0x80
-#: What one unit of the servo's speed and acceleration is, in steps/s and steps/s².
+#: One unit of the servo's speed and of its acceleration, in steps/s and steps/s².
 SPEED_UNIT = 0.229 * 4096 / 60
 ACCELERATION_UNIT = 214.577 * 4096 / 3600
 #: A bit of Startup Configuration.
@@ -52,7 +52,7 @@ class Shaft:
         self._before: Segment | None = None
 
     def position(self, servo: "Servo", time: float) -> float:
-        """Where the shaft is at ``time``, in steps."""
+        """Return the shaft's position at ``time``, in steps."""
         if servo.segment is not None:
             past = time - self.lag
             segment = servo.segment
@@ -63,7 +63,7 @@ class Shaft:
         return self.place
 
     def speed(self, servo: "Servo", time: float) -> float:
-        """How fast it turns, over the latest 10 ms, in steps/s."""
+        """Return the shaft's mean speed over the latest 10 ms, in steps/s."""
         before = self.position(servo, time - 10_000)
         return (self.position(servo, time) - before) * 100
 
@@ -156,7 +156,7 @@ class Servo:
     def drive(self, time: float, place: float, speed: float) -> float | None:
         """Return the motor's duty, −1 to 1, for one period of the control; None with torque off.
 
-        ``place`` is where the shaft is, in steps; ``speed`` its speed, in steps/s.
+        ``place`` and ``speed`` are the shaft's, in steps and steps/s.
         """
         goal = self.setpoint(time)
         if goal is None:
@@ -165,7 +165,7 @@ class Servo:
         return self._drive.turn(goal - round(place), speed)
 
     def setpoint(self, time: float) -> float | None:
-        """Where the servo wants its shaft at ``time``, in steps; None with torque off."""
+        """Return the shaft's commanded position at ``time``, in steps; None with torque off."""
         self._check_watchdog(time)
         segment = self._under_way(time)
         return None if segment is None else segment.at(time)
@@ -224,7 +224,7 @@ class Servo:
         """From now on, count the position within the turn in which the shaft is."""
         self._turns = round(self.shaft.position(self, time)) // _TURN * _TURN
 
-    # --- what it does when asked to ---------------------------------------------------------------
+    # --- answers to requests ----------------------------------------------------------------------
 
     def heard(self, time: float) -> None:
         """Record that a packet was on the bus."""

@@ -122,7 +122,6 @@ class ControlTable:
         return 0 if known == len(data) else ACCESS_ERROR
 
     def _names(self, address: int, count: int) -> list[str]:
-        """Return the names of the registers at these addresses."""
         places = range(address, address + count)
         return list(dict.fromkeys(_AT[at] for at in places if at in _AT))
 

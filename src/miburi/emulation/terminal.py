@@ -17,20 +17,14 @@ from miburi.robot import Robot
 
 #: Seconds between two updates of the card.
 _TICK = 0.005
-#: The longest time by which the card's clock catches up in one update, s; on a slow machine the
-#: clock lags.
+#: The card's clock catches up by at most this in one update, s; on a slow machine it lags.
 _PATIENCE = 0.05
 
 
 def serve(robot: Robot, seconds: float, tell: Callable[[str], None]) -> None:
     """Run a card in real time on a pseudo-terminal; call ``tell`` with a sentence that names it.
 
-    Parameters
-    ----------
-    robot
-        The description of the robot that the card drives.
-    seconds
-        How long to run; 0 for ever.
+    The card drives ``robot`` for ``seconds``, or for ever if that is 0.
 
     Raises
     ------

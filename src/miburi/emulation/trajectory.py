@@ -40,7 +40,7 @@ class Segment:
         return sign, first, top, last, first + last + (max(way - ramps, 0.0) / top if top else 0.0)
 
     def at(self, time: float) -> float:
-        """Where the trajectory is at ``time``, in steps."""
+        """Return the position at ``time``, in steps."""
         t = (time - self.began) / 1e6
         if t <= 0:
             return self.origin
@@ -57,5 +57,5 @@ class Segment:
         return self.origin + done * sign
 
     def speed_at(self, time: float, span: float) -> float:
-        """Return its mean speed over the latest ``span`` µs, in steps/s."""
+        """Return the mean speed over the latest ``span`` µs, in steps/s."""
         return (self.at(time) - self.at(time - span)) * 1e6 / span

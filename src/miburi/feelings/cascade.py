@@ -30,11 +30,6 @@ from miburi.feelings.temperament import Array, Temperament
 class EmotionalModel(FeelingModel):
     """Emotion, feeling and mood as a linear cascade between stimuli.
 
-    Parameters
-    ----------
-    temperament
-        All constants; the default temperament if none is given.
-
     Examples
     --------
     >>> from miburi.feelings import Stimulus
@@ -115,8 +110,7 @@ class EmotionalModel(FeelingModel):
             raise InputError("The state's level plus its pending part must not exceed 1.")
 
 
-#: Takes the levels, (3, n), and the pending parts of the slower two, (2, n); returns both after a
-#: time step.
+#: Takes the levels, (3, n), and the pending parts, (2, n); returns both after a time step.
 _Change = Callable[[Array, Array], tuple[Array, Array]]
 
 
@@ -124,9 +118,9 @@ def _change(rates: Array, supply: Array, dt: float) -> _Change:
     """Return the exact change in ``dt`` seconds, from the fading rates, (3, n), and the supply.
 
     The equations are p' = s (1 − x − p) − αp and x' = αp − βx, with s the supply, (2, n), α the
-    rate of arriving and β that of leaving, in 1/s. With y the distance from where both come to
-    rest, y(t) = e^(λ₂t) y + φ (A − λ₂) y, φ = (e^(λ₁t) − e^(λ₂t)) / (λ₁ − λ₂), where λ₁ and λ₂ are
-    the eigenvalues of the matrix A.
+    rate of arriving and β the rate of leaving, in 1/s. With y the distance of p and x from their
+    equilibrium, y(t) = e^(λ₂t) y + φ (A − λ₂) y, φ = (e^(λ₁t) − e^(λ₂t)) / (λ₁ − λ₂), λ₁ and λ₂
+    being the eigenvalues of the matrix A.
     """
     arriving, leaving = rates[:2], rates[1:]
     rest_level = supply / (leaving + supply + supply * leaving / arriving)

@@ -97,7 +97,7 @@ class Colours(Table):
 class Voice(Table):
     """How a feeling sounds; the defaults are for a voice without feeling.
 
-    ``rate`` and ``pitch`` multiply those of a voice, as in the Web Speech API; ``chirp`` holds
+    ``rate`` and ``pitch`` multiply the voice's own, as in the Web Speech API; ``chirp`` holds
     notes, each a frequency in Hz and a length in s.
     """
 
@@ -159,7 +159,7 @@ class Catalogue(Table):
         }
 
     def voice(self, name: str | None) -> Voice:
-        """Return how a feeling sounds; None: no feeling."""
+        """Return the voice of a feeling; None stands for no feeling."""
         return next((each.voice for each in self.feeling if each.name == name), Voice())
 
     def voices(self) -> dict[str, object]:
@@ -171,17 +171,14 @@ class Catalogue(Table):
 def load_catalogue(path: Path | str) -> Catalogue:
     """Read and check a file of feelings.
 
-    Parameters
-    ----------
-    path
-        A TOML file like ``feelings.toml``, with the paper's eight in any order, and any others.
+    ``path`` is a TOML file like ``feelings.toml``, with the paper's eight feelings in any order,
+    and any others.
 
     Raises
     ------
     DescriptionError
-        The file cannot be read, is not TOML, a key is missing, unknown or out of range, or one of
-        the paper's eight is missing: the greeting, the temperaments that ship and the experiment
-        need them.
+        The file cannot be read, a key is wrong, or one of the paper's eight is missing, which the
+        greeting, the shipped temperaments and the experiment need.
     """
     catalogue = load_table(Catalogue, path)
     missing = [name for name in PAPER if name not in catalogue.names]
@@ -218,6 +215,5 @@ FeelingName = Annotated[
     AfterValidator(_check_name),
     WithJsonSchema({"enum": list(FEELINGS), "type": "string"}),
 ]
-#: The name of a feeling in a partner's messages; it is not checked, because that partner may have
-#: other feelings than this process.
+#: A feeling's name in a partner's messages; not checked, because that partner may have others.
 TheirFeeling = Annotated[str, WithJsonSchema({"enum": list(FEELINGS), "type": "string"})]

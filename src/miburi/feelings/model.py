@@ -123,7 +123,7 @@ class FeelingModel(ABC):
         self._restore(state)
 
     def lean(self, leaning: Array | None) -> None:
-        """Shift the temperament's resting moods by an array (n,) for a person; None ends that.
+        """Shift the temperament's resting moods by an array (n,) for a person; None ends the shift.
 
         The shown mood does not jump; from now on it moves towards its new rest.
         """
@@ -211,12 +211,11 @@ class FeelingModel(ABC):
         Parameters
         ----------
         emotion, feeling, mood
-            Values in [0, 1] by feeling. Feelings that are not named become 0, and a level that is
-            not given stays as it is. If a level rises, the slower levels follow as they would after
-            a stimulus that caused this rise.
+            Values in [0, 1] by feeling; unnamed feelings become 0, and a level not given stays. If
+            a level rises, the slower levels follow as after a stimulus that caused this rise.
         hold
             Keep the named values until their level is set again. The slower levels follow a held
-            one. Only a contact lowers a held mood, and that loss heals.
+            level. Only a contact lowers a held mood, and that loss heals.
 
         Raises
         ------
@@ -261,8 +260,7 @@ class FeelingModel(ABC):
         Raises
         ------
         InputError
-            The state is of another version, model or set of feelings, or a value is missing or
-            not allowed.
+            The state is of another version, model or set of feelings, or a value is wrong.
         """
         header = tuple(state.get(key) for key in ("version", "model"))
         if header != (STATE_VERSION, cls.kind):
@@ -304,7 +302,6 @@ class FeelingModel(ABC):
         return mood
 
     def _heal(self, dt: float) -> None:
-        """Let lost mood recover for ``dt`` seconds."""
         self._lowered *= np.exp(-dt / self.temperament.fading[2])
 
     def _inhibit_mood(self, remaining: Array) -> None:
@@ -326,7 +323,7 @@ class FeelingModel(ABC):
 
     @abstractmethod
     def _set(self, row: int, values: Array) -> None:
-        """Set one level, drop what it has yet to take up, and pass a rise on."""
+        """Set one level, drop its pending part, and pass a rise on to the slower levels."""
 
     def _state(self) -> dict[str, NDArray[Any]]:
         """Return the arrays of the state, with the names in ``_limits``."""

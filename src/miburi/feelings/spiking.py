@@ -12,9 +12,8 @@ Gerstner, Ritz and van Hemmen, Biological Cybernetics 69, 1993)::
 with τ the time constant of its level.
 
 - A stimulus raises the activations of the emotion layer by the temperament's matrix.
-- A neuron fires when u reaches θ: r rises by R, and the spike reaches the next layer. In the next
-  layer the spike excites the same feeling and inhibits those that this feeling inhibits in the
-  matrix.
+- A neuron fires when u reaches θ: r rises by R, and the spike reaches the next layer. There it
+  excites the same feeling and inhibits those that this feeling inhibits in the matrix.
 - If a spike arrives while other neurons of the next layer are excited, its connections to them
   become stronger (Hebb's rule). They weaken again within about a day.
 - Every input moves an activation towards 0 or 1 by a share of the remaining distance. So the
@@ -62,14 +61,13 @@ class SpikingModel(FeelingModel):
 
     def __init__(self, temperament: Temperament | None = None) -> None:
         super().__init__(temperament)
-        # State at the last spike or input ...
+        # The state at the last spike or input:
         n = len(FEELINGS)
         self._activation = np.zeros((3, n))
         self._refractory = np.zeros((3, n))
         self._trace = np.zeros((3, n))  # 1 at a spike, fading with the level
         self._learned = np.zeros((2, n, n))
-        # ... which was ``since`` seconds ago; then, for each neuron, the time from that event to
-        # its next spike.
+        # The time since that event, and the time from it to each neuron's next spike, s:
         self._since = 0.0
         self._next = np.full((3, n), inf)
 
@@ -88,8 +86,7 @@ class SpikingModel(FeelingModel):
         while (first := self._next.min()) <= self._since:
             layer, neuron = divmod(int(self._next.argmin()), len(FEELINGS))
             self._advance(first)
-            # A spike can lower the mood, so the recovery of losses is applied twice, before and
-            # after it.
+            # A spike can lower the mood, so losses recover twice: before it and after it.
             self._heal(left - self._since)
             left = self._since
             self._fire(layer, neuron)
@@ -122,7 +119,6 @@ class SpikingModel(FeelingModel):
         return weights
 
     def _decay_rates(self) -> Array:
-        """Return the rates at which activations fade, (3, n) 1/s."""
         return np.where(self._held, 0.0, self.temperament.rates)
 
     def _decay(self, seconds: float) -> dict[str, Array]:

@@ -78,8 +78,7 @@ class Habituation(Table):
 class Turning(Table):
     """How far the waist turns to a face in rad, and its top speed in rad/s (both our choice).
 
-    The waist turns to a face only while the partner shows no feeling; an angle of 0 switches that
-    off.
+    The waist turns to a face only while the partner shows no feeling; at an angle of 0, never.
     """
 
     turn: Annotated[float, Field(ge=0, le=0.7)] = 0.35
@@ -102,7 +101,6 @@ class Temperament(Table):
 
     name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")]
     threshold: Annotated[float, Field(ge=0.001, le=1)]
-    #: How much the partner moves while it shows no feeling.
     at_rest: RestLevel = "quiet"
     time_constants: TimeConstants
     take_up: TakeUp
@@ -111,8 +109,7 @@ class Temperament(Table):
     lasting: dict[FeelingName, Annotated[float, Field(ge=0.1, le=10)]]
     resting: dict[FeelingName, Annotated[float, Field(ge=0, le=0.9)]]
     effects: dict[FeelingName, dict[FeelingName, Annotated[float, Field(ge=-1, le=1)]]]
-    #: The effect of somebody's feelings on the partner; a feeling without a row is contagious: the
-    #: partner feels the same.
+    #: The partner's reaction to somebody's feelings; a feeling without a row is contagious.
     empathy: dict[FeelingName, dict[FeelingName, Share]] = Field(default_factory=dict)
     gaze: Turning = Field(default_factory=Turning)
     attachment: Attaching = Field(default_factory=Attaching)
@@ -185,17 +182,14 @@ def _freeze(array: Array) -> Array:
 def load_temperament(path: Path | str) -> Temperament:
     """Read and check a temperament file.
 
-    Parameters
-    ----------
-    path
-        A TOML file with the keys of ``temperaments/default.toml`` and no others; ``at_rest``,
-        ``sources.talk`` and the tables ``empathy``, ``gaze`` and ``attachment`` may be left out.
+    ``path`` is a TOML file with the keys of ``temperaments/default.toml`` and no others;
+    ``at_rest``, ``sources.talk`` and the tables ``empathy``, ``gaze`` and ``attachment`` may be
+    left out.
 
     Raises
     ------
     DescriptionError
-        The file cannot be read, is not TOML, or a key is missing, unknown or out of range; the
-        message names the file and each wrong key, with its value and what is allowed.
+        The file cannot be read, is not TOML, or a key is missing, unknown or out of range.
     """
     return load_table(Temperament, path)
 
@@ -214,7 +208,7 @@ def shipped_temperament(name: str = "default") -> Temperament:
     Raises
     ------
     InputError
-        The name is unknown; the message lists the names.
+        The name is unknown.
     """
     if name not in TEMPERAMENTS:
         raise InputError(

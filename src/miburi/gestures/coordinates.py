@@ -1,10 +1,9 @@
 """The coordinates in which gestures are written, blended and varied (Section 4 of the paper).
 
-A pose is eight numbers, in the order of ``COORDINATES``: for each hand, the distance from its own
-shoulder, its spread and its swing; for the head, its turn and its rise. They are polar coordinates
-of the three extremities, so half-way between two poses the hands are half-way along an arc, not on
-a chord through the body. Distances are multiples of the arm's reach, so a gesture looks the same on
-a robot of another size.
+A pose is eight polar coordinates, in the order of ``COORDINATES``: for each hand, the distance from
+its own shoulder, its spread and its swing; for the head, its turn and its rise. Half-way between
+two poses, the hands are half-way along an arc, not on a chord through the body. Distances are
+multiples of the arm's reach, so a gesture looks the same on a robot of another size.
 
 :func:`targets` turns them into the paper's nine coordinates, from which the inverse kinematics
 computes angles. Positions out of reach are allowed: the solver returns the closest reachable pose.
@@ -28,14 +27,9 @@ COORDINATES = (
 def polar(right: Array, left: Array, head: Array) -> Array:
     """Return the coordinates of a pose, (8,).
 
-    Parameters
-    ----------
-    right, left
-        (3,) position of the hand relative to its own shoulder, [forward, out, up] in the chest's
-        frame, in multiples of the arm's reach.
-    head
-        (3,) vector from the head's joint towards the head, [forward, left, up] in the base frame,
-        of any length.
+    ``right`` and ``left`` are the hands' positions relative to their own shoulders, (3,) [forward,
+    out, up] in the chest's frame, in multiples of the arm's reach. ``head`` is a vector of any
+    length from the head's joint to the head, (3,) [forward, left, up] in the base frame.
     """
     turn = np.arctan2(head[1], head[0])
     rise = np.arctan2(head[2], np.hypot(head[0], head[1]))

@@ -13,7 +13,7 @@ class Effort(Table):
     """Space, weight, time and flow (Laban; the paper's Fig. 5), each in [0, 1].
 
     In the paper, space and time rise with the mood, while weight and flow belong to the feeling.
-    Our choice of how they change a gesture:
+    Their effects on a gesture are our choice:
 
     Attributes
     ----------
@@ -21,8 +21,7 @@ class Effort(Table):
         The share of the amplitude in the file: at 0 the body stays at neutral, at 1 it reaches the
         pose.
     weight
-        Light 0, strong 1: a strong movement is short and then halts. Its duration is multiplied by
-        1 − weight / 2.
+        Light 0, strong 1: a strong movement takes 1 − weight / 2 of its time, and then halts.
     time
         Sustained 0, sudden 1: the tempo is 0.5 + time, so 0.5 leaves it as written.
     flow
@@ -38,12 +37,12 @@ class Effort(Table):
 
     @property
     def tempo(self) -> float:
-        """The speed relative to what is written, 0.5 to 1.5."""
+        """The speed relative to the written speed, 0.5 to 1.5."""
         return 0.5 + self.time
 
     @property
     def stroke(self) -> float:
-        """The share of its time that a movement takes before it halts, 1 to 0.5."""
+        """The share of a movement's time that passes before it halts, 1 to 0.5."""
         return 1.0 - self.weight / 2
 
     @property
@@ -53,5 +52,5 @@ class Effort(Table):
 
     @property
     def hesitation(self) -> float:
-        """The share of its time for which a wide movement halts half-way, 0 to 0.25."""
+        """The share of a wide movement's time for which it halts half-way, 0 to 0.25."""
         return max(0.0, 0.25 - self.flow / 2)

@@ -147,10 +147,8 @@ class MovementFunction(Table):
 def load(source: str | Path) -> MovementFunction:
     """Read the gesture of a feeling, or any gesture file.
 
-    Parameters
-    ----------
-    source
-        A feeling's name, for the gesture that ships with Miburi, or the path of a TOML file.
+    ``source`` is a feeling's name, for the gesture that ships with Miburi, or the path of a TOML
+    file.
 
     Raises
     ------
@@ -176,8 +174,7 @@ def load_for(robot: Robot, path: Path | str) -> MovementFunction:
     Raises
     ------
     DescriptionError
-        The file cannot be read, a key is wrong, or the robot cannot reach a key pose; the message
-        names the file and every such pose, and says what is allowed.
+        The file cannot be read, a key is wrong, or the robot cannot reach a key pose.
     """
     function = load(Path(path))
     problems = list(misfits(robot, function))

@@ -21,8 +21,7 @@ from miburi.robot import Array, Robot, forward
 #: A movement that changes a coordinate by more than this (rad, or multiples of the reach) is wide;
 #: with bound flow it halts half-way.
 _WIDE = 0.5
-#: Variation: the share by which a coordinate may fall short of the written one, and by which a
-#: duration may differ.
+#: Variation: the shares by which a coordinate may fall short, and by which a duration may differ.
 _REACH_VARIES, _TIME_VARIES = 0.15, 0.12
 #: A beat gesture of an arm: the hand's offset at the turning point, the times there and back, s,
 #: and the time in which lagging servos reach the turning point, s (all our choice).
@@ -167,8 +166,8 @@ def blend(
 def beat(robot: Robot, hands: Array, rise: float = 0.0) -> list[KeyPose]:
     """Return a beat of the arms, and the way back to rest.
 
-    ``hands``, (2,), is how large the beat of the right and of the left hand is; 1 is usual. The
-    head is raised by ``rise`` rad throughout.
+    ``hands``, (2,), are the sizes of the right and of the left hand's beat; 1 is usual. The head
+    is raised by ``rise`` rad throughout.
     """
     there, back = _BEAT_TIMES
     return [

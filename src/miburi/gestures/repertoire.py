@@ -1,12 +1,11 @@
 """The gestures of a partner: one or more for each feeling, of which one is drawn by a seed.
 
 A :class:`Repertoire` holds the gestures that ship with Miburi and those of a user's folder, if
-there is one. The partner, the trials and the gallery use it.
+there is one.
 
-A user writes gestures for their own robot, so a pose that it cannot reach is a mistake and is
-refused. The shipped gestures were written for the iPhonoid, the paper's robot. Another robot goes
-as near to their poses as its limits allow, so any robot works right away; :func:`misfits` lists the
-poses that are out of its reach.
+A user writes gestures for their own robot, so a pose that it cannot reach is refused. The shipped
+gestures were written for the iphonoid, the paper's robot. Another robot goes as near to their poses
+as its limits allow; :func:`misfits` lists the poses that are out of its reach.
 """
 
 from collections import Counter

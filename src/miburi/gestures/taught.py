@@ -21,8 +21,7 @@ _NEAR = 0.02
 _LEAST = 0.1
 #: Weight of the head's path: it moves only a few mm, but people see where it looks (our choice).
 _HEAD = 4.0
-#: Duration of the return, s, and the longest pause kept at the end, s: people let go slowly (our
-#: choice).
+#: Duration of the return, and longest pause at the end, s: people let go slowly (our choice).
 _BACK, _REST = 0.8, 0.4
 #: The greatest number of key poses (our choice).
 _MOST = 12
@@ -121,8 +120,7 @@ def _apart(places: Array, other: Array) -> Array:
 def _key_poses(times: Array, places: Array) -> list[tuple[int, int]]:
     """Return when the body arrives at each key pose and when it leaves, as indices.
 
-    The path is split where it is farthest from a straight line (Ramer, Douglas and Peucker), until
-    every piece is close to its line.
+    The path is split where it is farthest from a straight line (Ramer, Douglas and Peucker).
     """
     near, found = _NEAR, list(range(_MOST + 2))
     while len(found) > _MOST + 1:

@@ -18,8 +18,8 @@ def real_numbers(values: Any, name: str, wanted: str) -> NDArray[np.float64]:
     Raises
     ------
     InputError
-        They are too large, masked, or not real numbers (text and dates are not). The message
-        contains ``name`` and ``wanted``, a description of the allowed values.
+        A value is too large, masked or not a real number (text, a date). The message contains
+        ``name`` and ``wanted``, a description of the allowed values.
     """
     try:
         array = np.asarray(values)

@@ -1,7 +1,6 @@
 """``@compiled`` makes a function fast: Numba compiles it when it is first called.
 
-The compiled code is kept on the disk, so that only the first start has to wait for it. A line on
-standard error announces the wait.
+The compiled code is kept on disk, so only the first start has to wait; stderr announces the wait.
 """
 
 import atexit
@@ -99,9 +98,8 @@ CACHE = cache_folder(Path(miburi.__file__).parent)
 def compiled(function: Function) -> Function:
     """Compile a function when it is first called, and keep the result on the disk.
 
-    The code goes to ``NUMBA_CACHE_DIR`` if that is set, else to a folder beside the sources, else
-    to the user's cache folder. If none can be written and none holds code, every process
-    compiles again and says so.
+    The code goes to ``NUMBA_CACHE_DIR`` if that is set, else beside the sources, else to the user's
+    cache folder. If none can be written and none holds code, every process compiles again.
     """
     config: Any = numba.config
     default = config.CACHE_DIR
@@ -140,7 +138,7 @@ class _Announcer(event.Listener):
 
 
 def announcement() -> str:
-    """Return the message that Miburi is compiling, for how long, and whether it will again."""
+    """Return the message that Miburi is compiling, how long that takes, and how often."""
     often = "once; later starts are quick"
     if CACHE is None:
         often = (

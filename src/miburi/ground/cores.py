@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-#: The nice value of a live partner; the default is 0, the highest priority -20 (our choice).
+#: The nice value of a live partner (our choice); the default is 0, the highest priority -20.
 _NICE = -10
-#: Linux divides its time among sessions first, each with a nice value of its own.
+#: Linux shares time among sessions first; this file holds the nice value of this session.
 _AUTOGROUP = Path("/proc/self/autogroup")
 
 
@@ -40,8 +40,7 @@ def come_first(*, apart: bool = False) -> None:
 def coming_first() -> Iterator[None]:
     """Raise the priority of this process and its whole terminal session while the block runs.
 
-    To receive Ctrl-C a process must stay in its session, so the priority of the whole session is
-    raised.
+    The process stays in that session, so that it receives Ctrl-C.
     """
     usual = nice = None
     with suppress(OSError, AttributeError):

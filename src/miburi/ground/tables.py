@@ -1,8 +1,4 @@
-"""Read TOML files into strict pydantic models.
-
-A subclass of :class:`Table` reads a file into a checked, immutable object, or raises a
-:class:`~miburi.errors.DescriptionError` that names every wrong key.
-"""
+"""Read TOML files into strict, immutable pydantic models."""
 
 import codecs
 import tomllib

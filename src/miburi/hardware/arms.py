@@ -1,8 +1,8 @@
 """The arm's printed parts: yoke, upper arm, and forearm with its hand.
 
 Each is made for a left arm, in its link's frame (x forward, y outwards, z up, in mm; the origin
-is the link's joint); the caller mirrors those of the right arm. ``side`` says which arm's ranges
-the stops enforce, ``fit`` is the gap on each side of a pocket.
+is the link's joint); the caller mirrors it for the right arm. ``side`` says which arm's ranges the
+stops enforce, ``fit`` is the gap on each side of a pocket.
 """
 
 import numpy as np
@@ -39,8 +39,7 @@ def yoke(robot: Robot, side: str, fit: float) -> Manifold:
     ]
     # A screwdriver reaches the horn's screws through the empty holder.
     ways = [rod((x, 0.0, z), (x, 20.0, z), 2.2) for x, z in servo.circle()]
-    # The upper access hole opens into the window for the servo's plug, because a wall between them
-    # would be too thin.
+    # The upper access hole opens into the plug's window, as a wall between them would be too thin.
     ways.append(hull(ways[1], ways[1].translate((-4.0, 0, 0))))
     body = cut(
         join([plate, collar, tab]),
@@ -50,7 +49,7 @@ def yoke(robot: Robot, side: str, fit: float) -> Manifold:
 
 
 def upper_arm(robot: Robot, side: str, fit: float) -> Manifold:
-    """Return what the elbow turns: a fork, a bridge, and the fingertip's servo in its holder."""
+    """Return the upper arm: a fork, a bridge, and the fingertip's servo in its holder."""
     s, w = dimensions().servo, dimensions().wall
     begin = 1000 * robot.lengths.L23 - s.long_end - fit - w.shell
     wide = servo.fork_half_width()

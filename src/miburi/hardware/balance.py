@@ -49,7 +49,6 @@ class Weight:
 
 
 def _centre(solid: Manifold) -> Array:
-    """Return the centroid of a solid, (3,) mm."""
     corners, faces = triangles(solid)
     a, b, c = np.moveaxis(corners[faces], 1, 0)
     volumes = np.einsum("ij,ij->i", a, np.cross(b, c))
@@ -105,7 +104,7 @@ def description_masses(table: Sequence[Weight]) -> dict[str, float]:
 def zero_moment_radius(
     robot: Robot, table: Sequence[Weight], motion: Array, period: float
 ) -> float:
-    """Return how far the zero-moment point gets from the foot's middle, mm.
+    """Return the greatest distance of the zero-moment point from the foot's middle, mm.
 
     ``motion``, (n, 8) in rad, has one pose every ``period`` s. The robot does not tip while the
     zero-moment point stays within the foot's radius.

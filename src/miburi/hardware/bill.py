@@ -32,14 +32,13 @@ class BillRow:
     Attributes
     ----------
     name, count
-        What, and how many.
+        The item, and how many of it.
     number
         The supplier's part number.
     price, source
-        Price of one piece, with its currency; where and when that price was seen. Empty if nobody
-        looked it up.
+        Price of one piece, with its currency, and where and when it was seen; empty if unknown.
     grams, time
-        Of a printed part; ``time`` as the slicer says it.
+        A printed part's filament and printing time; the time is the slicer's.
     remark
         A note for the buyer.
     """

@@ -1,7 +1,6 @@
 """Make every printed part of a robot, and put the whole body together in a pose.
 
-From a robot's description it makes printed parts in their links' frames, and the position of each
-link in a pose. Lengths are in mm.
+Parts are in their links' frames. Lengths are in mm.
 """
 
 from collections.abc import Iterable
@@ -64,7 +63,7 @@ class Solid:
 
 @dataclass(frozen=True)
 class PrintedPart(Solid):
-    """A part to print; its name is also its file's.
+    """A part to print; its name is also the name of its file.
 
     Attributes
     ----------
@@ -106,16 +105,14 @@ def printed_parts(robot: Robot, fit: float = FIT, *, engraved: bool = True) -> l
     robot
         The robot, which gives lengths, ranges of joints and the size of the phone.
     fit
-        The gap on each side of what is pushed into a pocket, 0 to 0.6 mm. Print the fit gauge to
-        find it for your printer.
+        The gap on each side of a pocket, 0 to 0.6 mm; the fit gauge finds it for your printer.
     engraved
         Whether names and numbers are cut in.
 
     Raises
     ------
     InputError
-        ``fit`` is out of range, or the lengths do not allow the parts; the message says which do
-        not.
+        ``fit`` is out of range, or the lengths do not allow the parts.
     """
     check_fit(fit)
     if lines := misfits(robot):
@@ -169,11 +166,10 @@ def printed_parts(robot: Robot, fit: float = FIT, *, engraved: bool = True) -> l
 
 
 def printed_mass(part: PrintedPart) -> float:
-    """Return what a part weighs as printed, kg: a solid skin, and infill within.
+    """Return the mass of a part as printed, kg: a solid skin, and infill within.
 
-    The skin's thickness and the share of the infill were fitted to the grams that PrusaSlicer
-    2.5 gives for the parts of the buildable robot without supports: each within 9 %, the sum
-    within 2 %.
+    Skin and infill were fitted to the grams that PrusaSlicer 2.5 gives for the parts of the
+    buildable robot without supports: each within 9 %, the sum within 2 %.
     """
     corners, faces = triangles(part.on_the_bed)
     a, b, c = np.moveaxis(corners[faces], 1, 0)
@@ -186,7 +182,7 @@ def printed_mass(part: PrintedPart) -> float:
 
 
 def link_frames(robot: Robot, angles: Array) -> dict[str, Array]:
-    """Return where each link is in a pose, (3, 4) in mm in the base frame; ``angles`` (8,) rad."""
+    """Return each link's frame in a pose, (3, 4) in mm in the base frame; ``angles`` (8,) rad."""
     turns, joints = link_poses(robot, angles)
     frames = np.concatenate([turns, 1000 * joints[..., None]], axis=-1)
     found = {link.name: frame for link, frame in zip(links(robot), frames, strict=True)}

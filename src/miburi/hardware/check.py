@@ -32,8 +32,7 @@ from miburi.robot.geometry import arm_reach
 from miburi.robot.loads import GRAVITY
 from miburi.robot.shape import links
 
-#: A push, N: in the contact trials, the 95th percentile of each contact's largest mean force over
-#: 0.1 s.
+#: A push, N: the 95th percentile over the contact trials of the largest mean force over 0.1 s.
 _PUSH = 2.6
 #: Shares of the servo's stall torque that a joint may need at rest and in motion.
 _STANDING, _MOVING = 1 / 3, 1 / 2
@@ -46,7 +45,7 @@ _MASS = 0.10
 _POINTS = 1500
 #: Largest zero-moment radius that counts as stable, as a share of the foot's radius (our choice).
 _EDGE = 0.9
-#: How many random poses the torques are checked in.
+#: The number of random poses in which the torques are checked.
 _POSES = 5000
 #: The least depth of a 2 mm screw in plastic or in a case, mm.
 _GRIP = 2.0
@@ -76,18 +75,9 @@ def check(
 ) -> Iterator[Finding]:
     """Yield a finding for each property that a robot must have to be built.
 
-    Parameters
-    ----------
-    robot
-        What is to be built.
-    motions
-        The gestures by name, each (n, 8) rad, a pose every ``period`` s.
-    period
-        s.
-    fit
-        The gap on each side of a pocket, mm.
-
-    If no parts can be made with these lengths, the first finding says why, and is the only one.
+    ``motions`` are the gestures by name, each (n, 8) rad with a pose every ``period`` s; ``fit`` is
+    the gap on each side of a pocket, mm. If no parts can be made with these lengths, the first
+    finding says why, and is the only one.
 
     Raises
     ------
@@ -268,7 +258,6 @@ def _drivers(robot: Robot, parts: Sequence[PrintedPart]) -> Finding:
 
 
 def _cables(robot: Robot, motions: Mapping[str, Array]) -> Finding:
-    """Check that each servo's cable is long enough in all gestures."""
     ways = {name: way for name, way in cables(robot).items() if name in JOINTS}
     poses = np.concatenate([np.array([robot.neutral]), *motions.values()])[::5]
     longest: dict[str, float] = {}

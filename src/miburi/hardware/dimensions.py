@@ -1,7 +1,7 @@
 """Read the dimensions that the parts are designed around: servo, walls, screws, Arduino.
 
-Read ``dimensions.toml`` into one immutable :class:`Dimensions`. Lengths are in mm, as in slicers
-and drawings, here and in the whole package.
+``dimensions.toml`` becomes one immutable :class:`Dimensions`. Lengths are in mm, as in slicers and
+drawings, here and in the whole package.
 """
 
 from functools import cache

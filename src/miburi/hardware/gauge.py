@@ -12,13 +12,11 @@ from miburi.hardware.dimensions import dimensions
 from miburi.hardware.solids import Manifold, box, cut, disc, join, letters, moved
 from miburi.robot.shape import BASE
 
-#: mm on each side of a pocket.
+#: Gaps on each side of a pocket, mm.
 FITS = (0.15, 0.25, 0.35)
-#: Diameters of the holes, mm: those in which a 2 mm screw cuts its thread, and those that it passes
-#: through.
+#: Diameters of the holes, mm: a 2 mm screw cuts its thread in four, and passes through three.
 HOLES = (1.5, 1.6, 1.7, 1.8, 2.2, 2.4, 2.6)
-#: Distance from one pocket to the next, mm, and the orientation of a servo's frame: horn up, as in
-#: the neck when it is printed.
+#: Distance between pockets, mm, and the servo's orientation: horn up, as the neck is printed.
 PITCH = 28.8
 TURNED = np.array([[1.0, 0, 0, 0], [0, 0, -1.0, 0], [0, 1.0, 0, 0]])
 
@@ -30,7 +28,6 @@ def gauge() -> list[PrintedPart]:
 
 
 def _pockets() -> Manifold:
-    """Return three holders side by side."""
     s, w = dimensions().servo, dimensions().wall
     holders = []
     for number, fit in enumerate(FITS):

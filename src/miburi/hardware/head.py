@@ -18,8 +18,7 @@ from miburi.hardware.trunk import NECK_SCREWS
 from miburi.robot import Robot
 from miburi.robot.description import Array
 
-#: In mm: the cradle's plate, the foam behind the phone, and by how much a phone may be narrower
-#: than the cradle.
+#: In mm: the cradle's plate, the foam behind the phone, and how much narrower a phone may be.
 _PLATE, _FOAM, _TRAVEL = 3.0, 1.0, 7.5
 #: Thickness of the neck's flange, mm.
 NECK_FLANGE = 3.0
@@ -27,13 +26,12 @@ NECK_FLANGE = 3.0
 
 @dataclass(frozen=True)
 class Clamp:
-    """Where the phone is held, relative to the head's axle, mm.
+    """The place of the phone, relative to the head's axle, mm.
 
     Attributes
     ----------
     frame
-        (3, 4), relative to the head's link: x out of the screen, y to the robot's left, z up along
-        the phone.
+        (3, 4) in the head's link: x out of the screen, y to the robot's left, z up along the phone.
     plate
         Where the cradle's plate begins, along x.
     back, front
@@ -92,8 +90,7 @@ def neck(robot: Robot, fit: float) -> Manifold:
     # The neck's column begins where the sleeve of the servo ends, and leans with it.
     foot_of_sleeve = moved(box((-wide, wide), (s.back, s.front), (end, end + w.shell)), frame)
     column = hull(foot_of_sleeve, box((-24.0, 3.0), (-13.5, 13.5), (floor, floor + 1.0)))
-    # The head's cable comes up through the roof and leaves the neck on the robot's right, hence the
-    # bend.
+    # The head's cable comes up through the roof and leaves on the robot's right, hence the bend.
     bend = (-10.5, 0.0, floor + 7.0)
     channel = [
         rod((-8.0, 0.0, floor - 6.0), bend, 5.0),
@@ -123,8 +120,7 @@ def cradle(robot: Robot) -> Manifold:
     fixed_lip = box((lip, lip + 2.5), (c.half - 4.0, c.half + 3.0), (c.low - 3.0, grip))
     middle = (dimensions().servo.horn_face + dimensions().servo.idler_face) / 2
     fork = servo.cheeks(face).translate((0.0, -middle, 0.0))
-    # The bridge sits as near the axle as on every other fork: with a longer link LH2, the gap could
-    # otherwise pinch fingers.
+    # The bridge is as near the axle as on other forks: with a long LH2, a gap could pinch fingers.
     half, web = servo.fork_half_width(), dimensions().wall.web
     bridge = box((min(web, c.plate), face), (-half, half), (-10.0, 10.0))
     port = box((face, lip + 4.0), (-12.5, 12.5), (c.low - 4.0, c.low + 1.0))

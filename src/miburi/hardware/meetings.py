@@ -17,7 +17,7 @@ from miburi.robot import Robot
 from miburi.robot.description import JOINTS, Array
 from miburi.robot.shape import Link, links
 
-#: mm³.
+#: The largest overlap that does not count, mm³.
 _TOUCH = 0.5
 #: The step between two poses of a joint, rad.
 _STEP = 0.12
@@ -54,8 +54,7 @@ def over_the_range(
 ) -> Iterator[tuple[str, float]]:
     """Yield joint and angle, rad, where a link meets the one that carries it.
 
-    Each joint is turned through its range and ``beyond`` rad more at both ends, with all others at
-    neutral.
+    Each joint turns through its range and ``beyond`` rad more at both ends, all others at neutral.
     """
     whole = _whole(table)
     for link in links(robot):

@@ -1,8 +1,7 @@
 """Draw each step of the assembly as a line-and-tone picture, from the same solids as the parts.
 
 MuJoCo renders the tones and a depth image; lines are drawn where the depth changes sharply or
-another object begins. This module takes a robot's description and returns pictures, (height, width,
-3) uint8.
+another object begins. Pictures are (height, width, 3) uint8.
 """
 
 import xml.etree.ElementTree as ET
@@ -55,15 +54,14 @@ class BuildStep:
     title
         What is done, as the picture's heading.
     adds
-        The added parts, by name, each with the offset from its final place at which it is drawn, mm
-        in its link's frame.
+        The added parts by name, each with the offset at which it is drawn, mm in its link's frame.
     shows
         The things that are there already and are shown; ``*`` for all.
     groups
-        Groups of screws that hold the added parts; each group names the part that it is drawn
-        displaced with, or "" for no offset.
+        Groups of screws that hold the added parts, each with the part whose offset it is drawn
+        with, or "" for none.
     words
-        What else to do or to check.
+        Other things to do or to check.
     view
         The camera's azimuth and elevation, degrees.
     pulled

@@ -1,8 +1,7 @@
 """Where each servo sits, and how long the links must be for the parts to fit.
 
-For a robot it returns frames, (3, 4) with the origin in mm: each transforms a solid from a servo's
-own frame to the frame of the link that holds the servo's case. Links are those of
-:func:`miburi.robot.shape.links`.
+Frames, (3, 4) with the origin in mm, transform a solid from a servo's own frame to the frame of the
+link (of :func:`miburi.robot.shape.links`) that holds the servo's case.
 """
 
 from dataclasses import dataclass
@@ -17,8 +16,7 @@ from miburi.robot import Robot
 from miburi.robot.description import JOINTS, Array
 from miburi.robot.shape import BASE, links
 
-#: How far the head's servo leans back, rad, so that the phone's lower edge clears it when the head
-#: is bowed.
+#: How far the head's servo leans back, rad, so that it clears the phone of a bowed head.
 HEAD_LEAN = 0.65
 #: Gap between a yoke's plate and the torso's side, mm.
 SIDE_GAP = 0.5

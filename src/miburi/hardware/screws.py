@@ -72,8 +72,7 @@ def screws(robot: Robot) -> dict[str, list[Screw]]:
         # Each group's kind, places in the servo's frame, and whether heads face along its axle.
         groups = {"horn": ("M2x6", [(x, s.horn_face + w.plate, z) for x, z in servo.circle()], 1)}
         if mount.idler:
-            # The idlers in ROBOTIS's set come with their own screws; the printed idler is used in
-            # the head.
+            # Idlers in ROBOTIS's set come with their own screws; the head has the printed idler.
             axle = "M2.6x6" if mount.joint == "head" else "M2.6x8"
             rear, far = s.idler_face - w.plate, s.case_holes_z[1]
             groups |= {

@@ -29,7 +29,7 @@ def shapes(robot: Robot) -> dict[tuple[str, str], "Manifold"]:
     Raises
     ------
     InputError
-        This robot cannot be built; the message says which length is too short, and by how much.
+        This robot cannot be built.
     """
     # The geometry kernel is an optional extra, so it is imported here.
     from miburi.hardware.build import PrintedPart, bodies, printed_parts

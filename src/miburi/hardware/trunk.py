@@ -30,11 +30,9 @@ NECK_SCREWS = [(x, y) for x in (-20.0, -3.0) for y in (-20.5, 20.5)]
 _LID, _FLOOR, _ROOF, _GAP = 3.0, 4.4, 5.7, 1.2
 #: Radius of the hole in the roof, through which a slim driver reaches the waist's horn.
 _DRIVER = 9.5
-#: How far the heads of the chest's screws lie in front of the chest's edge, mm: the tips must stop
-#: short of the servos.
+#: Screw heads lie this far in front of the chest's edge, mm, so that tips stop before the servos.
 CHEST_SEAT = 5.5
-#: Radius at which the hub's wires (power, DATA) pass the waist, and half the width of their slot,
-#: mm.
+#: Radius at which the hub's wires (power, DATA) pass the waist, and their slot's half width, mm.
 _CABLE_CIRCLE, _CABLE = 14.9, 2.6
 #: Radius at which the waist's stops stand, and their radius.
 _STOP_CIRCLE, _STOP_RADIUS = 22.0, 2.2
@@ -71,8 +69,7 @@ def column_screws(robot: Robot) -> list[tuple[float, float]]:
 def card_screws() -> list[tuple[float, float]]:
     """Return the places of the four screws of the Mega, whose USB socket faces backwards.
 
-    With the components up and the USB socket at the back, the edge beside the socket is on the
-    robot's left.
+    With components up and the USB socket at the back, the edge beside it is on the robot's left.
     """
     m = dimensions().mega
     return [(x - m.length / 2, m.width / 2 - y) for x, y in m.holes]
@@ -209,7 +206,7 @@ def column(robot: Robot, fit: float) -> Manifold:
         *(moved(hole, frame) for hole in servo.case_screws(s.case_holes_z, s.front, 1)),
         # The column's screws come from below, through the lid.
         *discs("z", screws, (low - 1, low + 12), holes.m25_pilot / 2),
-        # The feed.
+        # The hole for the hub's wires.
         hull(*discs("z", [(_CABLE_CIRCLE, y) for y in (-3.0, 3.0)], (-10, 1), _CABLE)),
     ]
     pin = disc("z", (_STOP_CIRCLE, 0), (-0.1, _GAP + 2.0), _STOP_RADIUS)

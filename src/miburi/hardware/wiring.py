@@ -71,7 +71,7 @@ def hub_board(robot: Robot) -> Manifold:
 
 
 def _socket(robot: Robot, joint: str, side: float) -> tuple[Point, Point]:
-    """Return where a servo's socket is, and the wires behind it; ``side`` is the sign of x."""
+    """Return the points of a servo's socket and of the wires behind it; ``side``: the sign of x."""
     s, mount = dimensions().servo, mount_of(robot, joint)
     plug, free = (
         (f"{joint} servo", mount.link, mount.frame @ [side * 8.0, y, 9.2, 1.0])

@@ -28,10 +28,8 @@ def solve(
 ) -> tuple[int, float, int]:
     """Find the best pose; of those that reach the same points, the one nearest to ``start``.
 
-    Writes the angles, (8,), and the error of each extremity, (3,).
-
-    ``start`` is the present pose, (8,), or an empty array, (0,), for none: a flag would cost 0.1
-    µs.
+    Writes the angles, (8,), and the error of each extremity, (3,). ``start`` is the present pose,
+    (8,), or an empty array, (0,), because a flag would cost 0.1 µs.
 
     Returns how the search ended, the residual in m, and the evaluations.
     """

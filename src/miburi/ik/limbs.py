@@ -1,10 +1,9 @@
 """Each limb alone: for a given waist angle, the best angles of arms and head are known exactly.
 
-It takes a body, a work record with its target, and a waist angle, and returns the best pose at that
-angle with the value of Eq. 13, the paper's objective. What remains is a search over one angle,
-which finds the best pose even for a target out of reach. This method is ours, not the paper's. The
-other parts of the solver know little more about the body than how to evaluate a pose. Importing
-this module loads Numba.
+The module takes a body, a work record with its target, and a waist angle, and returns the best pose
+at that angle with the value of Eq. 13, the paper's objective. What remains is a search over one
+angle, which finds the best pose even for a target out of reach. This method is ours, not the
+paper's. Importing this module loads Numba.
 """
 
 from math import acos, atan2, cos, pi, sin, sqrt
@@ -16,8 +15,8 @@ from miburi.ground.compiled import compiled
 from miburi.ik.problem import Body, Work
 from miburi.robot import Array
 
-#: Tolerances. An angle that is outside a limit by no more than this, rad, is set to the limit. A
-#: hand counts as on the shoulder's axis if it is nearer than this share of the arm's length.
+#: An angle outside a limit by no more than this, rad, is set to the limit. A hand nearer to the
+#: shoulder's axis than this share of the arm's length counts as on the axis.
 _SLIGHT = 1e-9
 
 
@@ -49,7 +48,7 @@ def _wrapped(angle: float) -> float:
 
 @compiled
 def place_body(body: Body, work: Work, waist: float) -> tuple[float, float]:
-    """Write the best pose for this waist to ``new``; return Eq. 13 and its slope in that angle.
+    """Write the best pose for this waist to ``new``; return Eq. 13 and its derivative by waist.
 
     The other joints are optimal, so their motion adds nothing to the derivative.
     """
@@ -161,9 +160,8 @@ def _place_planar(
 def choose_nearest(body: Body, work: Work, start: Array, pose: Array) -> None:
     """Of the poses that put hands and head on the same points, take the one nearest to ``start``.
 
-    With the same waist angle, each arm has four of them. With the waist turned by π, the head can
-    reach the same point by nodding backwards. Such a pose is a candidate if its objective is at
-    most ``enough``.
+    The arms choose among their own poses. With the waist turned by π, the head can reach the same
+    point by nodding backwards; that pose is a candidate if its objective is at most ``enough``.
     """
     lower, upper, present, other = body.lower, body.upper, np.empty(8), np.empty(8)
     for j in range(8):

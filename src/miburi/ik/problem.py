@@ -1,8 +1,7 @@
 """The records that compiled code reads and writes: a body, and the state of one search.
 
-Both are structured arrays with one row. Passing an array to Numba costs little. With the body as a
-NamedTuple, a call takes 2 µs more, while a whole solution takes 2.6 µs. Numba does not count
-references to a record's fields.
+Both are structured arrays with one row. With the body as a NamedTuple, a call takes 2 µs more,
+while a whole solution takes 2.6 µs. Numba does not count references to a record's fields.
 """
 
 from typing import Any, TypeAlias
@@ -16,8 +15,7 @@ from miburi.robot.geometry import arm_reach
 
 #: The largest coordinate of a target, m: far below those whose squares overflow.
 FARTHEST = 1e9
-#: A target whose residual is below this share of the arm's reach counts as reached: 0.07 mm for the
-#: iPhonoid.
+#: A residual below this share of the arm's reach counts as reached: 0.07 mm for the iphonoid.
 REACHED = 5e-4
 #: The search ends at this residual, a share of the arm's reach: 0.14 µm for the iphonoid.
 TOLERANCE = 1e-6
@@ -28,7 +26,7 @@ def _record(fields: list[tuple[Any, ...]]) -> np.dtype[np.void]:
     return np.dtype((np.record, np.dtype(fields, align=True)))
 
 
-#: What the search knows of the body.
+#: The body's constants that the search uses.
 BODY = _record(
     [
         ("lengths", _record([(name, np.float64) for name in Lengths.model_fields])),  # m
@@ -38,7 +36,7 @@ BODY = _record(
         ("reached", np.float64),  # m, the residual at which a target counts as reached
     ]
 )
-#: What one search works with; the compiled functions write it.
+#: The state of one search; the compiled functions write it.
 WORK = _record(
     [
         ("target", np.float64, 9),  # m

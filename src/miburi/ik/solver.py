@@ -31,8 +31,8 @@ NEAR = "the target was not reached; this pose is near it"
 def residual_settings(robot: Robot) -> Settings:
     """Return settings for a search that knows nothing of the body but how to evaluate a pose.
 
-    The paper's Table 2 for the population, Levenberg-Marquardt on the residuals for the local
-    search, with our numbers in proportion to the arm's reach.
+    The population is that of the paper's Table 2. The local search is Levenberg-Marquardt on the
+    residuals, with our numbers, in proportion to the arm's reach.
     """
     square = arm_reach(robot) ** 2
     return Settings(
@@ -57,11 +57,11 @@ class Solution(NamedTuple):
     angles
         (8,) rad inside the limits, in the order of ``JOINTS``.
     residual
-        The length of the nine coordinate errors, in m: the square root of Eq. 13.
+        The norm of the nine coordinate errors, in m: the square root of Eq. 13.
     error
         (3,) m, how far the right hand, the left hand and the head are from their targets.
     evaluations, generations
-        How many poses were tried. How many generations were begun; 0 without ``settings``.
+        Number of poses tried; number of generations begun (0 without ``settings``).
     status
         ``CONVERGED``, ``OUT_OF_REACH``, ``NEAR``, ``BUDGET_SPENT`` or ``DEADLINE``.
     """
@@ -119,23 +119,21 @@ def solve(
     start
         (8,) rad, the present pose; angles outside the limits are clamped to them. Of several poses
         that reach the same points, the one nearest to it (in the space of angles) is chosen; a
-        search by ``settings`` begins there.
+        search by ``settings`` begins at ``start``.
     settings
         None uses Miburi's search over the waist, which always finds the best pose. Otherwise the
         memetic algorithm with these settings and no knowledge of the body:
         :func:`residual_settings`, or ``Settings.paper()`` for Table 2 as printed.
     seed
-        A whole number, 0 or more, or a NumPy generator, for a search by ``settings``: the same seed
-        gives the same solution.
+        A whole number, 0 or more, or a NumPy generator; it fixes the result of a memetic search.
     deadline
         Seconds, above 0, after which a search by ``settings`` returns the best so far. Miburi's
-        own way takes less than a millisecond and does not look at the clock.
+        own search takes less than a millisecond and does not look at the clock.
 
     Raises
     ------
     InputError
-        A shape is wrong, a value is not finite or too large, or an argument does not match its
-        description.
+        A shape or another argument is wrong, or a value is not finite or too large.
     """
     record = _record(robot)
     goal = _numbers(target, "target", _NINE)
@@ -256,7 +254,6 @@ def _numbers(values: ArrayLike, name: str, shape: tuple[int, ...]) -> Array:
 
 
 def _check_size(array: Array, name: str) -> None:
-    """Refuse an array with a number that is not finite or is beyond ``FARTHEST``."""
     if not np.all(np.abs(array) <= FARTHEST):
         raise InputError(
             f"{name} must be finite numbers, none beyond {FARTHEST:g}, got {array.tolist()}."

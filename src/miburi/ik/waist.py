@@ -14,8 +14,7 @@ from miburi.ik.limbs import nearest_angle, place_body
 from miburi.ik.problem import Body, Work
 from miburi.robot import Array
 
-#: Width of the finest cells of the waist, rad, and how many of them make up one of the coarsest
-#: cells.
+#: Width of the finest cells of the waist, rad, and the number of them in a coarsest cell.
 _CELL, _HALVES = 0.01, 32
 #: The search for a minimum ends at the latest when its cell is this narrow, rad.
 _FINE = 1e-9
@@ -88,7 +87,7 @@ def _fastest(body: Body, work: Work) -> float:
     """Return how fast the residual can change with the waist, in m/rad.
 
     Per radian of the waist, an extremity moves by its distance from the axis. Seen from the body,
-    it is the target that moves, by the target's distance. The smaller of the two is the bound.
+    the target moves instead, by its own distance. The smaller of the two is the bound.
     """
     size, target = body.lengths, work.target
     total = 0.0
@@ -119,8 +118,7 @@ def _falls_inwards(left: Array, right: Array) -> bool:
 def _search_cell(body: Body, work: Work, left: Waist, right: Waist) -> None:
     """Find the minimum in a cell, and a second one if there is one.
 
-    If the objective does not rise towards the end halfway from the minimum to it, there is a second
-    minimum.
+    There is a second one if, halfway from the first to an end, the objective falls towards the end.
     """
     floor = _descend(body, work, left, right)
     halfway = _visit(body, work, 0.5 * (left.angle + floor))

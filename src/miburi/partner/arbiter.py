@@ -29,8 +29,7 @@ _CHOICES = 1
 class Arbiter:
     """Chooses the next performance; it only reads the emotional model.
 
-    ``life`` is the seed of idle motion and variation; None switches both off, as in the paper's
-    experiment.
+    ``life`` seeds idle motion and variation; None switches both off, as in the paper's experiment.
 
     Attributes
     ----------
@@ -89,7 +88,7 @@ class Arbiter:
         return Performance(lambda _mood: given, expression, name, asked=True, wish=wish)
 
     def ask(self, asked: Performance, time: float, *, interrupts: bool) -> None:
-        """Note at ``time`` s what somebody asks for, in place of what they asked for before."""
+        """Replace the present request, if any, by ``asked``, made at ``time`` s."""
         self.asked, self.asked_at, self._interrupts = asked, time, interrupts
 
     def speak(self, time: float, strokes: Sequence[float]) -> None:

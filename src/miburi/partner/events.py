@@ -38,7 +38,7 @@ class MoveSent:
     key_pose
         Its number in the gesture, from 0.
     move, solution
-        What the body was told, and how its angles were found.
+        The move that was sent, and the solution that gave its angles.
     """
 
     time: float
@@ -72,7 +72,7 @@ class Stopped:
     Attributes
     ----------
     stop
-        Which motor, and why.
+        The motor and the reason.
     mood_before, mood_after
         The mood that is shown, in [0, 1]; they differ only for a contact.
     """
@@ -90,7 +90,7 @@ class Released:
     Attributes
     ----------
     time
-        The partner's, in s.
+        The partner's time, s.
     """
 
     time: float

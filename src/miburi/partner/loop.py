@@ -34,9 +34,8 @@ from miburi.partner.recovery import Recovery
 from miburi.partner.rest import Company
 from miburi.safety.stop import Phase, Stop, StopReason
 
-#: A wish is dropped after waiting this long, s, for a stopped body: after that, a person who
-#: releases the body no longer expects it. The first pauses after contacts, 1 s to 4 s, are shorter
-#: (our choice).
+#: A wish waits at most this long, s, for a stopped body: later, a person who releases the body does
+#: not expect it. The first pauses after contacts, 1 s to 4 s, are shorter (our choice).
 LAPSES = 8.0
 
 
@@ -57,13 +56,11 @@ class Partner:
         2 s). A gesture that is longer than a period skips the multiples that it covers. With
         ``life``, a new emotion shows at once, in at most three gestures.
     solve
-        The inverse kinematics: it takes robot, target (9,), m, and present angles (8,), rad, and
-        returns a solution.
+        The inverse kinematics: a function of robot, target (9,), m, and present angles (8,), rad.
     life
         A seed. With one, the partner breathes and looks around while it feels nothing
-        (:mod:`miburi.partner.rest`), and varies each gesture. With None it does neither, as in
-        the paper's experiment. The seed (0 for None) also chooses among several gestures of a
-        feeling.
+        (:mod:`miburi.partner.rest`), and varies each gesture; None, as in the paper's experiment,
+        does neither. The seed (0 for None) also chooses among several gestures of a feeling.
     """
 
     def __init__(
@@ -83,8 +80,7 @@ class Partner:
         self._lively = life is not None
         repertoire = repertoire or gestures.shipped_repertoire()
         self._arbiter = Arbiter(body.robot, feelings, repertoire, life)
-        #: The people around the partner: update its attributes as they move, speak, or are in
-        #: distress.
+        #: The people around the partner: update it as they move, speak, or are in distress.
         self.company: Company = self._arbiter.company
         self._performance: Performance | None = None
         self._untold: list[Event] = []  # since the last step
@@ -139,9 +135,8 @@ class Partner:
     def gesticulate(self, strokes: Sequence[float]) -> None:
         """Accompany speech with beats of the arms that turn back at some of the ``strokes``.
 
-        The first gesture of a feeling takes precedence over beats; after it, the posture shows the
-        feeling. There are no beats if the partner has no ``life``, rests, or is stopped. The
-        strokes, s from now, must ascend.
+        The first gesture of a feeling precedes beats; after it, the posture shows the feeling.
+        Without ``life``, at rest or stopped, there are no beats. Strokes, s from now, must ascend.
         """
         self._arbiter.speak(self.body.state.time, strokes)
 
@@ -155,8 +150,7 @@ class Partner:
     ) -> None:
         """Perform a gesture once, as soon as the body is at rest, whatever the feelings are.
 
-        If several wishes are waiting, only the latest counts. A wish that has waited :data:`LAPSES`
-        s for a stopped body is dropped.
+        Only the latest wish counts. One that waits :data:`LAPSES` s for a stopped body is dropped.
 
         Parameters
         ----------
@@ -210,8 +204,7 @@ class Partner:
     def halt(self) -> None:
         """Stop the body because the loop does not respond; the body resumes after a pause.
 
-        Any thread may call it while another uses the body. If this does not reach the body,
-        :meth:`make_sure` stops it.
+        Any thread may call it while another uses the body; if it fails, :meth:`make_sure` stops it.
         """
         self._recovery.halted = self.body.state.phase is not Phase.STOPPED
         self.body.halt()
@@ -225,11 +218,8 @@ class Partner:
     def release(self, *, by_person: bool = False) -> None:
         """Let a stopped body go back to neutral, then continue.
 
-        Parameters
-        ----------
-        by_person
-            Whether a person who sees the body asks for the release: only then may the pause after a
-            contact be cut short.
+        ``by_person`` says that a person who sees the body asks for it; only then may the pause
+        after a contact be cut short.
 
         Raises
         ------

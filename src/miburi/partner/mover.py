@@ -14,8 +14,7 @@ from miburi.robot import JOINTS, Array, Robot
 from miburi.safety.move import Move, plan_move, plan_on
 from miburi.safety.stop import Phase
 
-#: The inverse kinematics of a partner: it takes robot, target (9,), m, and present angles (8,),
-#: rad, and returns a solution.
+#: A partner's inverse kinematics: from robot, target (9,), m, and angles (8,), rad, to a solution.
 Solve = Callable[[Robot, Array, Array], ik.Solution]
 
 #: The shortest time of the last move, back to neutral, s (our choice).
@@ -29,7 +28,7 @@ def solve_with(settings: Settings | None = None) -> Solve:
 
 
 class Mover:
-    """Sends moves to a body, which must be at neutral when this is made.
+    """Sends moves to a body, which must be at neutral when the mover is created.
 
     If ``lively``, it passes key poses that allow it without a stop.
     """
@@ -73,8 +72,7 @@ class Mover:
     def go_on(self, performance: Performance, mood: float, time: float) -> list[MoveSent] | None:
         """Send the performance's next key pose that moves the body, if there is one.
 
-        The returned list is empty if a moving body did not accept the pose, which is sent again
-        once the body rests.
+        The list is empty if a moving body refused the pose, which is sent again when it rests.
         """
         robot = self._body.robot
         for index, pose in performance.go_on(mood):

@@ -27,10 +27,9 @@ class Performance:
     asked
         Whether somebody asked for it.
     rests
-        The name of an act at rest, which gives way to every other performance; empty for the
-        others.
+        The name of an act at rest, which any other performance interrupts; empty for others.
     wish
-        The name given to it by whoever asked for it.
+        The name that the request was given.
     turn
         The angle by which all key poses are turned towards somebody, rad to the robot's left.
     """
@@ -84,8 +83,7 @@ class Performance:
     def sent(self, pose: KeyPose, slows_at: float | None) -> None:
         """Note the key pose that was just sent, which the body will hold or pass.
 
-        ``slows_at`` is when the body slows down for the key pose, s; None for a body that stops at
-        every one.
+        ``slows_at`` is when the body slows down for it, s; None for a body that stops at each.
         """
         self._hold, self._hold_until = pose.hold, None
         self._passes_at = slows_at if pose.passes else None

@@ -1,13 +1,13 @@
 """Decide when a stopped body may go back to neutral.
 
-A :class:`Recovery` is told of stops and gestures, and answers whether the body is to be released.
+A :class:`Recovery` takes stops and gestures, and answers whether the body is to be released.
 
-- In all cases only after it has come to rest. Otherwise the contact rule would mistake the end of
-  the old motion, and the swinging of what the motors carry, for a new contact.
-- After a contact: by itself, after a pause. The pause doubles with each encounter until a gesture
-  goes through without one.
-- Moved by a hand: the body is released automatically once it has been still for a while.
-- After any other stop, and while a person holds the body: only when a person releases it.
+- The body is never released before it has come to rest. Otherwise the contact rule would mistake
+  the end of the old motion, and the swinging of the motors' loads, for a new contact.
+- After a contact, the body is released automatically after a pause. The pause doubles with each
+  encounter until a gesture goes through without one.
+- After a hand has moved it, the body is released automatically once it has been still for a while.
+- After any other stop, and while a person holds the body, only a person can release it.
 """
 
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What the partner does while it shows nothing: it rests like a living thing.
+"""The partner at rest: while it shows no feeling, it moves like a living thing.
 
 Breaths, glances and sighs come one by one with pauses between them, not periodically; most of the
 time nothing moves. Mood shows in them: a sad partner holds its head low, and its acts are small
@@ -27,16 +27,14 @@ Attention = Literal["listening", "thinking", "speaking"]
 
 #: After an interruption of this length, s, rest begins with a pause (our choice).
 _ANEW = 2.0
-#: How long a turn to a face takes, s, and the angle up to which it is not worth making, rad (our
-#: choice).
+#: Duration of a turn to a face, s, and the angle below which no turn is made, rad (our choice).
 _TURNING, _FACED = 1.4, 0.02
 #: Together, moods make acts deeper and quicker by at most exp(this) (our choice).
 _LIVELIEST = 0.3
 #: Ranges of the factors by which the size and tempo of an act vary (our choice).
 _SIZES, _TEMPOS = (0.8, 1.2), (0.85, 1.1)
-#: Sizes of the smallest and the largest beat, the values that the other hand's share of it may
-#: take, and the share of strokes that get a beat, since nobody beats to all of them (all our
-#: choice).
+#: Sizes of the smallest and largest beat, the other hand's possible shares of it, and the share of
+#: strokes that get a beat, since nobody beats to all of them (all our choice).
 _BEATS, _OTHERS, _TRIED = (0.5, 1.5), (0.0, 0.5, 0.9), 0.8
 #: The only act while somebody is in distress or talks with the partner.
 _CALM = "breath"
@@ -44,8 +42,7 @@ _CALM = "breath"
 _TURNS = "turn"
 #: The shortest look aside, s (our choice).
 _BRIEFEST = 0.1
-#: Indices of the head's turn and rise in ``gestures.coordinates.COORDINATES``, and the permutation
-#: that exchanges the arms.
+#: Indices of the head's turn and rise in ``COORDINATES``; the permutation that swaps the arms.
 _TURN, _RISE, _MIRRORED = 6, 7, [3, 4, 5, 0, 1, 2, 6, 7]
 
 _Seconds = Annotated[float, Field(gt=0, le=600)]
@@ -59,11 +56,10 @@ class Company:
     Attributes
     ----------
     gaze
-        The person's direction, rad to the partner's left. At rest it turns there, as far and as
-        fast as its temperament lets it.
+        The person's direction, rad to the partner's left. At rest the partner turns there, as far
+        and as fast as its temperament lets it.
     calm
-        Whether the partner must stay calm because somebody is in distress. The partner then shows
-        no feeling, and only breathes.
+        Whether somebody is in distress: then the partner shows no feeling, and only breathes.
     attends
         Its role in a conversation, in which it faces the person; None if there is no conversation.
     """
@@ -129,12 +125,12 @@ class Rest:
     def __init__(self, robot: Robot, feelings: FeelingModel, seed: int) -> None:
         self._robot, self._feelings = robot, feelings
         self._rng = np.random.default_rng([seed, 2])
-        self._hands = np.random.default_rng([seed, 3])  # of beats
-        self._eyes = np.random.default_rng([seed, 4])  # of looks aside
+        self._hands = np.random.default_rng([seed, 3])  # draws beats
+        self._eyes = np.random.default_rng([seed, 4])  # draws looks aside
         self._attends: Attention | None = None
         self._averts = float("inf")  # when it looks aside, s
-        self._back: float | None = None  # s in which it looks back
-        self._faced = 0.0  # where it looked before, rad to its left
+        self._back: float | None = None  # the time in which it looks back, s
+        self._faced = 0.0  # the direction before it looked aside, rad to its left
         self._due = self._called = float("-inf")
         self._last = ""
 
@@ -147,8 +143,7 @@ class Rest:
         allowed, calm = self._feelings.temperament.gaze, company.calm
         turn = float(np.clip(company.gaze, -allowed.turn, allowed.turn))
         if abs(turn - turned) > _FACED:
-            # It turns back from a look aside in the time given for that look. If the person has
-            # moved meanwhile, it turns slowly.
+            # It turns back from a look aside in that look's time, or slowly if the person moved.
             back, self._back = self._back, None
             back = None if abs(turn - self._faced) > _FACED else back
             step = allowed.speed * _TURNING if back is None else np.inf

@@ -1,7 +1,7 @@
-"""How much of an emotion a partner with ``life`` shows: at once, a few gestures, and then rest.
+"""Limit how much of an emotion a partner with ``life`` shows: at once, a few gestures, then rest.
 
-Without this, a gesture repeats while its emotion lasts: fourteen times for one remark. The paper's
-experiment still does so; a partner with life does not.
+Without this limit, a gesture repeats while its emotion lasts, as in the paper's experiment:
+fourteen times for one remark.
 """
 
 from miburi.feelings import FEELINGS, Expression, FeelingModel
@@ -9,7 +9,7 @@ from miburi.robot import Array
 
 #: Gestures for one emotion (our choice).
 _MOST = 3
-#: An emotion that rises by more than this above where it was counts as a new one (our choice).
+#: An emotion that rises by more than this above its earlier level is a new one (our choice).
 _RISES = 0.05
 #: The newest feeling shows if it is at least this share of the strongest emotion (our choice).
 _NEAR = 0.9
@@ -33,7 +33,7 @@ class ShownEmotion:
         self._rose_last: int | None = None
 
     def left(self, felt: Expression | None) -> Expression | None:
-        """Return what is felt if some of it is still to be shown, else None.
+        """Return the feeling that is still to be shown, if any.
 
         Of nearly equal emotions the newest shows first: a fright also raises an older fear,
         slightly above the fright itself, and yet the fright is what is new.

@@ -22,14 +22,8 @@ _ANGLE_TOLERANCE = 1e-7
 def inverse(robot: Robot, target: ArrayLike, tolerance: float = 1e-6) -> Array:
     """Return all poses inside the limits that put hands and head on ``target``.
 
-    Parameters
-    ----------
-    robot
-        Gives lengths and limits.
-    target
-        (9,) m: right x y z, left x y z, head x y z in the base frame.
-    tolerance
-        Largest distance of an extremity from its target, in m.
+    ``target`` is (9,) m: right x y z, left x y z, head x y z in the base frame; ``tolerance`` is
+    the largest distance of an extremity from its target, in m.
 
     Returns
     -------

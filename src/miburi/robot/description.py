@@ -89,7 +89,7 @@ def _servo(value: object, info: ValidationInfo) -> object:
 
 
 class ServoTable(Table):
-    """The servo of every joint, and what is asked of it: rad/s, rad/s², N·m at the horn."""
+    """The servo of every joint; its speed, acceleration and hold torque: rad/s, rad/s², N·m."""
 
     model: Annotated[Servo, BeforeValidator(_servo)]
     max_speed: Annotated[float, Field(gt=0, le=20)]
@@ -118,11 +118,7 @@ class Masses(Table):
 
 
 class Shape(Table):
-    """Outer dimensions in m, and the head angle at which the screen is upright, in rad.
-
-    ``phone_below`` is how far the phone reaches below the head's centre, half its height by
-    default.
-    """
+    """Outer dimensions in m, and the head angle at which the screen is upright, in rad."""
 
     pedestal_height: Positive
     pedestal_radius: Positive
@@ -137,7 +133,7 @@ class Shape(Table):
 
     @property
     def phone_drop(self) -> float:
-        """How far the phone reaches below the head's centre, m: by default half its height."""
+        """Height of the head's centre above the phone's lower edge, m; by default mid-phone."""
         return self.phone_height / 2 if self.phone_below is None else self.phone_below
 
 
@@ -186,16 +182,12 @@ class Robot(Table):
 def load_robot(path: Path | str) -> Robot:
     """Read and check a robot description.
 
-    Parameters
-    ----------
-    path
-        A TOML file with exactly the keys of ``iphonoid.toml``.
+    ``path`` is a TOML file with exactly the keys of ``iphonoid.toml``.
 
     Raises
     ------
     DescriptionError
-        The file cannot be read, is not TOML, or a key is missing, unknown or out of range; the
-        message names the file, every wrong key, its value and what is allowed.
+        The file cannot be read, is not TOML, or a key is missing, unknown or out of range.
     """
     return load_table(Robot, path)
 

@@ -1,9 +1,8 @@
 """The guards of the contact rule: names, order, units and ranges, all in one table.
 
 No servo follows its command exactly. A guard is a tolerance of the contact rule, beyond the ratio
-that the paper gives; :mod:`miburi.safety.contact` says what each does. The format of a robot's
-description, the rule, the settings of an Arduino card, the calibration file and the link's messages
-all derive from :class:`Guards`.
+that the paper gives (see :mod:`miburi.safety.contact`). The robot's description, the rule, a card's
+settings, the calibration file and the link's messages all derive their guards from :class:`Guards`.
 
 To add a guard, add a field to :class:`Guards`, use it in ``safety/contact.py`` and
 ``calibration/free_motion.py``, add it to the firmware (``contact.h`` and ``settings.h``; a test
@@ -22,8 +21,7 @@ from pydantic_core import CoreSchema
 Value = TypeVar("Value")
 Other = TypeVar("Other")
 _Integers = NDArray[np.int64]
-#: One encoder step of the XL330 servos on a card, rad. Ranges are in these steps, whatever encoder
-#: a simulated servo has.
+#: One encoder step of a card's XL330 servos, rad; ranges are in these steps for every servo.
 CARD_STEP = 2 * np.pi / 4096
 
 
@@ -81,9 +79,8 @@ class Guard:
 class Guards(Generic[Value]):
     """A value for each guard, in the card's order.
 
-    ``Guards[Steps]`` holds the guards of all eight motors for the rule, (8,) µs or steps each.
-    The guards of one motor are ``Guards[int]`` on the card and ``Guards[float]``, in SI units, on
-    the wire.
+    ``Guards[Steps]`` holds the guards of all eight motors for the rule, (8,) µs or steps each. One
+    motor's guards are ``Guards[int]`` on the card and ``Guards[float]``, in SI units, on the wire.
     """
 
     lag: Annotated[Value, Guard("Delay behind its profile", TIME, 0, 100_000, 5_500)]
@@ -107,7 +104,7 @@ GUARDS: dict[str, Guard] = {field.name: get_args(field.type)[1] for field in fie
 
 
 def in_whole_units(guards: Guards[list[float]], step: float) -> Guards[_Integers]:
-    """Convert guards from SI units to the rule's; ``step`` is the angle of an encoder step, rad."""
+    """Convert guards from SI units to the rule's integers; ``step`` is one encoder step, rad."""
     return guards.map(
         lambda guard, values: np.rint(np.divide(values, guard.unit.size(step))).astype(np.int64)
     )

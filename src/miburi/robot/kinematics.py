@@ -55,18 +55,7 @@ def forward(robot: Robot, angles: ArrayLike) -> Array:
 
 
 def jacobian(robot: Robot, angles: ArrayLike) -> Array:
-    """Differentiate :func:`forward` at one pose.
-
-    Parameters
-    ----------
-    robot
-        Gives the six lengths.
-    angles
-        (8,) rad.
-
-    Returns
-    -------
-    (9, 8) m/rad.
+    """Differentiate :func:`forward` at one pose: return (9, 8) m/rad for ``angles``, (8,) rad.
 
     Raises
     ------

@@ -1,8 +1,7 @@
 """The loads that the robot's own parts put on its motors: weight and inertia, in closed form.
 
-The masses are the description's, each centred in its part. The loads are needed to drive the
-motors: to aim goals high enough that a sagging joint ends where it should, to know the torque of a
-move, and to predict a motion.
+The masses come from the description; each is centred in its part. With the loads, goals are aimed
+high enough that a sagging joint ends where it should, and torques and motions are predicted.
 """
 
 from functools import lru_cache
@@ -25,8 +24,7 @@ class Loads(NamedTuple):
     gravity
         (..., 8) N·m that each motor must give to hold its joint.
     inertia
-        (..., 8) kg·m², the inertia that each motor moves with all other joints fixed, without the
-        motors' rotors.
+        (..., 8) kg·m², the inertia that each motor moves with other joints fixed, without rotors.
     """
 
     gravity: Array
@@ -34,7 +32,7 @@ class Loads(NamedTuple):
 
 
 class _Solids(NamedTuple):
-    """What does not depend on the pose of a robot: its 8 links, and n parts with masses."""
+    """The pose-independent data of a robot: its 8 links, and n parts with masses."""
 
     order: list[int]  # the links' joints
     parents: list[int]  # the links' parents; -1 for the base
@@ -47,9 +45,10 @@ class _Solids(NamedTuple):
 
 
 def link_poses(robot: Robot, angles: Array) -> tuple[Array, Array]:
-    """Return how each link is turned, (..., 8, 3, 3), and where its joint is, (..., 8, 3) m.
+    """Return each link's rotation, (..., 8, 3, 3), and its joint's position, (..., 8, 3) m.
 
-    In the base frame, in the order of :func:`~miburi.robot.shape.links`; ``angles`` (..., 8) rad.
+    Both are in the base frame, in the order of :func:`~miburi.robot.shape.links`; ``angles``
+    (..., 8) rad.
     """
     body = _solids(robot.lengths, robot.masses, robot.shape)
     turns = _turns(body.axes, angles[..., body.order])
@@ -75,9 +74,9 @@ def loads(robot: Robot, angles: Array) -> Loads:
     centres = axles[..., body.links, :] + carried
     x, y, z = np.moveaxis(axes[..., None, :], -1, 0)
     u, v, w = np.moveaxis(centres[..., None, :, :] - axles[..., None, :], -1, 0)
-    up = x * v - y * u  # what the joint's turn lifts, m/rad
+    up = x * v - y * u  # how far the joint lifts the part, m/rad
     far = (y * w - z * v) ** 2 + (z * u - x * w) ** 2 + up**2
-    # What a part's own extent adds: its mean square distance from the axis through its middle.
+    # A part's own extent adds its mean square distance from the axis through its middle.
     seen = np.einsum("...ki,...pij->...kpj", axes, turns[..., body.links, :, :])
     along = np.einsum("...kpi,pij,...kpj->...kp", seen, body.spreads, seen)
     far += np.trace(body.spreads, axis1=1, axis2=2) - along
@@ -89,7 +88,7 @@ def loads(robot: Robot, angles: Array) -> Loads:
 
 @lru_cache(maxsize=64)
 def _solids(lengths: Lengths, masses: Masses, shape: Shape) -> _Solids:
-    # These are all that ``links`` and ``parts`` use.
+    # ``links`` and ``parts`` use no other tables of a robot.
     robot = Robot.model_construct(lengths=lengths, masses=masses, shape=shape)
     table = links(robot)
     names = [link.name for link in table]

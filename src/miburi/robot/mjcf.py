@@ -14,12 +14,11 @@ from miburi.servos.servo import Friction
 #: The share of a servo's dry friction that acts at the horn, behind the backlash (our choice).
 #: Without it, an unloaded joint would swing within the backlash for ever.
 HORN = 0.1
-#: The stiffness of the teeth where the play ends; with MuJoCo's defaults it would be as low as a
-#: servo's.
+#: Stiffness of the teeth where the play ends; MuJoCo's default is as low as a servo's.
 _TEETH = "0.99 0.999 0.0001"
 #: Prefix of the joints that stand for the play of a servo's gears.
 PLAY = "play_"
-#: Physics runs at 500 Hz.
+#: Time step of the physics, s.
 TIMESTEP = 0.002
 #: Side length of the face on the screen, in pixels.
 FACE_PIXELS = 192
@@ -42,8 +41,7 @@ def to_mjcf(
 
     Joints and actuators have the names in ``JOINTS``; the sites ``right``, ``left`` and ``head``
     mark the extremities. Where servo gears have play, a joint ``play_…`` lies between each motor
-    and what it moves; its limits are the gears' teeth. All pairs of parts can collide, except those
-    that a joint connects.
+    and what it moves, limited by the teeth. All parts can collide but those that a joint connects.
 
     The mocap body ``hand`` collides with the robot only. A ``sprung_hand`` has mass, hangs on a
     spring along each axis (joints ``hand_x``, ``hand_y``, ``hand_z``) and can grasp, by the
@@ -76,8 +74,7 @@ def to_mjcf(
         _fingers(_add(world, "body", name="hand", mocap="true", pos=HAND_AWAY))
     if face:
         _face(robot, asset, bodies["head"])
-    # MuJoCo itself ignores contacts between bodies that a joint connects, unless one is fixed to
-    # the world.
+    # MuJoCo ignores contacts between bodies that a joint connects unless one is fixed to the world.
     _add(_add(root, "contact"), "exclude", body1=BASE, body2="torso")
     actuator, servo = _add(root, "actuator"), robot.servo.model
     for joint in JOINTS:
@@ -145,7 +142,7 @@ def _horns(root: ET.Element, servo: Servo) -> None:
 
 
 def _solver(friction: Friction) -> dict[str, str]:
-    """Return how MuJoCo's solver holds dry friction."""
+    """Return the parameters of MuJoCo's solver for dry friction."""
     grip = friction.solver_grip
     return {
         "solreffriction": f"{friction.solver_time} 1",
@@ -182,7 +179,7 @@ def _geom(body: ET.Element, part: Part, *, hidden: bool = False) -> None:
 
 
 def _sprung_hand(root: ET.Element, world: ET.Element) -> None:
-    """Add the human hand on springs, which yield as an arm does; its joints are world positions."""
+    """Add the human hand on springs, which yield as an arm does; its joints are in world axes."""
     hand = _add(world, "body", name="hand", gravcomp=1, pos=HAND_AWAY)
     for name, axis, away in zip("xyz", np.eye(3), HAND_AWAY, strict=True):
         _add(
@@ -197,7 +194,6 @@ def _sprung_hand(root: ET.Element, world: ET.Element) -> None:
 
 
 def _fingers(hand: ET.Element, **attributes: object) -> None:
-    """Add the part of the hand that can touch."""
     _add(
         hand, "geom", **attributes, name="hand", type="capsule", material="skin", size=HAND_SIZE,
         contype=2, conaffinity=1,
@@ -222,7 +218,6 @@ def _face(robot: Robot, asset: ET.Element, head: ET.Element) -> None:
 
 
 def _add(parent: ET.Element, tag: str, /, **attributes: object) -> ET.Element:
-    """Add an element; a tuple becomes its numbers with spaces between."""
     texts = {
         name: _text(value) if isinstance(value, tuple) else str(value)
         for name, value in attributes.items()

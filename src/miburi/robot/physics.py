@@ -25,8 +25,7 @@ def drawing_backend(
 ) -> str | None:
     """Return MuJoCo's name for a graphics backend that works here without a screen, or None.
 
-    On Linux that is EGL, else OSMesa, else ``off``: then physics runs, and drawing pictures is an
-    error.
+    On Linux that is EGL, else OSMesa, else ``off``: physics runs, but drawing pictures is an error.
     """
     if platform != "linux":
         return None

@@ -1,14 +1,12 @@
 """Eqs. 3–11 exactly as the paper prints them, misprints included, for reproduction.
 
-They differ from the body of Figs. 2 and 3, and so from :func:`miburi.robot.forward`, in these
-places:
+They differ from :func:`miburi.robot.forward`, the body of Figs. 2 and 3, in these places:
 
 - Eqs. 3, 4, 6, 7: in the last link, the sign between cos E · (waist) and (waist) · sin S · sin E
   is inverted, so that the length of the link depends on the pose.
 - Eqs. 4, 7: the last link has cos W instead of sin S.
 - Eq. 8: the base height L01 is subtracted instead of added.
-- Eq. 11: the head's height uses cos H instead of sin H, so that the head's centre does not move
-  on a circle.
+- Eq. 11: the head's height uses cos H instead of sin H, so the head does not move on a circle.
 """
 
 import numpy as np
@@ -21,21 +19,7 @@ from miburi.robot.kinematics import finite_array
 def forward_as_printed(robot: Robot, angles: ArrayLike) -> Array:
     """Evaluate Eqs. 3–11 as printed; use :func:`miburi.robot.forward` for the real body.
 
-    Parameters
-    ----------
-    robot
-        Gives the six lengths.
-    angles
-        (8,) or (n, 8) rad.
-
-    Returns
-    -------
-    (9,) or (n, 9) m.
-
-    Raises
-    ------
-    InputError
-        The shape is wrong, or a value is not finite.
+    Parameters, result and errors are those of :func:`~miburi.robot.forward`.
     """
     q = finite_array(angles, 8, "angles")
     size = robot.lengths

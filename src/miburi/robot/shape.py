@@ -1,8 +1,8 @@
 """Links and parts: which link turns about which joint, and which solids it consists of.
 
-A robot's description yields two tables, from which the physical model and the URDF file are made,
-and the robot that the studio's pages draw. At zero angles the arms point straight out to the sides
-and the head link points forward.
+A robot's description yields two tables. The physical model, the URDF file and the robot on the
+studio's pages are made from them. At zero angles the arms point straight out to the sides and the
+head link points forward.
 """
 
 from collections.abc import Sequence
@@ -51,7 +51,7 @@ class Link:
 
 @dataclass(frozen=True)
 class LinkFrame:
-    """Where a link is on its parent.
+    """The pose of a link on its parent.
 
     Attributes
     ----------
@@ -96,7 +96,7 @@ class Part:
 
     @property
     def of_the_phone(self) -> bool:
-        """Whether it is a part of the phone. Other parts can be drawn with their printed shapes."""
+        """Whether the part belongs to the phone; others can be drawn with their printed shapes."""
         return self.name.startswith(("phone", "screen"))
 
     @property
@@ -244,8 +244,7 @@ def _slab(
 ) -> list[Part]:
     """Return a box with round corners, tilted like the phone: two crossing boxes and four discs.
 
-    ``ahead`` is how far the box's centre is in front of the phone's, ``corner`` the radius of the
-    corners.
+    Its centre is ``ahead`` in front of the phone's centre; ``corner`` is the corners' radius.
     """
     tilt = -robot.shape.phone_level
     deep, wide, high = half

@@ -1,8 +1,8 @@
 """Robots as they leave a workshop: each differs from its description in hidden ways.
 
 A description and a seed give robots whose servos and masses vary as widely as may be expected of
-such servos, new and worn. Whoever drives them knows only the description. All ranges are ours. The
-divisor of the P gain is about that of the e-manual, or about the one that others identified.
+such servos, new and worn. A program that drives them knows only the description. All ranges are
+ours.
 """
 
 from dataclasses import dataclass
@@ -13,12 +13,11 @@ import numpy as np
 from miburi.robot.description import Robot
 from miburi.servos import Servo
 
-#: The description's stiffness and dry friction are multiplied or divided by up to this.
+#: The description's stiffness and dry friction are multiplied or divided by at most this factor.
 _FACTOR = 2.0
-#: Shares by which resistance (cold and hot), masses, the supply's voltage and the clock may be off.
+#: Largest relative errors of resistance (cold or hot), masses, supply voltage and clock.
 _RESISTANCE, _MASS, _VOLTAGE, _CLOCK = 0.2, 0.1, 0.05, 0.005
-#: The longest delay from a command to the start of its profile, s, and the largest play of gears,
-#: rad.
+#: The longest delay from a command to its profile's start, s, and the largest play of gears, rad.
 _DELAY, _BACKLASH = 0.003, radians(0.5)
 
 
@@ -29,7 +28,7 @@ class Specimen:
     Attributes
     ----------
     robot
-        With the true constants of its servos, all eight alike, and its true masses.
+        The robot with its true masses and the true constants of its servos, all eight alike.
     start_delay
         Delay in s from a command to the start of a servo's profile.
     clock
@@ -46,9 +45,9 @@ def specimens(
 ) -> tuple[Specimen, ...]:
     """Return robots that were built from a description; the same ones for the same seed.
 
-    Every other one divides its P gain by half the description's divisor, which doubles its
-    stiffness: for the XL330, 256 was identified, and the e-manual says 128. ``play`` is the play of
-    the gears of all robots, rad; by default each robot has its own, up to half a degree.
+    Every other robot divides its P gain by half the description's divisor, which doubles its
+    stiffness: for the XL330, 256 was identified, and the e-manual says 128. ``play`` is the play
+    of all gears, rad; by default each robot has its own, up to half a degree.
     """
     rng = np.random.default_rng([seed, 11])  # a stream of its own
     return tuple(_specimen(robot, rng, 2.0 if number % 2 else 1.0, play) for number in range(count))
@@ -75,7 +74,6 @@ def _specimen(robot: Robot, rng: np.random.Generator, finer: float, play: float 
 
 
 def _changed(servo: Servo, table: str, **factors: float) -> Servo:
-    """Return a servo in which some constants of one table are multiplied by factors."""
     old = getattr(servo, table)
     new = {name: getattr(old, name) * factor for name, factor in factors.items()}
     return servo.model_copy(update={table: old.model_copy(update=new)})

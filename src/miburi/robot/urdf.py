@@ -117,7 +117,6 @@ def _shape(link: ET.Element, use: str, piece: Part) -> None:
 
 
 def _add(parent: ET.Element, tag: str, /, **attributes: Any) -> ET.Element:
-    """Add an element; one number or several become text of nine digits."""
     texts = {
         name: value
         if isinstance(value, str)

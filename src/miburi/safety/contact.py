@@ -1,15 +1,12 @@
 """The paper's contact rule (Section 2): if the robot has met something, all motors stop.
 
-Then all its motors must stop.
-
 The rule takes the commanded profile of one move and then, at every reading of the encoders (10 ms
 apart in simulation, 20 ms on the card), the eight motors' positions. It returns a :class:`Contact`,
 or None. All quantities are integers, in encoder steps and µs. The firmware's ``contact.h`` makes
 the same decision at every reading.
 
-The paper's rule: every p = 0.1 s, work out the speed of each motor from its positions. If one
-motor is slower than 0.9372 of the speed sent to it, the robot has met an obstacle and all motors
-stop (Eqs. 1 and 2, Fig. 1).
+The paper's rule: every p = 0.1 s, compute each motor's speed from its positions. If one motor is
+slower than 0.9372 of the speed sent to it, all motors stop (Eqs. 1 and 2, Fig. 1).
 
 Miburi's rule compares distances instead of speeds. A motor passes if, in the current window::
 
@@ -24,8 +21,8 @@ For a motor that cruises at 800 steps/s, with a slack of 5 steps::
     expected travel [steps]         8       16            80   |      8       16
     measured travel, at least       3       10            70   |      3       10
 
-So a motor that is blocked at the start of a period stops the robot at the next reading. The rule
-need not wait for the period to end.
+So a motor that is blocked at the start of a period stops the robot at the next reading, not at the
+end of the period.
 
 Each motor has six guards, which calibration derives from free motion. The figures here are those
 of the iphonoid's right shoulder; a step is 0.088°.
@@ -38,19 +35,17 @@ of the iphonoid's right shoulder; a step is 0.088°.
    window is extended: at 50 steps/s it is judged after 160 ms.
 4. ``behind``, 12 steps: the motor may never be further than this behind the delayed profile.
 5. ``ahead``, 12 steps: it may never be further than this ahead of the delayed profile.
-6. ``arrival``, 9 steps: one period after the delayed profile has ended, the motor must be this
-   close to its goal.
+6. ``arrival``, 9 steps: the motor is this near its goal one period after the delayed profile ends.
 
 Guards 4 and 5 widen with the speed of the move. A lag varies from move to move by up to
 ``LAG_DOUBT`` = 2 ms, which at 3000 steps/s, a top speed, adds 6 steps.
 
-What the rule cannot see: an obstacle that holds a motor back by less than its guards. Contacts
-that are slow, soft or near a joint's axis are noticed late (docs/safety.md has the figures).
+The rule cannot see an obstacle that holds a motor back by less than its guards. Contacts that are
+slow, soft or near a joint's axis are noticed late (docs/safety.md has the figures).
 
-The period, the ratio and "one motor stops all" are the paper's; all else is ours. If the rule
-compared a motor's speed with the nominal speed, as printed in the paper, it would stop every free
-move of a real servo, which ramps up, ramps down and lags. :mod:`miburi.safety.printed` keeps that
-rule for comparison.
+The period, the ratio and "one motor stops all" are the paper's; all else is ours. The printed rule,
+which compares a motor's speed with the nominal speed, would stop every free move of a real servo,
+which ramps up, ramps down and lags; :mod:`miburi.safety.printed` keeps it for comparison.
 """
 
 from dataclasses import dataclass, field
@@ -79,7 +74,7 @@ _READINGS = np.arange(20, dtype=np.int64) * (SECOND // 100)
 
 @dataclass(frozen=True)
 class Loading:
-    """The loads' effects on motors in one move, along their directions: (8,) in 1/256 steps.
+    """The loads' effects on motors in one move, along each motor's direction: (8,), 1/256 steps.
 
     Attributes
     ----------
@@ -92,7 +87,7 @@ class Loading:
     velocity
         The motor's speed at the start, in 1/256 steps/s; it may still be swinging.
     gone
-        How far it has gone since the reading of its position.
+        The motor's travel since the reading of its position.
     """
 
     offset: Steps
@@ -147,7 +142,7 @@ class Rule:
 
 
 class Sign(StrEnum):
-    """The test of the rule that found a contact: the window, or one of two others behind it."""
+    """The test of the rule that found a contact: the window, or one of its two backstops."""
 
     SPEED = "speed"
     TRACKING = "tracking"
@@ -163,10 +158,9 @@ class Contact:
     motor
         Index of the motor in the order of ``JOINTS``.
     sign
-        Which part of the rule saw it.
+        The test that found the contact.
     measured, expected
-        Travel in 1/256 steps: within the window if the sign is ``speed``, and otherwise since the
-        move began.
+        Travel in 1/256 steps: in the window for the sign ``speed``, else since the move began.
     length
         Duration of that travel, µs.
     """
@@ -190,10 +184,10 @@ class Contact:
 
 @dataclass(frozen=True)
 class Window:
-    """What the rule compared at one reading.
+    """The figures that the rule compared at one reading.
 
-    Travel is counted in the window. If a backstop (tracking or arrival) saw the contact, travel is
-    counted since the move began, without slack, and only the motors that the backstop caught are
+    Travel is counted in the window. If a backstop (tracking or arrival) found the contact, travel
+    is counted since the move began, without slack, and only the motors that the backstop caught are
     judged.
 
     Attributes
@@ -203,8 +197,7 @@ class Window:
     granted
         (8,) measured travel plus slack, which the rule compares with the expected travel.
     judged
-        (8,) whether the motor was judged; in a window, whether the expected travel reached
-        ``least``.
+        (8,) whether the motor was judged; in a window, if the expected travel reached ``least``.
     length
         (8,) duration of the travel, µs.
     """
@@ -229,12 +222,11 @@ class Watch:
     start, direction
         (8,) positions in steps at the latest reading before the move began; (8,) +1 or −1.
     loading
-        What loads the motors; the delayed profile ignores it.
+        The loads on the motors; the delayed profile ignores them.
     window
-        What the rule compared at the latest reading; None before the first.
+        The figures of the latest reading; None before the first.
     came
-        (8,) steps that each motor had already moved in its present direction, in earlier moves that
-        were replaced.
+        (8,) steps already moved in the present direction, in earlier moves that were replaced.
     turned
         (8,) whether the motor went the other way in the move that was replaced.
     """
@@ -271,18 +263,14 @@ class Watch:
         self._end = int(np.max(self.profile.total + self.rule.guards.lag))
 
     def go_on(self, before: "Watch", seen: int, elapsed: int) -> None:
-        """Take over what was seen during the move that this one replaces.
+        """Continue the observation of the move that this one replaces.
 
         A hand that holds a motor back is noticed, however often moves replace one another. Only the
         window of a motor that turns round starts again, at its turning point: otherwise travel in
         both directions would be added up.
 
-        Parameters
-        ----------
-        before
-            The watch that was used until now.
-        seen, elapsed
-            µs from the earlier move's start to the latest reading, and to this move's start.
+        ``seen`` and ``elapsed`` are µs from the earlier move's start to the latest reading, and to
+        this move's start.
         """
         turned = before.direction * self.direction
         moved = (before.start - self.start) * self.direction * FINE
@@ -301,9 +289,7 @@ class Watch:
     def look(self, positions: Steps, time: int) -> Contact | None:
         """Judge the motors' positions (8,) at ``time`` µs since the move began.
 
-        Returns
-        -------
-        The contact of the motor that is furthest from where it should be, or None.
+        Returns the contact of the motor that deviates most, or None.
         """
         expected, measured = self.expected_travel(time), self._travel(positions)
         window_expected, window_measured = expected - self._expected, measured - self._measured

@@ -1,8 +1,7 @@
 """The card's logic in Python: take a move, watch the motors, stop on contact, return to neutral.
 
-Its inputs are moves, stops and releases and, at every reading of the encoders, the positions of
-the eight motors with the time. Its outputs are the phase, any stop in force, and the setpoints for
-the servos.
+It takes moves, stops, releases and, at every reading of the encoders, the eight positions with the
+time. It returns the phase, any stop in force, and the setpoints for the servos.
 The controller knows no more than a card does: encoder steps and a clock. The firmware's
 ``controller.h`` makes the same decisions::
 
@@ -13,8 +12,8 @@ The controller knows no more than a card does: encoder steps and a clock. The fi
     any phase ──stop──▶ STOPPED
     STOPPED ──release──▶ RETURNING ──neutral reached──▶ IDLE
 
-A new move replaces a running one: motors start it at their present speeds, and the rule goes on
-with what it has seen.
+A new move replaces a running one: motors start it at their present speeds, and the rule keeps its
+observations.
 
 A stop latches: only a release ends it. A stop that somebody asked for holds the motors where they
 are. After a contact the body first gives way, since a motor that holds where it was blocked goes
@@ -22,9 +21,8 @@ on pressing (all figures are ours):
 
 1. All motors go back along their path until the motor that met something has gone back by
    ``GIVE_WAY``, 1.4°. No motor goes further than ``FURTHEST``, 4.2°.
-2. After ``YIELD_AFTER``, 150 ms, a motor that somebody still holds away from its place stays
-   where it is and does not push back. This happens once for each contact, so that a load cannot
-   pull a motor further and further.
+2. After ``YIELD_AFTER``, 150 ms, a motor that somebody still holds away from its place stays there
+   instead of pushing back; only once for each contact, or a load could pull it further and further.
 
 A body at rest can be led by hand. If something holds a motor away from its resting place for
 ``YIELD_AFTER``, by more than the larger of its ``slack`` and its ``arrival``, the body stops with
@@ -49,13 +47,11 @@ from miburi.safety.stop import Phase, Stop, StopReason
 
 #: Speed of the return to neutral, in rad/s of the motor that has the furthest to go (our choice).
 RETURN_SPEED = 0.8
-#: After a contact the motor that met something goes back by the first angle, and no motor by more
-#: than the second, in rad (our choice).
+#: Angles of the way back after a contact (step 1 above), rad (our choice).
 GIVE_WAY, FURTHEST = 0.0245, 0.0736
 #: How long motors are held away from their places before they give in, µs (our choice).
 YIELD_AFTER = 150_000
-#: The least travel between two readings that counts as motion, in steps; less is noise (our
-#: choice).
+#: Travel of at most this, in steps, between two readings is noise (our choice).
 MOVES = 2
 #: The largest interval between two readings, and the largest age of a reading, from which a speed
 #: is computed, µs (our choice).
@@ -77,8 +73,7 @@ def check_move(robot: Robot, phase: Phase, move: Move) -> None:
     Raises
     ------
     BodyError
-        The body is stopped or returning, an angle is outside the joint limits, or a speed is above
-        the servo's.
+        The body is stopped or returning, or an angle or a speed is out of range.
     """
     if phase not in (Phase.IDLE, Phase.MOVING):
         raise BodyError(f"The body is {phase}; it takes a move only at rest or during a move.")
@@ -108,8 +103,7 @@ class Controller:
         The description, and the contact rule with its guards.
     origin
         Where the commanded profile starts; the motors hold there when no profile runs.
-    watch
-        The commanded profile that runs and the rule that watches it; each profile has its own.
+        The running profile with the rule's watch over it; each profile has its own watch.
     """
 
     robot: Robot
@@ -126,7 +120,7 @@ class Controller:
         self._seen, self._seen_at = self.origin, -TELLS - 1
         self._moved, self._gap = np.zeros_like(self.origin), TELLS + 1
         self._yields_at: int | None = None
-        # Since when a motor at rest has been away from its place, µs.
+        # The time since which a motor at rest has been away from its place, µs.
         self._kept_since: int | None = None
         self._sag = np.zeros_like(self.origin)
         self._rest: Steps | None = None  # where the motors came to rest
@@ -145,8 +139,7 @@ class Controller:
     def stop(self, positions: Steps, time: int, reason: StopReason = StopReason.ASKED) -> None:
         """Stop and hold the motors where they are; a stopped body keeps its first reason.
 
-        The exception is a touch, which the partner releases by itself: any other reason replaces
-        it.
+        Any other reason replaces a touch, which the partner would release by itself.
         """
         if self.phase is not Phase.STOPPED:
             self._hold(Stop(time / SECOND, reason), positions)
@@ -210,7 +203,7 @@ class Controller:
         return velocity
 
     def ceiling(self, time: int) -> Array:
-        """Return the most that the motors may give, (8,) N·m; a stopped body holds with less."""
+        """Return the motors' torque limits, (8,) N·m; a stopped body holds with less."""
         needs = self._needs
         return needs.ceiling if time - self.began < needs.eases_at else needs.cruise
 
@@ -221,7 +214,7 @@ class Controller:
             self._seen, self._seen_at = positions, time
 
     def drift(self, positions: Steps, direction: Steps, time: int) -> tuple[Steps, Steps]:
-        """Return how fast the motors are, and how far they have gone since the latest reading.
+        """Return the motors' speeds, and their travel since the latest reading.
 
         Both are 0 for motors that do not start from the position in that reading. They are (8,)
         along ``direction``, in the units of :class:`~miburi.safety.contact.Loading`.
@@ -263,8 +256,7 @@ class Controller:
         travel = np.maximum((positions - self.watch.start) * direction + self.watch.came, 0)
         most = round(GIVE_WAY / step)
         if self.watch.turned[motor] and travel[motor] < most:
-            # The motor has hardly come back yet. The obstacle is then further along the modelled
-            # servo's path than the motor is.
+            # The motor has hardly come back yet: the obstacle is further along the model's path.
             stays = positions.copy()
             way = most if contact.measured < contact.expected else -most
             stays[motor] -= direction[motor] * way
@@ -281,8 +273,8 @@ class Controller:
     def _measure_sag(self, positions: Steps) -> Steps:
         """Return how far motors at rest sag below their goals under their loads.
 
-        The goals of stopped motors stay this far above their positions. Without that, the motors
-        would sink onto the person whom they touch.
+        The goals of stopped motors stay this far above their positions, or the motors would sink
+        onto the person whom they touch.
         """
         most = round(GIVE_WAY / self.robot.servo.step)
         sag: Steps = np.clip(self.origin - positions, -most, most)
@@ -309,8 +301,7 @@ class Controller:
             return
         self._yields_at = time + YIELD_AFTER if self._is_led else None
         robot, here = self.robot, positions + self._sag
-        # Whether a motor is displaced: by more than its tolerance at rest, or by very little if a
-        # hand guides the body.
+        # A motor is displaced by more than half its slack or, while it is led, by more than a step.
         most = 2 if self._is_led else self.rule.guards.slack
         blocked = 2 * np.abs(here - self.origin) > most
         if not blocked.any():

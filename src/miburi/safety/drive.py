@@ -4,8 +4,7 @@ A position controller without an integral term acts like a spring: a motor sags 
 its load over its stiffness. The load is known from the description, so goals are aimed that much
 higher. The torque of a move is known, too, so the duty (Goal PWM) is limited to a little more than
 the move needs. A person who holds a motor then feels no more force than that, whatever else fails.
-Speeding up takes the most, so there are two ceilings: one while motors speed up, and a lower one
-after that.
+Speeding up takes the most, so the ceiling is lower after it.
 """
 
 from typing import NamedTuple
@@ -60,7 +59,7 @@ class Demand(NamedTuple):
     cruise
         (8,), the same after ``eases_at``; no more than ``ceiling``.
     eases_at
-        µs from the move's start; by then all have sped up.
+        µs from the move's start; by then all motors have sped up.
     loading
         The loads on the motors.
     """
@@ -74,19 +73,15 @@ class Demand(NamedTuple):
 def demand(robot: Robot, start: Steps, origin: Steps, profile: Profile, direction: Steps) -> Demand:
     """Return what a move asks of the motors.
 
-    Parameters
-    ----------
-    start, origin
-        (8,) steps, where the motors are, and where their profiles begin.
-    profile, direction
-        The commanded motion; (8,) +1 or −1.
+    ``start`` and ``origin``, (8,) steps, are where the motors are and where their profiles begin;
+    ``direction`` is (8,) +1 or −1.
     """
     servo, step = robot.servo.model, robot.servo.step
     goal = origin + direction * profile.distance
     way = origin + np.multiply.outer(_SHARES, goal - origin)
     gravity, inertia = loads(robot, np.multiply(way, step, dtype=np.float64))
     needed = _needed(robot, profile, gravity * direction, LADEN * inertia)
-    # What matters is the torque at the horn, and worn gears pass on less of the motor's torque.
+    # The needed torque acts at the horn, and worn gears pass on less of the motor's torque.
     most = servo.drive.headroom / (1 - servo.friction.motor_load) * needed
     ceiling, cruise = np.minimum(most, servo.motor_torque)
     cruise = np.minimum(cruise + servo.drive.room * servo.motor_torque, ceiling)
@@ -103,8 +98,7 @@ def demand(robot: Robot, start: Steps, origin: Steps, profile: Profile, directio
             offset=(origin - start) * direction * FINE,
             begin=error(gravity[0]) * direction,
             end=error(gravity[-1]) * direction,
-            # With a D gain, the duty depends on the speed too, so no single error marks the limit
-            # of the duty.
+            # With a D gain, the duty depends on the speed too, so no error marks its limit.
             most=UNLOADED.most if servo.control_damping else error(ceiling),
         ),
     )
@@ -113,9 +107,8 @@ def demand(robot: Robot, start: Steps, origin: Steps, profile: Profile, directio
 def _needed(robot: Robot, profile: Profile, along: Array, inertia: Array) -> Array:
     """Return the greatest torque that motors need over the whole move, and after acceleration.
 
-    The result, (2, 8) N·m, is the stall torque at the duty that is needed. ``along``, (9, 8) N·m,
-    is the torque of gravity against the motion at nine points, and ``inertia``, (9, 8), the moving
-    inertia there.
+    The result, (2, 8) N·m, is the stall torque at the needed duty. ``along``, (9, 8) N·m, is the
+    torque of gravity against the motion at nine points, ``inertia``, (9, 8), the inertia there.
     """
     servo, step, ramp = robot.servo.model, robot.servo.step, robot.servo.acceleration
     moves = (profile.distance != 0) | (profile.initial != 0)

@@ -1,20 +1,20 @@
 """The contact rule that compares motors with a model of the free servo.
 
-The rule compares each motor's speed with the one it should have. The delayed profile is what a
-stiff servo would do; :mod:`miburi.servos.free` is what *this* servo with *this* load does if nobody
+The rule compares each motor's speed with the speed it should have. The delayed profile is the
+motion of a stiff servo; :mod:`miburi.servos.free` models *this* servo with *this* load while nobody
 is in its way. The model assumes the nominal voltage, each joint's inertia at the middle of its
 range, and a load that varies linearly from the move's start to its end. The model begins with the
 motor's own speed, because a motor that still swings after its last move has not hit anything.
 
 The model's error grows with the speed, up to some 500 steps/s. So the guards ``slack``, ``behind``
-and ``ahead`` are those of a motor that reaches ``FAST`` in its move. A motor at rest has half of
+and ``ahead`` hold for a motor that reaches ``FAST`` in its move. A motor at rest has half of
 each guard; a slow motor has more, in proportion to its speed. Until ``SETTLES``, the speed with
 which a motor swings at the start counts as well. With a slack of 10 steps::
 
     top speed in the move [steps/s]     0   128   256   384   512   1000
     slack [steps]                       5  6.25   7.5  8.75    10     10
 
-Import it where it is first needed: it loads Numba.
+Importing this module loads Numba.
 """
 
 from dataclasses import dataclass, field, replace
@@ -47,8 +47,8 @@ class FreeRule(Rule):
     servo
         The motors, as they move if nobody is in their way.
     sag
-        (8,), in units of 1/256: a factor for each motor's sag, as the masses in the robot's
-        description predict it.
+        (8,), in units of 1/256: a factor for the sag that the masses in the description predict for
+        each motor.
     """
 
     servo: FreeServo = field(kw_only=True)
@@ -85,7 +85,7 @@ class _FreeWatch(Watch):
         loading = self.loading
         self._swings = True
         self._grant(granted_share(self.profile, loading.velocity), lag_doubt(self.profile))
-        # Where loaded motors come to rest, but for friction.
+        # The resting place of loaded motors without friction.
         self._goal = self._goal + loading.offset - loading.end
         self._x = loading.gone * FINE
         fast = np.abs(loading.velocity) * FINE * STEP // SECOND
@@ -113,8 +113,7 @@ class _FreeWatch(Watch):
         self._x, self._v = turned * before._x + moved * FINE, turned * before._v
         self._profile_then = turned * before._profile_then + moved
         self._model_time = before._model_time - elapsed
-        # At first a motor keeps the wider guards of its earlier move, because it may still be as
-        # far behind.
+        # At first a motor keeps its earlier move's wider guards: it may still be as far behind.
         self._grant(*map(np.maximum, self._granted, before._granted))
 
     def look(self, positions: Steps, time: int) -> Contact | None:

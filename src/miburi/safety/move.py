@@ -22,9 +22,9 @@ class Move:
     Attributes
     ----------
     angles
-        (8,) rad, where each motor ends.
+        The goals, (8,) rad.
     speeds
-        (8,) rad/s, the largest speed of each motor; not negative.
+        The largest speeds, (8,) rad/s; not negative.
     slows_at, ends_at
         Times in s after its start: when the first motor slows down for its goal, and when all have
         arrived. 0 if the move was not planned.
@@ -73,14 +73,8 @@ def plan_move(robot: Robot, start: Array, end: Array, duration: float) -> Move:
     A motor that travels the distance d in the time T, with the servo's ramp a at both ends,
     cruises at v = (aT − √(a²T² − 4ad)) / 2.
 
-    Parameters
-    ----------
-    robot
-        Gives the servo's acceleration and largest speed.
-    start, end
-        (8,) rad.
-    duration
-        s; a move takes longer if a motor cannot arrive in that time.
+    ``start`` and ``end`` are (8,) rad. The move takes longer than ``duration``, s, if a motor
+    cannot arrive in that time.
 
     Raises
     ------
@@ -115,12 +109,7 @@ def plan_on(robot: Robot, course: Course, end: Array, duration: float) -> Move:
     v = (aT + u − √((aT + u)² − 4ad − 2u²)) / 2; where it has to slow down,
     v = (d − u² / 2a) / (T − u / a).
 
-    Parameters
-    ----------
-    robot, end, duration
-        As for :func:`plan_move`.
-    course
-        Where the motors are, and how fast.
+    ``course`` gives the motors' present positions and speeds; the rest is as in :func:`plan_move`.
 
     Raises
     ------

@@ -30,21 +30,10 @@ def is_slow_as_printed(
 ) -> Flags:
     """Return which motors moved slower than 0.9372 of the speed sent (Eqs. 1 and 2).
 
-    Parameters
-    ----------
-    travel
-        (8,) steps that each motor moved in the window, in either direction.
-    speed
-        (8,) steps/s sent; 0 for a motor that has nowhere to go.
-    elapsed
-        Length of the window in µs.
-    ratio
-        The limit in ten-thousandths.
-
-    Returns
-    -------
-    (8,) bool; for a real servo it is True in the first and last period even of a free move, a false
-    stop.
+    ``travel``, (8,), is how many steps each motor moved in the window, in either direction;
+    ``elapsed`` is the length of the window, µs; ``speed``, (8,) steps/s, is 0 for a motor that has
+    nowhere to go; and ``ratio`` is the limit in ten-thousandths. For a real servo the result is
+    True in the first and last period even of a free move.
     """
     slow: Flags = np.abs(travel) * 10_000 * SECOND < speed * ratio * elapsed
     return slow
@@ -56,7 +45,7 @@ class PrintedRule(Rule):
     def watch(
         self, profile: Profile, start: Steps, direction: Steps, loading: Loading = UNLOADED
     ) -> Watch:
-        """Begin to watch one move; see :meth:`miburi.safety.contact.Rule.watch`."""
+        """Begin to watch one move."""
         return _PrintedWatch(self, profile, start, direction, loading)
 
 

@@ -19,9 +19,8 @@ from miburi.robot import Array, Robot
 
 Steps = NDArray[np.int64]
 
-#: Positions on a profile are counted in parts of an encoder step; this many make a step.
+#: The parts of an encoder step in which positions on a profile are counted.
 FINE = 256
-#: Microseconds in a second.
 SECOND = 1_000_000
 
 
@@ -52,16 +51,14 @@ class Profile:
         motor cannot stop in time: it passes its goal and comes back. All attributes are int64.
     speed, acceleration
         (n,) the cruising speed in 1/256 steps/s, and the ramps' acceleration in steps/s².
-    ramp, fall, total
-        (n,) durations in µs: until the cruising speed is reached, of the braking at the end, and of
+        (n,) durations in µs: of the first ramp, of the braking at the end, and of the whole.
         the whole.
     initial
         (n,) speed at the start, 1/256 steps/s along the direction; 0 from rest.
     shift
-        (n,) twice the time, µs, lost against a start at cruising speed; negative for a faster
-        start.
+        (n,) twice the time lost against a start at cruising speed, µs; negative for a faster start.
     fastest
-        (n,) the top speed that each motor reaches, 1/256 steps/s; a triangle's is at its tip.
+        (n,) the top speed that each motor reaches, 1/256 steps/s; in a triangle, at the tip.
     """
 
     distance: Steps
@@ -95,8 +92,7 @@ class Profile:
         initial = np.zeros_like(distance) if initial is None else initial
         full = speed * SECOND // (acceleration * FINE)
         halt = truncated(initial * SECOND, acceleration * FINE)  # from that speed to rest
-        # The last ramp of a triangle is √(d/a + halt²/2); if that is shorter than the full ramp,
-        # the profile is a triangle.
+        # The last ramp of a triangle is √(d/a + halt²/2), which is shorter than the full ramp.
         squares = truncated(distance * SECOND * SECOND, acceleration) + halt * halt // 2
         short = np.array([isqrt(max(square, 0)) for square in squares.tolist()], dtype=np.int64)
         triangle = short < full
@@ -170,12 +166,11 @@ def plan_profile(
 ) -> tuple[Profile, Steps]:
     """Plan the servos' motion from ``origin`` to ``goal``, (8,) steps, at ``speeds`` in steps/s.
 
-    ``velocity`` is that of each motor's profile at the origin, (8,) 1/256 steps/s; None at rest.
+    ``velocity`` is the speed on each motor's profile at the origin, (8,) 1/256 steps/s; None at
+    rest.
     ``before`` is the direction until now; a motor that does not move keeps it.
 
-    Returns
-    -------
-    The profile, and the direction of each motor: (8,) +1 or −1.
+    Returns the profile, and each motor's direction, (8,) +1 or −1.
     """
     acceleration = np.full_like(goal, round(robot.servo.acceleration / robot.servo.step))
     fast = np.maximum(speeds, 1) * FINE

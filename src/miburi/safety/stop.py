@@ -51,11 +51,11 @@ class Stop:
     time
         s, on the body's clock.
     reason
-        A contact, a request, or what failed.
+        A contact, a request, or a failure.
     motor
         Full name of the motor that met something or was moved; None where no single motor was.
     sign
-        For a contact, which part of the rule saw it: ``speed``, ``tracking`` or ``arrival``.
+        For a contact, the test that found it: ``speed``, ``tracking`` or ``arrival``.
     ratio
         For a contact, measured over expected travel.
     """

@@ -53,9 +53,9 @@ _WORRIES, _SURE = 0.75, 0.95
 #: many parts count as many. For Japanese there is no such rule, because even a plain sentence has
 #: several parts, and cries for help were lost (our choice).
 _CHATTERS, _SURE_OF_CHATTER, _MANY = 0.65, 0.9, 5
-#: Lengths of the longest text that is not split, of the parts of a longer one, and from one part to
-#: the next, in words and in characters (our choice). A cry for help has little weight in a minute's
-#: chatter.
+#: Lengths of the longest text that is not split, of the parts of a longer one, and of the step to
+#: the next part, in words and in characters (our choice). In a minute's chatter, a cry for help has
+#: little weight.
 _LONG_WORDS, _LONG_LETTERS = (24, 14, 4), (34, 24, 6)
 _LATIN = re.compile(r"[A-Za-z][A-Za-z'’]*")
 #: Each pattern that matches counts as this many features, since one alone would hardly weigh

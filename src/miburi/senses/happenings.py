@@ -1,9 +1,8 @@
 """Things that happen to the partner besides speech: touches, motion, sounds, faces.
 
 An impression is made from the kind of an event and how clear it was. ``happenings.toml``, beside
-this module, has the feelings for each kind. A file of your own may add others, or replace some:
-name it in the environment variable ``MIBURI_SENSES``, or call ``miburi run --senses FILE``, which
-sets the variable.
+this module, has the feelings for each kind. Your own file may add or replace some: name it in the
+environment variable ``MIBURI_SENSES``, or by ``miburi run --senses FILE``, which sets it.
 """
 
 import os
@@ -76,14 +75,8 @@ Kind = Annotated[str, AfterValidator(_check_kind), _Listed]
 def notice(kind: str, clearness: float = 1.0, *, since_contact: float | None = None) -> Impression:
     """Return the impression that a happening makes.
 
-    Parameters
-    ----------
-    kind
-        What happened.
-    clearness
-        How clear it was, or how sudden, 0 to 1; the strength is multiplied by it.
-    since_contact
-        Time since the latest contact stop, s; None without one.
+    ``clearness``, from 0 to 1, is how clear or how sudden it was, and multiplies the strength.
+    ``since_contact`` is the time since the latest contact stop, s; None without one.
 
     Raises
     ------

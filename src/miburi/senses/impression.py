@@ -44,8 +44,7 @@ class Impression:
     why
         The evidence for it, the strongest first.
     topic
-        A topic that decides the answer, whatever feeling was shown: ``asked`` for questions about
-        the partner's feelings.
+        A topic that decides the answer: ``asked`` for questions about the partner's feelings.
     distress
         The kind of help that they need now, if any. In that case no feeling is looked for.
     worry

@@ -21,8 +21,7 @@ from miburi.languages import Language, is_spaced
 from miburi.senses.linear import Likelihoods, find, softmax
 
 _FILE = resources.files(__package__) / "network.npz"
-#: The widest filter, and the number of empty places before and after a sentence, so that filters
-#: see its first and last words.
+#: The widest filter, and the padding before and after a sentence, for its first and last words.
 MARGIN = 4
 _WIDTHS = range(1, MARGIN + 1)
 #: The number of filters that are multiplied at once. With so few, OpenBLAS starts no threads, which
@@ -35,8 +34,7 @@ Floats = NDArray[np.float32]
 def steps_of(said: str, language: Language) -> list[list[int]]:
     """Return the ids of the tokens at each place of normalised text.
 
-    A token is a word or, in a language without spaces, a character, together with the pair that
-    begins with it.
+    Tokens are words or, in a language without spaces, characters and the pairs that they begin.
     """
     spaced = is_spaced(language)
     parts = said.split() if spaced else list(said)
@@ -55,7 +53,7 @@ def load_network(
 ) -> Callable[[str], Likelihoods] | None:
     """Return a function from plain words to likelihoods, (n,); None where there is no network.
 
-    ``head`` is what the likelihoods are of: ``distress`` or ``intents``.
+    ``head`` names the output: ``distress`` or ``intents``.
     """
     stored = _stored(file, language)
     if f"{language}_{head}" not in stored:
@@ -83,7 +81,7 @@ def load_network(
 
 
 def _strongest(fits: Floats, biases: list[Floats]) -> list[Floats]:
-    """Return how well each filter fits where it fits best, (n,) for each width.
+    """Return the strongest response of each filter, (n,) for each width.
 
     ``fits``, (places of the sentence, width × n for each width), is the response of each place of
     each filter at each place of the sentence.

@@ -1,8 +1,7 @@
 """Lists written by hand: questions, cries of alarm, smileys, and Japanese word stems.
 
-A sentence in which one is found yields an impression, with the phrase or the stems on which it is
-based. The lists are ``asked.toml``, ``alarms.toml``, ``smileys.toml`` and ``stems-ja.toml``, beside
-this module.
+A sentence in which one is found yields an impression based on it. The lists, beside this module,
+are ``asked.toml``, ``alarms.toml``, ``smileys.toml`` and ``stems-ja.toml``.
 """
 
 import re
@@ -36,7 +35,6 @@ class _Alarms(Table):
 
     @cached_property
     def pattern(self) -> re.Pattern[str]:
-        """All cries, as whole words."""
         return compile_phrases(self.cries, "en")
 
 
@@ -57,7 +55,6 @@ class _Smileys(Table):
 
     @cached_property
     def feelings(self) -> dict[str, str]:
-        """The feeling of each sign."""
         return {sign: feeling for feeling, signs in self.signs.items() for sign in signs}
 
     @cached_property

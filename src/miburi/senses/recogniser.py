@@ -1,10 +1,9 @@
 """Spoken words: sound in, text out, on this computer alone.
 
-:class:`Recogniser` is the interface; :class:`PhraseRecogniser` is the one that ships: PocketSphinx
+:class:`Recogniser` is the interface. The one that ships, :class:`PhraseRecogniser`, is PocketSphinx
 with everyday phrases (``spoken-en.toml``, beside this module). A loop of phones (single speech
-sounds) listens as well: if it fits a sound clearly better than any phrase does, that sound is
-rejected. So an unknown sentence becomes
-silence rather than some phrase.
+sounds) listens as well: if it fits a sound clearly better than any phrase does, the sound is
+rejected. So an unknown sentence becomes silence rather than some phrase.
 
 This module needs the extra ``ears``; it is loaded only when needed.
 """
@@ -25,9 +24,9 @@ except ModuleNotFoundError as error:
     raise needs_extra("ears", error) from error
 
 
-#: A phrase's log-likelihood minus the phone loop's, per 10 ms frame; it must be greater than this,
-#: or the phrase is rejected (ours, from synthetic voices: of 150 phrases it kept 136 and let 5
-#: wrong ones pass; of 40 other sentences it let 1 pass).
+#: A phrase is rejected unless its log-likelihood minus the phone loop's, per 10 ms frame, is above
+#: this (ours, from synthetic voices: of 150 phrases it kept 136 and let 5 wrong ones pass; of 40
+#: other sentences it let 1 pass).
 _CLEAR = -8.0
 #: How much the loop's phone sequences weigh beside their sound (PocketSphinx's own advice).
 _LOOP_WEIGHT = 2.0
@@ -91,7 +90,7 @@ def load_phrases(path: Path | None = None) -> Phrases:
     Raises
     ------
     DescriptionError
-        The file cannot be read or is not a valid phrase file; the message says what is wrong.
+        The file cannot be read or is not a valid phrase file.
     """
     with resources.as_file(resources.files(__package__) / "spoken-en.toml") as shipped:
         return load_table(Phrases, path or shipped)
@@ -103,20 +102,13 @@ class Recogniser(Protocol):
     def recognise(self, sound: bytes) -> str | None:
         """Return what was said, or None if that is not clear.
 
-        Parameters
-        ----------
-        sound
-            16-bit samples, 16 kHz, mono, with a little of the room's quiet around the words.
+        ``sound`` holds 16-bit samples, 16 kHz, mono, with a little of the room's quiet around the
+        words.
         """
 
 
 class PhraseRecogniser:
     """A :class:`Recogniser` that knows some phrases, in English.
-
-    Parameters
-    ----------
-    phrases
-        The phrases it knows.
 
     Raises
     ------

@@ -20,8 +20,7 @@ _SIGNS = re.compile(r"(?!')[^\w\s]")
 def tokens(text: str) -> list[str]:
     """Return the words, numbers and signs of a text, in lower case.
 
-    Any apostrophe becomes a straight one, "n't" becomes "not", and a drawn-out letter is written
-    twice.
+    Apostrophes become straight, "n't" becomes "not", and drawn-out letters are written twice.
 
     >>> tokens("I don’t know, sooooo…")
     ['i', 'do', 'not', 'know', ',', 'soo', '.', '.', '.']

@@ -1,8 +1,7 @@
 """How something was said: in a raised voice, softly, or plainly.
 
-It takes the sound of utterances, one after the other, and gives the tone of each, by comparing its
-loudness and pitch with what is usual. The tone of voice only modifies the impression of the words,
-as ``tone.toml`` says.
+It takes the sound of utterances in turn, and gives the tone of each by comparing its loudness and
+pitch with the usual. The tone only modifies the impression of the words, as in ``tone.toml``.
 """
 
 import tomllib
@@ -76,12 +75,9 @@ def coloured(heard: Impression, tone: Tone) -> Impression:
 
 
 def measure_prosody(sound: bytes) -> Prosody | None:
-    """Return how loud and high an utterance is, or None where it is silent.
+    """Return the loudness and pitch of an utterance, or None if it is silent.
 
-    Parameters
-    ----------
-    sound
-        16-bit samples, 16 kHz, mono.
+    ``sound`` holds 16-bit samples, 16 kHz, mono.
     """
     samples = np.frombuffer(sound[: len(sound) // 2 * 2], np.int16) / 32_768
     if len(samples) < _WINDOW:
@@ -98,7 +94,6 @@ def measure_prosody(sound: bytes) -> Prosody | None:
 
 
 def _pitch(window: NDArray[np.float64]) -> float | None:
-    """Return the pitch of a window, Hz, by its autocorrelation."""
     spectrum = np.fft.rfft(window, 2 * _WINDOW)
     alike = np.fft.irfft(np.abs(spectrum) ** 2)[:_WINDOW]
     alike = alike / alike[0] * _WINDOW / np.arange(_WINDOW, 0, -1)  # fewer samples overlap

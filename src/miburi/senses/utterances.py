@@ -1,8 +1,7 @@
 """Sound as it comes from a microphone, cut into utterances.
 
 The input is 16-bit samples at 16 kHz, mono: a WAV file, or raw from a pipe. The output is the
-stretches in which somebody speaks, each with a little of the quiet around it. Only the current
-stretch is kept.
+stretches of speech, each with a little quiet around it; only the current one is kept.
 """
 
 import wave
@@ -19,8 +18,7 @@ LONGEST_UTTERANCE = 10.0
 
 _RATE = 16_000
 _FRAME_TIME = FRAME / 2 / _RATE
-#: The likelihood of speech at which an utterance starts, and at which it continues (Silero's own
-#: defaults).
+#: The likelihoods of speech that start and continue an utterance (Silero's own defaults).
 _BEGINS, _GOES_ON = 0.5, 0.35
 #: Numbers of frames: speech that begins an utterance, quiet that ends it, quiet kept before it
 #: (our choice).
@@ -71,12 +69,7 @@ def voice_detector() -> Callable[[bytes], float]:
 def utterances(sound: Iterable[bytes], likely: Callable[[bytes], float]) -> Iterator[bytes]:
     """Yield each utterance as soon as 0.6 s of quiet has ended it.
 
-    Parameters
-    ----------
-    sound
-        Frames.
-    likely
-        How likely a frame is speech, 0 to 1.
+    ``sound`` yields frames; ``likely`` returns the likelihood that a frame is speech, 0 to 1.
     """
     before: deque[bytes] = deque(maxlen=_BEFORE + _SPOKEN)
     said: list[bytes] = []

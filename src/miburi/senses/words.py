@@ -7,8 +7,7 @@ the sentence away; otherwise the model decides:
   ``tools/train_words.py``): a weight for each word, each pair of words, each group of letters and
   each word's meaning (a word vector, folded into nine numbers);
 - distress: what people say when they need help now (:mod:`miburi.senses.distress`);
-- sentences about somebody else's feelings or about past ones, which are left out (a language's
-  ``elsewhere``);
+- sentences about somebody else's feelings or past ones, left out (a language's ``elsewhere``);
 - questions about the partner's own feelings, which do not show the speaker's (``asked.toml``);
 - what people shout when startled or as a warning (``alarms.toml``), which no data set covers;
 - word stems for Japanese (``stems-ja.toml``), for which there is no model.
@@ -93,7 +92,7 @@ class WordTable:
     def evidence(self, numbers: list[int]) -> tuple[NDArray[np.intp], Array]:
         """Return which ids are known, and the contribution of each occurrence, (known, 9).
 
-        TF-IDF with sublinear counts, normalised for the sentence's length.
+        The weighting is TF-IDF with sublinear counts, normalised for the sentence's length.
         """
         known, place = self.look_up(numbers)
         distinct, back, count = np.unique(place, return_inverse=True, return_counts=True)
@@ -112,7 +111,7 @@ class Model:
     bias: Array
 
     def evidence(self, words: list[str]) -> Array:
-        """Return what each word brings to each label, (words, 9) in log-odds."""
+        """Return the contribution of each word to each label, (words, 9) in log-odds."""
         brought = np.zeros((len(words), len(LABELS)))
         numbers = numbers_of(words)
         known, each = self.words.evidence(numbers)
@@ -129,7 +128,7 @@ class Model:
         return brought
 
     def probabilities(self, evidence: Array) -> Array:
-        """Return how likely each label is, (9,)."""
+        """Return the likelihood of each label, (9,)."""
         return softmax(self.bias + evidence.sum(axis=0))
 
 
@@ -151,14 +150,10 @@ def load_model() -> Model:
 
 
 def hear(text: str, usual: Language = FALLBACK) -> Impression:
-    """Return what somebody showed by what they said.
+    """Return the impression that somebody's words make.
 
-    Parameters
-    ----------
-    text
-        What they said. Only the first ``LONGEST`` characters count.
-    usual
-        The language assumed for a text that could be in any.
+    Only the first ``LONGEST`` characters of ``text`` count. ``usual`` is the language assumed for a
+    text that could be in any.
     """
     text = text[:LONGEST].encode(errors="ignore").decode()  # drop lone surrogates
     distress = judge_distress(text, usual)
@@ -203,7 +198,7 @@ def _shown(text: str, language: Language) -> Impression:
 
 
 def judge(text: str) -> tuple[list[str], Array, Array]:
-    """Return the n words, signs and smileys, what each brings, (n, 9), and the likelihoods, (9,).
+    """Return the n words, signs and smileys, their contributions, (n, 9), and likelihoods, (9,).
 
     The evidence of denied words is removed. Speech recognisers, and people who type in haste, leave
     out punctuation, so its absence is no evidence: a sentence without punctuation is read twice, as
@@ -226,10 +221,9 @@ def judge(text: str) -> tuple[list[str], Array, Array]:
 def deny(words: list[str], evidence: Array) -> Array:
     """Remove the evidence of denied words: "I am not happy" is no sign of happiness.
 
-    The negation itself counts half, because quarrels are full of negations. The next words are
-    searched up to a punctuation mark or a "but". The clearest of them, if it is clear enough, loses
-    1.6 times its evidence. Half of that is added to ``neutral`` and, if the feeling was a glad one,
-    half to sadness.
+    The negation itself counts half, because quarrels are full of negations. Of the next words, up
+    to a punctuation mark or a "but", the clearest, if clear enough, loses 1.6 times its evidence.
+    Half of that is added to ``neutral`` and, if the feeling was a glad one, half to sadness.
     """
     evidence = evidence.copy()
     for place, word in enumerate(words):
@@ -258,8 +252,7 @@ def _name_reasons(words: list[str], brought: Array) -> tuple[Brought, ...]:
     for word, weight in zip(words, brought.tolist(), strict=True):
         if len(word) > 1 or word in "!?" or category(word)[0] != "P":  # commas are no evidence
             most[word] = most.get(word, 0.0) + weight
-    # A word that occurs everywhere explains nothing to a reader, so it is named only if there is no
-    # other.
+    # Common words explain nothing to a reader, so they are named only if there is no other.
     clear = {word: weight for word, weight in most.items() if word not in common_words("en")}
     ordered = sorted((clear or most).items(), key=lambda item: -item[1])[:_TOLD]
     return tuple(

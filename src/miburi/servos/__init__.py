@@ -1,8 +1,7 @@
 """Servos: constants with their sources, and a model in the voltage domain.
 
 A servo is a TOML file; :func:`load_servo` reads one that ships with Miburi by its name, or your own
-by its path. This package is independent of any robot: angles, speeds and torques are those at the
-horn.
+by its path. The package is independent of robots; angles, speeds and torques are at the horn.
 """
 
 from miburi.servos.axis import Axis

@@ -13,8 +13,8 @@ from miburi.servos.voltage import dry_friction
 
 #: Time step in s; it must be below 0.4 ms to resolve the contact at the end of the backlash.
 _STEP = 1e-4
-#: Stiffness of gears and horn where the play ends, and of an obstacle at the horn, N·m/rad; and the
-#: obstacle's damping (our choice).
+#: Stiffness of the gears' teeth where the play ends, and of an obstacle at the horn, N·m/rad; and
+#: their damping, N·m·s/rad (our choice).
 _STOP, _STOP_DAMPING = 200.0, 0.05
 
 
@@ -33,11 +33,11 @@ class Axis:
     duty_limit
         The largest duty, 0 to 1 (Goal PWM).
     angle, speed
-        Of the horn, where the encoder sits; rad and rad/s.
+        The horn's angle and speed, rad and rad/s; the encoder sits on the horn.
     low, high
         The angles at which something stiff stops the horn.
     duty
-        What the control sets now, −1 to 1.
+        The duty that the control sets now, −1 to 1.
     current
         The current through the motor, A.
     """

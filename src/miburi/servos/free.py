@@ -1,15 +1,15 @@
 """The motion of unhindered servos: a model in integers, as the Arduino card computes it.
 
 Motors are springs between their commanded profiles and their joints, with back EMF, friction and
-the weight of what they carry (:mod:`miburi.servos.voltage`). The model computes, for each step of 5
-ms,
+the weight of what they carry (:mod:`miburi.servos.voltage`). For each step of 5 ms, the model
+computes
 
     motor  = a1 · (profile − x, at most ± most) − a2 · v
     v     += motor − a1 · sag, then less the dry friction, which at most stops it
     x     += v
 
 Positions are in 1/65536 encoder steps, v is in 1/65536 encoder steps per 5 ms. Shifts round down,
-as in C; everything fits into 32 bits. Import it only where it is needed: it loads Numba.
+as in C; everything fits into 32 bits. Importing this module loads Numba.
 """
 
 from typing import NamedTuple
@@ -25,7 +25,7 @@ Steps = NDArray[np.int64]
 
 #: µs of one step of the model.
 STEP = 5000
-#: The model's limits, so that its numbers fit: 128 encoder steps in 5 ms, and four turns of travel.
+#: The model's limits, so that its numbers fit 32 bits: 128 encoder steps in 5 ms, four turns.
 #: No servo reaches them; one without friction would, if its motor gave the greatest torque allowed.
 FASTEST, FARTHEST = 0x7FFFFF, 0x40000000
 #: The units of the coefficients, and of the share of a torque that the gears absorb.
@@ -38,8 +38,7 @@ class FreeServo(NamedTuple):
     Attributes
     ----------
     pull, brake
-        a1 and a2, in 1/65536: the change of the speed in a step, per error of position and per
-        speed.
+        a1 and a2, in 1/65536: the change of speed in a step, per position error and per speed.
     friction
         The speed that dry friction takes away in a step, in 1/65536 encoder step per 5 ms.
     lost
@@ -91,7 +90,7 @@ def advance(
     """Advance ``x`` and ``v`` (8,) by ``steps`` steps, along with the profile.
 
     The profile goes from ``before`` to ``now``, (8,) in 1/256 encoder step. In the same unit,
-    ``sag`` is the error needed to hold the load, and ``most`` the one at which the duty reaches
+    ``sag`` is the error needed to hold the load, and ``most`` the error at which the duty reaches
     its limit.
     """
     for j in range(len(x)):
@@ -110,7 +109,7 @@ def advance(
 def travel(profile: Steps, sag: Steps, most: Steps, servo: FreeServo) -> Steps:
     """Return the positions through a whole move, (n, 8) in 1/256 encoder step, from rest at 0.
 
-    ``profile`` and ``sag`` (n, 8) are those at the end of each step of the model.
+    ``profile`` and ``sag`` (n, 8) hold the values at the end of each step of the model.
     """
     way = np.zeros_like(profile)
     x, v = np.zeros_like(most), np.zeros_like(most)

@@ -1,6 +1,6 @@
-"""Compiled code for the servos' dry friction at every physics step, since MuJoCo's is constant.
+"""Compiled code for the servos' dry friction at every physics step; MuJoCo's own is constant.
 
-Import it only where it is needed: it loads Numba.
+Importing this module loads Numba.
 """
 
 import numpy as np
@@ -36,7 +36,7 @@ def set_friction(
     dofs
         (8,), where each joint is in MuJoCo's arrays.
     motor
-        (8,) N·m, without back EMF.
+        The motors' torque, (8,) N·m, without back EMF.
     speed, bias, constraint
         (nv,), MuJoCo's qvel, qfrc_bias and qfrc_constraint.
     row_forces, places

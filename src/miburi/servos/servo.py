@@ -1,8 +1,8 @@
 """A servo's constants: one TOML file, checked once and loaded into an immutable ``Servo``.
 
 Every table of the file states its source, and whether its numbers are the maker's, others' or ours.
-What follows from the constants alone, such as the stiffness of the position control, is a property
-here; what depends on the state of a motor is in :mod:`miburi.servos.voltage`.
+Values that follow from the constants alone, such as the stiffness of the position control, are
+properties here; those that depend on a motor's state are in :mod:`miburi.servos.voltage`.
 """
 
 from importlib import resources
@@ -40,7 +40,7 @@ class MotorTable(Origin):
 
 
 class Friction(Origin):
-    """What holds the joint: see :func:`miburi.servos.voltage.dry_friction`; N·m and rad/s."""
+    """The friction in a joint: see :func:`miburi.servos.voltage.dry_friction`; N·m and rad/s."""
 
     dry: Positive
     stiction: NotNegative
@@ -62,7 +62,7 @@ class Friction(Origin):
 
 
 class DataSheet(Origin):
-    """What the servo's maker says: N·m, rad/s and A at the nominal voltage."""
+    """The maker's numbers at the nominal voltage: N·m, rad/s and A."""
 
     stall_torque: Positive
     no_load_speed: Positive
@@ -70,7 +70,7 @@ class DataSheet(Origin):
 
 
 class Encoder(Origin):
-    """How finely the servo knows its angle."""
+    """The resolution of the servo's angle."""
 
     steps_per_turn: Annotated[int, Field(ge=256, le=1 << 16)]
 
@@ -86,7 +86,7 @@ class Gains(Origin):
 
 
 class Divisor(Origin):
-    """What the P gain is divided by."""
+    """The divisor of the P gain."""
 
     p_divisor: Positive
 
@@ -152,7 +152,7 @@ class Servo(Table):
 
     @property
     def motor_torque(self) -> float:
-        """The motor's stall torque at full duty and nominal voltage, N·m, without gears' losses."""
+        """The motor's stall torque at full duty and nominal voltage, N·m; gears not included."""
         return self.supply.voltage * self.motor.torque_constant / self.motor.resistance
 
     @property
@@ -169,7 +169,7 @@ class Servo(Table):
 
     @property
     def stiffness(self) -> float:
-        """Motor's torque for each rad of error at nominal voltage, N·m/rad."""
+        """The motor's torque per rad of error at nominal voltage, N·m/rad."""
         return self.duty_per_rad * self.motor_torque
 
     @property
@@ -193,19 +193,15 @@ class Servo(Table):
 def load_servo(name: str | Path) -> Servo:
     """Read and check a servo.
 
-    Parameters
-    ----------
-    name
-        One of ``SERVOS``, or the path of a TOML file with the keys of ``xl330-m288-t.toml``, all
-        of them and no other.
+    ``name`` is one of ``SERVOS``, or the path of a TOML file with exactly the keys of
+    ``xl330-m288-t.toml``.
 
     Raises
     ------
     InputError
         There is no servo of that name, and it is not the path of a TOML file.
     DescriptionError
-        The file cannot be read, is not TOML, or a key is missing, unknown or out of range; the
-        message names the file, every wrong key, its value and the values allowed.
+        The file cannot be read, is not TOML, or a key is missing, unknown or out of range.
     """
     if str(name) in SERVOS:
         with resources.as_file(resources.files(__package__) / f"{name}.toml") as path:

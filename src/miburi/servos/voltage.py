@@ -1,4 +1,4 @@
-"""The servo in the voltage domain: what its motor gives, and what its gears take.
+"""The servo in the voltage domain: the torque of its motor, and the losses in its gears.
 
 The position control sets a duty; the motor sees that share of the supply's voltage V::
 
@@ -7,8 +7,8 @@ The position control sets a duty; the motor sees that share of the supply's volt
     horn  = motor − viscous · w − dry friction
 
 The dry friction is model M6 of Better Actuator Models (Duclusaud and Passault,
-arXiv:2410.08650) without its smallest terms: it grows with the motor's torque, and at rest with
-the load's. Torques are in N·m, speeds in rad/s, all at the horn.
+arXiv:2410.08650) without its smallest terms: it grows with the motor's torque, and at rest also
+with the load. Torques are in N·m, speeds in rad/s, all at the horn.
 """
 
 from math import exp
@@ -40,9 +40,9 @@ def dry_friction(
     dry, stiction, motor_load, load_stiction, stribeck_speed, stribeck_shape
         The constants: :attr:`miburi.servos.servo.Friction.row`.
     motor, load
-        The motor's torque, and what acts on the horn from outside.
+        The motor's torque, and the outside torque on the horn.
     speed
-        Of the joint.
+        The joint's speed.
     """
     # math.exp is much quicker than NumPy's for one number.
     rest = exp(-((abs(speed) / stribeck_speed) ** stribeck_shape))
@@ -59,7 +59,7 @@ def stall_torque(servo: Servo, voltage: float) -> float:
 
 
 def no_load_speed(servo: Servo, voltage: float) -> float:
-    """Return the speed at full duty with nothing on the horn, rad/s; well above the Stribeck speed.
+    """Return the speed at full duty without a load, rad/s; assumed well above the Stribeck speed.
 
     Returns infinity if there is neither back EMF nor viscous friction.
     """
@@ -78,13 +78,13 @@ def required_torque(
 
     Parameters
     ----------
-    speed
+        The motion's speed, rad/s; not negative.
         Of the motion, rad/s; not negative.
     acceleration
         Along the motion, rad/s²; negative where it slows down.
     load, inertia
-        N·m against the motion, negative where it helps, and kg·m² on the horn, without the rotor,
-        whose inertia comes from ``servo``.
+        Torque against the motion, N·m, negative where it helps; and inertia on the horn, kg·m²,
+        without the rotor's, which comes from ``servo``.
     """
     friction = servo.friction
     rest = np.exp(-((speed / friction.stribeck_speed) ** friction.stribeck_shape))
