@@ -29,7 +29,6 @@ from miburi.live.wishes import (
     Release,
     Sense,
     Speak,
-    Speak,
 )
 from miburi.robot import Robot
 from miburi.senses.words import hear

@@ -6,7 +6,7 @@ __all__ = ["main"]
 
 
 def main() -> None:
-    """Run the command line; Ctrl-C ends it with a message even while it still loads."""
+    """Run the command line; Ctrl-C ends it with a message even while it loads."""
     try:
         from miburi.cli.commands import main as run
     except KeyboardInterrupt:

@@ -1,4 +1,4 @@
-"""Steps done by hand before a card is calibrated: connect servos, and turn limp joints."""
+"""Steps by hand before a card's calibration: connect servos, and turn limp joints."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -15,14 +15,14 @@ if TYPE_CHECKING:
     from miburi.card.card import Card
 
 
-#: The least turn from which a direction is read, in encoder steps: 8.8° (our choice).
+#: The smallest turn that gives a direction, encoder steps: 8.8° (our choice).
 _TURN = 100
 _SHOULDER = (
     "with its elbow bent, the forearm hangs straight down",
     "the bent forearm swings forward",
 )
 _STRAIGHT = "straight out, in line with the upper arm"
-#: Each joint's zero and its positive direction, in words for the person who turns it.
+#: Each joint's zero and positive direction, in words for the person who turns it.
 _BY_HAND = {
     "waist": ("the chest faces straight ahead", "to the robot's own left"),
     "right_shoulder": _SHOULDER,
@@ -33,7 +33,7 @@ _BY_HAND = {
     "left_fingertip": (_STRAIGHT, "the hand goes up"),
     "head": ("its link is level and points forwards", "the head goes up"),
 }
-#: The same for a printed body, by its parts: what to turn, its zero, and its positive direction.
+#: For a printed body: the part to turn, its zero, and its positive direction.
 _BUILT = {
     "waist": ("the torso", "FRONT over FRONT", "to the robot's own left"),
     "shoulder": (
@@ -54,7 +54,7 @@ def wait_for_enter(what: str) -> None:
 def prepare(
     card: "Card", wait: Callable[[str], None], *, ids: bool, zeros: bool, built: bool
 ) -> bool:
-    """Do the steps by hand that were asked for; return whether the robot may move then.
+    """Do the requested steps by hand; return whether the robot may move then.
 
     ``wait`` asks the person for something and waits. With ``ids`` alone, servos may lie loose on
     the table, so nothing may move.
@@ -116,15 +116,12 @@ def find_zeros(card: "Card", wait: Callable[[str], None]) -> None:
 
 
 def find_faults(card: "Card", built: "Mounting", wait: Callable[[str], None]) -> None:
-    """Look for wrongly mounted servos in a built robot, while a person turns the limp joints.
+    """Find wrongly mounted servos in a built robot, while a person turns the limp joints.
 
-    Where something seems wrong with a joint, the person is asked to turn it once more.
+    A joint that seems wrong is turned once more.
 
-    Raises
-    ------
-    BodyError
-        Some are mounted wrongly; the message has a line for each. Nothing has moved, and the card
-        has the settings that it had before.
+    Raises BodyError if servos are mounted wrongly; the message has a line for each. Nothing has
+    moved, and the card has its earlier settings.
     """
     from miburi.card.mounting import Turned, mounting_faults
     from miburi.robot import JOINTS
@@ -156,7 +153,7 @@ def find_faults(card: "Card", built: "Mounting", wait: Callable[[str], None]) ->
 
 
 def _positions(card: "Card") -> "NDArray[np.int64]":
-    """Return the position of each servo, (8,) encoder steps."""
+    """Return the servos' positions, (8,) encoder steps."""
     import numpy as np
 
     from miburi.robot import JOINTS

@@ -60,7 +60,7 @@ def list_ports(as_json: AsJson = False) -> None:
 def info(port: Port, robot: RobotFile = None, as_json: AsJson = False) -> None:
     """Print the card's state, rule and servos; nothing moves."""
     with _open_card(port, robot_of(robot)) as card:
-        for _ in range(10):  # the card looks at the servos' health twice a second
+        for _ in range(10):  # the card reads the servos' health twice a second
             card.step(0.2)
             if all(card.report.voltages):
                 break
@@ -81,7 +81,6 @@ def info(port: Port, robot: RobotFile = None, as_json: AsJson = False) -> None:
 
 
 def _as_json(card: "Card") -> dict[str, Any]:
-    """Return what `miburi card info` shows."""
     from miburi.robot import JOINTS
 
     state, report, rule = card.state, card.report, card.settings.general
@@ -297,7 +296,7 @@ def _why(state: "BodyState") -> str:
 
 @contextmanager
 def _open_card(port: str, robot: "Robot") -> Iterator["Card"]:
-    """Open the card; at the end, even after an error, stop it and close the port."""
+    """Open the card; stop it and close the port at the end of the block."""
     from miburi.card.card import Card
 
     card = Card(port, robot)

@@ -41,14 +41,14 @@ _NEGATIVE_NUMBERS = {"ignore_unknown_options": True}
 _LIVE, _MAKE, _MEASURE = "Live with it", "Make it yours", "Measure"
 _BUILD, _DOCUMENTS = "Build and calibrate", "For Miburi's own documents"
 
-#: Time after which a signal is raised again whose exception was swallowed, s (our choice).
+#: Time after which a signal whose exception was swallowed is raised again, s (our choice).
 _LATER = 0.02
 
 
 class _Interrupted(BaseException):
-    """Ctrl-C or SIGTERM. No except clause for errors catches it, so only clean-up code runs."""
+    """Ctrl-C or SIGTERM; no except clause for errors catches it, so only clean-up code runs."""
 
-    #: The latest signal, if there was one.
+    #: The latest signal, if any.
     signum: int | None = None
 
 
@@ -58,8 +58,7 @@ def main() -> None:
     signal.signal(signal.SIGTERM, _interrupt)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            # A pipe on Windows cannot encode arrows or a mu. Also, a reader should get each line at
-            # once.
+            # A pipe on Windows cannot encode arrows or a mu; a reader should get each line at once.
             stream.reconfigure(errors="replace", line_buffering=True)
     try:
         log_to_stderr()
@@ -69,13 +68,13 @@ def main() -> None:
     except MiburiError as error:
         sys.exit(_report(error, 1))
     except BaseException as error:
-        # Code interrupted halfway, such as a compiler, may raise an error of its own.
+        # Interrupted code, such as a compiler, may raise its own error.
         if _Interrupted.signum is None or isinstance(error, SystemExit):
             raise
         print("miburi: interrupted.", file=sys.stderr)
         sys.exit(128 + _Interrupted.signum)
     finally:
-        # Nothing catches an exception from now on; a second signal just ends the process.
+        # From now on a signal just ends the process.
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, signal.SIG_DFL)
 
@@ -92,7 +91,7 @@ def _interrupt(signum: int, frame: FrameType | None) -> None:
 
 
 def _after_an_interruption(lost: "sys.UnraisableHookArgs") -> None:
-    """Keep quiet about objects left half-made; send the signal again if its exception was lost.
+    """Ignore half-made objects; send the signal again if its exception was lost.
 
     Numba's compiler calls Python from C, where an exception cannot propagate.
     """
@@ -107,7 +106,6 @@ def _interrupt_later(signum: int) -> None:
 
 
 def _report(error: MiburiError, code: int) -> int:
-    """Print an error and return the exit code."""
     print(f"miburi: {error}", file=sys.stderr)
     return code
 
@@ -120,7 +118,7 @@ def _print_version(wanted: bool) -> None:
 
 def _choose_feelings(path: Path | None) -> None:
     if path is not None:
-        # Processes that this one starts inherit the variable.
+        # child processes inherit the variable
         os.environ["MIBURI_FEELINGS"] = str(path.resolve())
         import_module("miburi.feelings")  # refuses a wrong file now, before anything else
 

@@ -1,4 +1,4 @@
-"""``miburi devices``: the phones that were paired; forget one that is lost, or all of them."""
+"""``miburi devices``: list the paired phones; forget one, or all."""
 
 import json
 import os

@@ -92,7 +92,7 @@ def experiment(
         hand=hand,
         heal=heal,
     )
-    # After the quick checks, since this checks whether the robot reaches every pose.
+    # After the quick checks, as this checks every pose.
     setup = replace(setup, repertoire=repertoire_of(description, gestures))
     simulation: Body
     if body == "emulated-card":
@@ -132,7 +132,6 @@ def paper(
 
 
 def _carry_out_claim(name: str, robot: "Robot", *, as_json: bool) -> None:
-    """Print what a run says about one sentence of the paper."""
     from miburi.studies.paper.claims import CLAIMS
     from miburi.studies.paper.runs import Runs
 

@@ -38,7 +38,6 @@ def export(
 
 
 def _write_meshes(robot: "Robot", folder: Path) -> dict[tuple[str, str], str]:
-    """Write the real shapes of each link, and return the files by link and colour."""
     need("manifold3d", "hardware")
     from miburi.ground.files import whole_files
     from miburi.hardware.exports import stl
@@ -69,7 +68,7 @@ def to_ros(
     print(f"{convert_recording(recording, robot_of(robot), out)} messages in {out}.")
 
 
-#: Where the files of each kind are: a package and a folder in it.
+#: The package and folder of the files of each kind.
 _FOLDERS = {
     "feelings": ("miburi.feelings", "."),
     "gesture": ("miburi.gestures", "."),

@@ -121,7 +121,7 @@ def preview(
 
 
 _LEAD = "Take a hand of the resting robot and guide it slowly. To end, keep still for 2 s."
-#: If no state arrives for this long, s, the recording may have a gap (our choice).
+#: Longer gaps between states, s, spoil the recording (our choice).
 _GAP = 0.5
 
 
@@ -146,15 +146,15 @@ def record(
     if file.exists():
         raise OutputError(f"{file} already exists; choose another name.")
     body = robot_of(robot)
-    # Check the folder first, so that no gesture is shown in vain.
+    # The folder is checked first, so that no gesture is shown in vain.
     with whole_files(out) as draft, partner_at(url) as partner:
         if (its := partner.robot.name) != body.name:
             raise InputError(
                 f"the partner's robot is {its}, not {body.name}; give its file: --robot."
             )
-        goes_on = not partner.state.paused  # if the partner was paused already, do not resume it
+        goes_on = not partner.state.paused  # a paused partner stays paused
         if goes_on:
-            partner.pause()  # otherwise it would look around, and meet the hand
+            partner.pause()  # else it would look around, and meet the hand
         try:
             print(_LEAD, flush=True)
             times, angles = _shown(partner.watch(50))
@@ -170,8 +170,8 @@ def record(
 def _shown(states: "Iterable[State]") -> "tuple[Array, Array]":
     """Return times, (n,) s, and angles, (n, 8) rad, recorded while a person guides a hand.
 
-    It returns when the body is back at neutral; until then, nothing else moves the body that the
-    person holds.
+    This waits until the body is back at neutral, so that nothing else moves it in the person's
+    hands.
     """
     import numpy as np
 

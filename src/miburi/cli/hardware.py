@@ -31,7 +31,7 @@ Fit = Annotated[
 ]
 Output = Annotated[Path, typer.Option(help="Folder to write to.", callback=a_folder)]
 
-#: The moods at which gestures are checked, and the interval, in poses, between two checks.
+#: The moods of the gestures to check, and the interval between two checks, poses.
 _MOODS, _EACH = (0.3, 0.6, 0.9, 1.0), 3
 
 
@@ -149,7 +149,7 @@ def check(robot: RobotToBuild = None, fit: Fit = 0.25, as_json: AsJson = False) 
 
 
 def _motions(robot: "Robot") -> dict[str, "Array"]:
-    """Return every shipped gesture, performed at several moods by the simulated body."""
+    """Return the simulated body's motion in every shipped gesture, at several moods."""
     from miburi.bodies.rehearsal import rehearse
     from miburi.cli.options import repertoire_of
     from miburi.gestures import key_poses

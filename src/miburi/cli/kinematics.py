@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from miburi.robot import Robot
 
 
-#: How far a hand or the head may be from its target, m (our choice).
+#: The largest allowed distance of a hand or the head from its target, m (our choice).
 _MISSED = 1e-3
 
 Point = tuple[float, float, float]
@@ -103,7 +103,7 @@ def ik(
 
 
 def _warn_of_limits(robot: "Robot", angles: list[float]) -> None:
-    """Say on standard error which angles the robot's joints cannot reach."""
+    """Print the angles that are outside the joints' limits on standard error."""
     from miburi.robot import JOINTS
 
     for name, angle, low, high in zip(JOINTS, angles, robot.lower, robot.upper, strict=True):
@@ -133,10 +133,7 @@ def _lines() -> Iterator[Any]:
 
 
 def _row(values: Any, width: int, what: str, keys: Sequence[str]) -> list[float]:
-    """Return a row of numbers.
-
-    If the value is an object, as the opposite command prints, take ``keys`` from it.
-    """
+    """Return a row of numbers, or the numbers under ``keys`` of an object."""
     if isinstance(values, dict):
         parts = [values.get(key) for key in keys]
         values = [x for part in parts for x in (part if isinstance(part, list) else [part])]

@@ -1,4 +1,4 @@
-"""The options that several commands share, and the functions that read the files they name."""
+"""Options that several commands share, and functions that read their files."""
 
 import os
 import sys
@@ -110,7 +110,7 @@ TemperamentName = Annotated[
 
 
 def robot_of(file: Path | None, servo: str | None = None) -> "Robot":
-    """Return the robot in a file, by default the iphonoid; with another servo if one is named."""
+    """Return the robot in a file, by default the iphonoid, with another ``servo`` if given."""
     from miburi.robot import iphonoid, load_robot
     from miburi.servos import load_servo
 
@@ -147,7 +147,7 @@ def _name_foreign_guards(robot: "Robot") -> None:
 def calibrated(robot: "Robot", file: Path | None) -> tuple["Robot", "FreeRule | None"]:
     """Return the robot and the contact rule in a calibration file.
 
-    Without a file, return the robot unchanged, and None for the rule: the robot's own applies.
+    Without a file, the robot is unchanged, and the rule is None: the robot's own applies.
     """
     from miburi.calibration.file import read_calibration
 
@@ -199,21 +199,21 @@ def gesture_of(robot: "Robot", source: str) -> "MovementFunction":
 
 
 def repertoire_of(robot: "Robot", folder: Path | None) -> "Repertoire":
-    """Return the shipped gestures, replaced by those of a folder where it has the same feelings."""
+    """Return the shipped gestures, replaced by a folder's gestures for the same feelings."""
     repertoire = load_gestures(robot, folder)
     warn_of_misfits(robot, repertoire.functions)
     return repertoire
 
 
 def load_gestures(robot: "Robot", folder: Path | None) -> "Repertoire":
-    """Do the same as :func:`repertoire_of`, without the warning, which would need the solver."""
+    """Return the same as :func:`repertoire_of`, without the warning, which needs the solver."""
     from miburi.gestures import read_repertoire, shipped_repertoire
 
     return shipped_repertoire() if folder is None else read_repertoire(folder, robot)
 
 
 def warn_of_misfits(robot: "Robot", functions: Iterable["MovementFunction"]) -> None:
-    """Warn about the shipped gestures that the robot cannot do as written."""
+    """Warn about shipped gestures that the robot cannot do as written."""
     from miburi.gestures import misfits
 
     near = [function.name for function in functions if any(misfits(robot, function))]

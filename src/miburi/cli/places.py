@@ -1,4 +1,4 @@
-"""Check that an output path can be written before work begins, in callbacks of options."""
+"""Callbacks of options: check that an output path can be written before work begins."""
 
 import os
 import tempfile
@@ -22,14 +22,14 @@ def a_file(param: typer.CallbackParam, place: Path | None) -> Path | None:
 
 
 def a_folder(param: typer.CallbackParam, place: Path | None) -> Path | None:
-    """Return a folder's place if it can be written there, or made there; see check_folder."""
+    """Return the path if a folder there can be written to or made; see check_folder."""
     if place is not None:
         check_folder(_name(param), place)
     return place
 
 
 def check_folder(option: str, place: Path) -> None:
-    """Raise InputError if this is a file; OutputError if it cannot be made or written to."""
+    """Raise InputError if a path is a file; OutputError if it cannot be made or written to."""
     if os.path.exists(place) and not os.path.isdir(place):  # noqa: PTH110, PTH112
         raise InputError(f"{option}: {place} is a file, and a folder is needed.")
     _try(option, place, place)

@@ -198,7 +198,7 @@ def run(
             seed=seed,
             programs_may_release=programs_may_release,
         ),
-        # This loads the solver, which takes as long as loading the server's libraries.
+        # This loads the solver while the server's process loads its libraries.
         meanwhile=lambda: warn_of_misfits(description, repertoire.functions),
     )
 

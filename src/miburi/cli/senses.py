@@ -105,7 +105,7 @@ def listen(
 
 def _check_sound(file: Path) -> None:
     if file.is_fifo() or file.suffix in (".raw", ".pcm"):
-        return  # a pipe can only be read once
+        return  # a pipe can be read only once
     try:
         with file.open("rb") as sound:
             begins = sound.read(4)

@@ -73,7 +73,7 @@ def run(
             f"{study.unfilled[0]}. Fill in what people must know, or try the pages out with "
             "--rehearsal."
         )
-    # These load slowly, so the checks above come first.
+    # These load slowly, so the checks come first.
     from miburi.studies.study.films import draw_missing, find_films
     from miburi.studies.study.server import serve_study
     from miburi.studies.study.store import ANSWERS, REHEARSED, open_store
@@ -175,7 +175,6 @@ def close(
 
 
 def _answers(folder: Path, study: "Study") -> "Store":
-    """Open the answers that a study has; InputError: nobody has answered yet."""
     from miburi.studies.study.store import ANSWERS, open_store
 
     if not (folder / ANSWERS).is_file():
@@ -184,7 +183,6 @@ def _answers(folder: Path, study: "Study") -> "Store":
 
 
 def _names(host: str) -> list[str]:
-    """Return the hosts, names or addresses, by which participants can reach the pages."""
     if host != "0.0.0.0":  # noqa: S104  (to compare with, not to listen on)
         return [host]
     from miburi.serving.addresses import own_addresses

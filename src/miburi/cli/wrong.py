@@ -1,4 +1,4 @@
-"""Explain errors in a command line: what was typed, and what to type instead."""
+"""Explain errors in a command line."""
 
 from typing import Any
 
@@ -15,7 +15,7 @@ class Explaining(TyperGroup):
     """The program's commands, with fuller parser errors."""
 
     def invoke(self, ctx: Any) -> Any:
-        """Carry out a command."""
+        """Run a command."""
         try:
             return super().invoke(ctx)
         except Exception as error:
@@ -23,7 +23,7 @@ class Explaining(TyperGroup):
             raise
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read what comes before the command."""
+        """Parse the arguments before the command."""
         try:
             return super().parse_args(ctx, args)
         except Exception as error:
@@ -31,7 +31,7 @@ class Explaining(TyperGroup):
             raise
 
     def _place(self, error: Any) -> None:
-        """If an option precedes its command, say where it belongs."""
+        """Tell where an option belongs that precedes its command."""
         option = getattr(error, "option_name", None)
         having = [
             name
@@ -49,7 +49,6 @@ def _takes_words(error: Any) -> bool:
 
 
 def _complete(error: Any) -> None:
-    """Add to the parser's message what it leaves out."""
     cause, words = error.__cause__, getattr(error, "message", "")
     if isinstance(cause, ValidationError):
         first = cause.errors()[0]

@@ -1,7 +1,7 @@
 """Asynchronous requests to the interface, for doors that serve many clients at once.
 
-An :class:`Asker` sends requests to ``/api/v1``: inside the server's process, without its access
-check, or over the network. So a door that asks this way can do what HTTP can, and nothing else.
+An :class:`Asker` sends requests to ``/api/v1``, over the network or, without the access check, in
+the server's process. So a door can do what HTTP can, and nothing else.
 """
 
 import asyncio
@@ -23,8 +23,8 @@ from miburi.serving.press import BY, By
 from miburi.talk.said import SayOut
 from miburi.wire.messages import GestureOut, SayIn, WishOut
 
-#: The status for too many requests; how often such a request is tried, and the time between tries,
-#: s (our choice).
+#: The status for too many requests; the most tries then, and the time between tries, s (our
+#: choice).
 _TOO_MANY, _TRIES, _BREATH = 429, 20, 0.1
 _EVENTS = TypeAdapter(list[LiveEvent])
 _GESTURES = TypeAdapter(list[GestureOut])
@@ -34,7 +34,7 @@ _STREAM_TIME = 30.0
 
 
 class Asker:
-    """Asks one partner; every method raises what :class:`miburi.RemotePartner` raises.
+    """Sends one partner requests, with the errors of :class:`miburi.RemotePartner`.
 
     ``url`` is the partner's address, for messages; the base URL of ``http`` ends with ``/api/v1``.
     """
@@ -66,7 +66,7 @@ class Asker:
         return cls(url, httpx.AsyncClient(base_url=url + "/api/v1", headers=headers, verify=verify))
 
     async def state(self) -> State:
-        """Return everything about the partner, now."""
+        """Return the partner's present state."""
         return State.model_validate_json(await self._ask("GET", "/state"))
 
     async def log(self, after: str | None = None) -> list[LiveEvent]:
@@ -83,10 +83,7 @@ class Asker:
     async def stream(self, path: str) -> AsyncIterator[AsyncIterator[str]]:
         """Open a streamed answer, and yield an iterator over its lines.
 
-        Raises
-        ------
-        httpx.HTTPError
-            The server does not answer, or stops answering.
+        Raises httpx.HTTPError if the server does not answer, or stops answering.
         """
         async with self._http.stream("GET", path, timeout=_STREAM_TIME) as answer:
             if not answer.is_success:
@@ -110,7 +107,7 @@ class Asker:
         await self._ask("POST", path, None if wish is None else wish.model_dump_json())
 
     async def wish(self, path: str, wish: BaseModel) -> str:
-        """Send a command, such as ``/express``; return its id, by which its events refer to it."""
+        """Send a command, such as ``/express``; return its id, to which events refer."""
         answer = await self._ask("POST", path, wish.model_dump_json())
         return WishOut.model_validate_json(answer).id
 

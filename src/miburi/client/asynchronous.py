@@ -47,11 +47,8 @@ def connect_async(
 ) -> "AsyncPartner":
     """Return a live partner at ``url``, for an asynchronous program; see :func:`miburi.connect`.
 
-    Raises
-    ------
-    InputError
-        The address does not start with ``http://`` or ``https://``, or the file is not a
-        certificate.
+    Raises InputError if the address does not start with ``http://`` or ``https://``, or the file is
+    not a certificate.
     """
     return AsyncPartner.at(url, token, authority, by="program")
 
@@ -59,9 +56,9 @@ def connect_async(
 class AsyncPartner(Asker):
     """A live partner at the other end of a connection; made by :func:`miburi.connect_async`.
 
-    Use it as an asynchronous context manager, or call :meth:`close`. Its methods raise the same
-    errors as those of :class:`miburi.RemotePartner`. A method that returns a ``str`` returns the
-    request's id, which events carry as ``wish``.
+    Use it as an asynchronous context manager, or call :meth:`close`. Its methods raise the errors
+    of :class:`miburi.RemotePartner`. A returned ``str`` is the request's id, which events carry as
+    ``wish``.
     """
 
     async def __aenter__(self) -> Self:
@@ -78,7 +75,7 @@ class AsyncPartner(Asker):
     async def events(
         self, after: str | None = None, patience: float = 60.0
     ) -> AsyncGenerator[LiveEvent, None]:
-        """Yield what happens after an event, or from now on; see :meth:`RemotePartner.events`."""
+        """Yield the events after an id, or from now on; see :meth:`RemotePartner.events`."""
         cursor = after or (await self.state()).cursor
         loop = asyncio.get_running_loop()
         heard: float | None = None
@@ -112,11 +109,11 @@ class AsyncPartner(Asker):
         return await self.wish("/stimulus", StimulusIn.model_validate(fields_of(stimulus)))
 
     async def sense(self, kind: str, clearness: float = 1.0) -> None:
-        """Report something that has happened; see :meth:`RemotePartner.sense`."""
+        """Report an occurrence; see :meth:`RemotePartner.sense`."""
         await self.tell("/sense", SenseIn.model_construct(kind=kind, clearness=clearness))
 
     async def speak(self, text: str) -> str:
-        """Have the partner say something through pages whose voice is switched on."""
+        """Let the partner say something on pages whose voice is on."""
         return await self.wish("/speak", SpeakIn(text=text))
 
     async def express(self, expression: Expression) -> str:
@@ -129,7 +126,7 @@ class AsyncPartner(Asker):
         return await self.wish("/look", LookIn(at=at, seconds=seconds))
 
     async def attend(self, turn: Turn = "listening") -> None:
-        """Turn to somebody who will speak, or (``thinking``) show that an answer is on its way."""
+        """Face somebody who is about to speak, or who waits for an answer (``thinking``)."""
         await self.tell("/attend", AttendIn(turn=turn))
 
     async def poses(self, poses: PosesIn) -> str:
@@ -148,7 +145,7 @@ class AsyncPartner(Asker):
     async def release(self) -> None:
         """Release a stopped body: it returns to neutral and continues.
 
-        By default, only a person can end a Stop that a person pressed.
+        By default, only a person can end a person's Stop.
         """
         await self.tell("/release")
 

@@ -1,7 +1,4 @@
-"""One program's connection to a live partner over HTTP: requests, and streams that reconnect.
-
-An error status raises one of Miburi's errors, with the server's message.
-"""
+"""One program's connection to a live partner over HTTP: requests, and streams that reconnect."""
 
 import time
 from collections.abc import Generator
@@ -23,11 +20,10 @@ from miburi.wire.messages import WishOut
 
 #: How long to wait for an answer, s.
 PATIENCE = 10.0
-#: Interval between two attempts to reconnect, s, and silence after which a stream counts as lost,
-#: s.
+#: Interval between two attempts to reconnect, and silence after which a stream counts as lost, s.
 _AGAIN, _STREAM_TIME = 0.5, 30.0
 _DATA = "data: "
-#: How many requests of a program's threads are open at once; others wait.
+#: The most open requests of a program's threads; others wait.
 _CONNECTIONS = 100
 
 
@@ -38,8 +34,7 @@ class ConnectionLostError(MiburiError):
 class Connection:
     """A connection to the partner at ``url``; see :func:`miburi.connect` for the parameters.
 
-    Its methods raise the same errors as those of :class:`miburi.RemotePartner`. Any thread may use
-    it.
+    Its methods raise the errors of :class:`miburi.RemotePartner`. Any thread may use it.
     """
 
     def __init__(self, url: str, token: str | None, authority: Path | str | None) -> None:
@@ -71,10 +66,7 @@ class Connection:
     def ask(
         self, method: str, path: str, content: object = None, by: httpx.Client | None = None
     ) -> httpx.Response:
-        """Send a request and return the answer, or raise if it is an error.
-
-        ``by`` is the HTTP client to send with.
-        """
+        """Send a request through the HTTP client ``by``; return the answer, or raise its error."""
         try:
             response = (by or self._http).request(method, path, json=content)
         except httpx.HTTPError as error:
@@ -83,9 +75,9 @@ class Connection:
         return accepted(self._url, response)
 
     def stop(self, *, by_person: bool) -> None:
-        """Stop the body, even if the server has closed the connection that is kept for this."""
+        """Stop the body, even if the server has closed the connection reserved for Stop."""
         head = {BY: "person"} if by_person else {}
-        with suppress(httpx.TransportError):  # a full server may have closed that connection
+        with suppress(httpx.TransportError):
             accepted(self._url, self._stop.post("/stop", headers=head))
             return
         with self._open() as new:
@@ -97,7 +89,7 @@ class Connection:
         return self._parsed(self.ask("GET", "/state").content)
 
     def states(self, rate: float, patience: float) -> Generator[State, None, None]:
-        """Yield states, ``rate`` a second; a lost connection is retried for ``patience`` s."""
+        """Yield states, ``rate`` a second; retry a lost connection for ``patience`` s."""
         address = "ws" + self._url.removeprefix("http") + f"/api/v1/live?rate={rate:g}"
         heard = None  # when, on the monotonic clock
         while True:
@@ -116,7 +108,7 @@ class Connection:
             self._wait_to_connect(heard, patience, failure)
 
     def events(self, cursor: str, patience: float) -> Generator[LiveEvent, None, None]:
-        """Yield the events after an id; a lost connection is retried for ``patience`` s."""
+        """Yield the events after an id; retry a lost connection for ``patience`` s."""
         heard = None  # when, on the monotonic clock
         while True:
             failure: Exception = ConnectionLostError("the connection was closed")
@@ -138,7 +130,7 @@ class Connection:
             self._wait_to_connect(heard, patience, failure)
 
     def _wait_to_connect(self, heard: float | None, patience: float, failure: Exception) -> None:
-        """Wait a moment; give up if nothing was ever heard, or nothing for ``patience`` s."""
+        """Wait a moment; give up without a first answer, or without one for ``patience`` s."""
         if heard is None or time.monotonic() - heard > patience:
             words = f"{self._url} does not answer ({failure}); is `miburi run` running there?"
             raise ConnectionLostError(distrust(self._url, failure) or words) from failure
@@ -154,7 +146,7 @@ class Connection:
             ) from error
 
     def _open(self) -> httpx.Client:
-        # A pool that closes surplus connections may close one that a thread has just been given.
+        # A pool that closes surplus connections may close one that a thread has just got.
         limits = httpx.Limits(max_connections=_CONNECTIONS, max_keepalive_connections=_CONNECTIONS)
         return httpx.Client(
             base_url=self._url + "/api/v1",

@@ -1,7 +1,5 @@
 """Control a live partner from another Python program, with the library's own types.
 
-:func:`connect` takes the partner's address and returns a :class:`RemotePartner`.
-
 >>> from miburi import Stimulus, connect
 >>> partner = connect("http://127.0.0.1:8080")  # doctest: +SKIP
 >>> partner.stimulate(Stimulus("happiness", 0.8))  # doctest: +SKIP
@@ -43,7 +41,7 @@ from miburi.wire.messages import (
 )
 from miburi.wire.robot import RobotOut
 
-#: How many wishes may wait to be sent by :meth:`RemotePartner.soon`.
+#: The most wishes that may wait in :meth:`RemotePartner.soon`.
 WAITING = 32
 _LOG = logging.getLogger(__name__)
 
@@ -53,10 +51,9 @@ def connect(
 ) -> "RemotePartner":
     """Return a live partner at ``url``, such as ``http://127.0.0.1:8080``.
 
-    It needs ``token`` if the partner was started with ``--https`` or another ``--host``. At an
-    https address it also needs ``authority``, the PEM file of the partner's own certificate
-    authority (the partner serves it as ``/ca.pem``), unless this computer trusts that authority
-    already.
+    A partner that was started with ``--https`` or another ``--host`` needs its ``token``. An https
+    address also needs ``authority``, the PEM file of the partner's certificate authority (served as
+    ``/ca.pem``), unless this computer trusts that authority already.
 
     Raises
     ------
@@ -96,7 +93,7 @@ class RemotePartner:
         self.close()
 
     def close(self) -> None:
-        """Close the connection; wishes still waiting are dropped."""
+        """Close the connection, and drop waiting wishes."""
         if self._sender is not None:
             with suppress(queue.Empty):
                 while True:
@@ -106,7 +103,7 @@ class RemotePartner:
 
     @property
     def state(self) -> State:
-        """Everything about the partner, now."""
+        """The partner's present state."""
         return self._line.state()
 
     @property
@@ -122,8 +119,8 @@ class RemotePartner:
     def watch(self, rate: float = 30.0, patience: float = 60.0) -> Generator[State, None, None]:
         """Yield states, ``rate`` a second (0.1 to 50), until you leave the loop.
 
-        At 50 a second, no state of the robot's loop is left out. A connection that is lost, as when
-        the partner restarts, is retried for up to ``patience`` s.
+        At 50 a second, no state of the robot's loop is left out. A lost connection, as at a
+        restart, is retried for up to ``patience`` s.
         """
         try:
             wanted = float(rate)
@@ -138,25 +135,24 @@ class RemotePartner:
     ) -> Generator[LiveEvent, None, None]:
         """Yield the events after the one with this id, or from now on, until you leave the loop.
 
-        A lost connection is retried for up to ``patience`` s. Events missed meanwhile are then
-        yielded, including those from before a restart of the partner. If events are missing, a
-        ``gap`` says so. With ``after="0"`` it begins with all events that are kept.
+        A lost connection is retried for up to ``patience`` s. The events of that time are then
+        yielded, including those from before a restart of the partner. A ``gap`` stands for missing
+        events. With ``after="0"``, all stored events come first.
 
         Raises
         ------
         ConnectionLostError
-            The partner does not answer at first, or has not answered for ``patience`` s: wait
-            before you ask again.
+            The partner does not answer at first, or for ``patience`` s: wait before you try again.
         """
         return self._line.events(after or self.state.cursor, patience)
 
     def until_ended(self, wish: str, patience: float = 60.0) -> LiveEvent:
-        """Wait until a wish has ended, successfully or not, and return the event that says so.
+        """Wait until a wish has ended, in any way; return the event of its end.
 
         Raises
         ------
         BodyError
-            The partner was restarted, so nobody knows how the wish ended.
+            The partner was restarted, so the end of the wish is unknown.
         ConnectionLostError
             The partner has not answered for ``patience`` s.
         """
@@ -167,8 +163,8 @@ class RemotePartner:
     def soon(self, wish: Callable[..., object], *args: Any, **kwargs: Any) -> bool:
         """Send a command in a background thread, as in ``soon(partner.stimulate, stimulus)``.
 
-        This returns at once, so that a game, for instance, misses no frame. It returns False and
-        does nothing if :data:`WAITING` wishes are queued already. Failures are logged.
+        This returns at once, so that a game, for instance, misses no frame; False if
+        :data:`WAITING` wishes are queued already. Failures are logged.
         """
         if self._sender is None:
             self._sender = threading.Thread(target=self._send_all, name="wishes", daemon=True)
@@ -185,7 +181,7 @@ class RemotePartner:
                 wish()
             except MiburiError as error:
                 _LOG.warning("a wish was not carried out: %s", error)
-            except Exception:  # a mistake of the program's, which must not end this thread
+            except Exception:  # the program's mistake must not end this thread
                 _LOG.exception("a wish was not carried out")
 
     def stimulate(self, stimulus: Stimulus) -> str:
@@ -193,9 +189,9 @@ class RemotePartner:
         return self._line.wish("/stimulus", fields_of(stimulus))
 
     def sense(self, kind: str, clearness: float = 1.0) -> None:
-        """Report something that has happened to the partner, such as a pat.
+        """Report an occurrence, such as a pat.
 
-        ``kind`` is a built-in kind, or one defined in the file given to ``miburi run --senses``.
+        ``kind`` is a built-in kind, or one in the file for ``miburi run --senses``.
         """
         self._line.post("/sense", {"kind": kind, "clearness": clearness})
 
@@ -244,28 +240,27 @@ class RemotePartner:
     def perform(self, *acts: AnyAct, now: bool = False) -> str:
         """Perform gestures, looks, key poses and sentences together, each at its offset.
 
-        The performance begins after what is queued. With ``now``, it replaces that and what is
-        running.
+        The performance is queued or, with ``now``, replaces the running and queued ones.
         """
         wish = PerformanceIn(acts=list(acts), when="now" if now else "next")
         return self._line.wish("/performance", wish.model_dump(mode="json"))
 
     def stop(self, *, by_person: bool = False) -> None:
-        """Stop all motors until :meth:`release`; a person's Stop needs a person to release it."""
+        """Stop all motors until :meth:`release`; only a person can release a person's Stop."""
         self._line.stop(by_person=by_person)
 
     def release(self) -> None:
-        """Let a stopped body go back to neutral, then continue.
+        """Release a stopped body: it returns to neutral and continues.
 
         Raises
         ------
         BodyError
-            A person pressed Stop, so a person must release it; :meth:`wait` until then.
+            Only a person can release a person's Stop; :meth:`wait` until then.
         """
         self._line.post("/release")
 
     def wait(self) -> State:
-        """Wait until the body is free, however long that takes; return the partner's state."""
+        """Wait without limit until the body is free; return the partner's state."""
         states = self.watch(rate=10)
         try:
             return next(state for state in states if not state.stop)
@@ -283,18 +278,18 @@ class RemotePartner:
         self._line.post("/hand", {"position": list(position), "along": list(along)})
 
     def remove_hand(self) -> None:
-        """Take the simulated human hand away."""
+        """Remove the simulated human hand."""
         self._line.post("/hand", {"position": None})
 
     def temperament(self, name: str, rest: RestLevel | None = None) -> None:
-        """Change the temperament to a shipped one, or the one that the partner was started with.
+        """Change to a shipped temperament, or to the partner's first one.
 
-        ``rest`` says how much it moves while it shows nothing; default: the temperament's own.
+        ``rest`` is the level of idle motion, by default the temperament's.
         """
         self._line.post("/temperament", {"name": name, "rest": rest})
 
     def gestures(self) -> list[GestureOut]:
-        """Return the partner's gestures, which the paper calls movement functions."""
+        """Return the partner's gestures (the paper's movement functions)."""
         return TypeAdapter(list[GestureOut]).validate_python(self._line.get("/gestures"))
 
     def log(self, after: str | None = None) -> list[LiveEvent]:

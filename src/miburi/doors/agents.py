@@ -1,13 +1,13 @@
 """The door for agents: MCP tools for feelings and gestures, without control of joints.
 
-An agent can make the partner feel something, ask it for a gesture, and see what happens. It can
-stop the body but not release it: only a person can. Only the latest of several wishes counts; they
-do not queue up. A busy, paused or stopped body is reported in words, not as an error.
+An agent can make the partner feel something, request a gesture, and read events. It can stop the
+body, but only a person can release it. Only the latest of several wishes counts. The answer tells
+if the body is busy, paused or stopped; that is no error.
 
-The tools use an :class:`~miburi.client.asker.Asker`, so the same tools work inside the server, at
-``/mcp``, and over standard input and output, as ``miburi mcp``, which forwards to a server.
+The tools use an :class:`~miburi.client.asker.Asker`, so they work inside the server, at ``/mcp``,
+and over standard input and output, as ``miburi mcp``, which forwards requests to a server.
 
-This module needs the extra ``mcp``; it is loaded only when needed.
+This module needs the extra ``mcp``.
 """
 
 import asyncio
@@ -56,10 +56,9 @@ except ModuleNotFoundError as error:
     raise needs_extra("mcp", error) from error
 
 
-#: Wishes per second, and how many at once, from all agents together (our choice).
+#: Wishes per second, and in a burst, from all agents together (our choice).
 RATE, BURST = 2.0, 8.0
-#: Time between two looks at a gesture, s, and time after which the agent stops waiting, s (our
-#: choice).
+#: Interval between two checks of a gesture, and the longest wait for its end, s (our choice).
 _GLANCE, _PATIENCE = 0.1, 25.0
 #: The most events in one answer.
 _TOLD = 40
@@ -77,7 +76,7 @@ _UNSAID = (
 )
 _WAITS = f"waits for up to {LAPSES:g} s; any newer gesture or look replaces it."
 _PAUSED = "A person has paused it; your gesture waits until a person resumes it."
-#: Why a gesture did not begin.
+#: Reasons why a gesture did not begin.
 _DROPPED = {
     "lapsed": "It lapsed: the body was stopped for too long.",
     "stopped": "A person pressed Stop before it began.",
@@ -87,8 +86,8 @@ _REPLACED = "It did not begin: a newer wish has taken its place."
 Parameters = ParamSpec("Parameters")
 Answer = TypeVar("Answer")
 Strength = Annotated[Share, Field(description="0 to 1")]
-#: The tools, in the order in which an agent sees them, and whether each only reads. Hints that
-#: repeat MCP's defaults are left out, because a model may read every word of them.
+#: The tools, in an agent's order, and whether each only reads. Hints that repeat MCP's defaults are
+#: left out, because a model may read every word.
 _TOOLS = {
     "feel": False,
     "say": False,
@@ -106,7 +105,6 @@ class _StrictTool(Tool):
 
     @classmethod
     def of(cls, work: Callable[..., Awaitable[object]]) -> Tool:
-        """Return the tool made from a method."""
         name = work.__name__
         reads = ToolAnnotations(read_only_hint=True)
         tool = cls.from_function(
@@ -124,7 +122,7 @@ class _StrictTool(Tool):
         return tool
 
     async def run(self, arguments: dict[str, Any], *args: Any, **kwargs: Any) -> Any:
-        """Carry out a call."""
+        """Check the arguments, and run the tool."""
         try:
             self.fn_metadata.validate_arguments(arguments)
         except ValidationError as error:
@@ -138,7 +136,7 @@ class _StrictTool(Tool):
 
 
 def make_agents(partner: Asker, clock: Callable[[], float] = time.monotonic) -> MCPServer:
-    """Return the tools and resources for agents, not yet on a transport; ``clock`` is in s."""
+    """Return the server of tools and resources, without a transport; ``clock`` returns s."""
     tools = _Tools(partner, Allowance(RATE, BURST, clock))
     server = MCPServer(
         "miburi",
@@ -158,7 +156,7 @@ def make_agents(partner: Asker, clock: Callable[[], float] = time.monotonic) -> 
 
 
 def add_agents(app: FastAPI, clock: Callable[[], float] = time.monotonic) -> None:
-    """Open the door for agents at ``/mcp`` while the server runs; a gate guards it."""
+    """Serve agents at ``/mcp`` while the server runs."""
     server = make_agents(Asker.within(app, "agent"), clock)
     inner = server.streamable_http_app(
         streamable_http_path=AGENTS,
@@ -180,8 +178,6 @@ def add_agents(app: FastAPI, clock: Callable[[], float] = time.monotonic) -> Non
 def _in_words(
     work: Callable[Parameters, Awaitable[Answer]],
 ) -> Callable[Parameters, Awaitable[Answer]]:
-    """Turn Miburi's errors (unreachable partner, wrong value) into tool errors."""
-
     @wraps(work)
     async def answer(*args: Parameters.args, **kwargs: Parameters.kwargs) -> Answer:
         try:
@@ -197,10 +193,7 @@ def _in_words(
 def _wish(
     work: Callable[Concatenate["_Tools", Parameters], Awaitable[str]],
 ) -> Callable[Concatenate["_Tools", Parameters], Awaitable[str]]:
-    """Limit the rate of wishes, and answer with a reason if the body refuses one now.
-
-    A refusal by the body is an answer, not an error: the agent made no mistake.
-    """
+    """Limit the rate of wishes, and answer the body's refusals, which are no mistakes, in words."""
 
     @wraps(work)
     async def answer(
@@ -217,7 +210,7 @@ def _wish(
 
 
 class _Tools:
-    """What agents can call; they read each docstring as the tool's description."""
+    """The tools; agents read each docstring as a description."""
 
     def __init__(self, partner: Asker, wishes: Allowance) -> None:
         self._partner, self.wishes = partner, wishes
@@ -310,7 +303,7 @@ class _Tools:
         return told
 
     async def _follow(self, wish: str, feeling: str) -> str:
-        """Wait until the requested gesture has ended, and say how it ended."""
+        """Wait until the requested gesture has ended; return how it ended."""
         begun, since, stop = False, wish, None
         for _ in range(round(_PATIENCE / _GLANCE)):
             for event in await self._partner.log(since):
@@ -336,7 +329,6 @@ class _Tools:
         return f"It has not {'ended' if begun else 'begun'} after {_PATIENCE:g} s; ask `state`."
 
     async def _ending(self, event: LiveEvent, stop: StopOut | None, begun: bool) -> str:
-        """Say why a gesture did not run to its end."""
         state = await self._partner.state()
         stop = stop or state.stop
         if stop is not None and event.name not in ("lapsed", "replaced"):

@@ -1,4 +1,4 @@
-"""What an agent is told, in words and as data."""
+"""The answers for agents, in words and as data."""
 
 from typing import Any
 
@@ -31,14 +31,14 @@ class Now(BaseModel):
 
 
 def without_titles(schema: Any) -> Any:
-    """Return a schema without the titles that Pydantic makes from names."""
+    """Return a schema without Pydantic's titles."""
     if isinstance(schema, dict):
         return {name: without_titles(part) for name, part in schema.items() if name != "title"}
     return [without_titles(part) for part in schema] if isinstance(schema, list) else schema
 
 
 def left_of(stop: StopOut, begun: bool) -> str:
-    """Say what a stop did to a gesture."""
+    """Return the effect of a stop on a gesture, in words."""
     if begun:
         return "was broken off"
     dropped = stop.reason is StopReason.ASKED
@@ -46,7 +46,7 @@ def left_of(stop: StopOut, begun: bool) -> str:
 
 
 def as_shown(shown: Expressed | None) -> _Shown | None:
-    """Return what is felt or shown, as an agent sees it."""
+    """Return a feeling with its mood, for an agent."""
     return None if shown is None else _Shown(feeling=shown.feeling, mood=round(shown.mood, 2))
 
 
@@ -56,14 +56,14 @@ def passes_by_itself(state: State, stop: StopOut) -> bool:
 
 
 def hindrance(state: State) -> str:
-    """Say what keeps the body from showing what is felt."""
+    """Return why the body does not show a feeling now; empty if it can."""
     if state.stop is not None:
         return " " + why_stopped(state, state.stop)
     return " Its body does not show that: a person has paused it." if state.paused else ""
 
 
 def why_stopped(state: State, stop: StopOut) -> str:
-    """Say why the body is stopped, and how that ends."""
+    """Return why the body is stopped, and how that ends."""
     ends = (
         "It goes on by itself after a pause."
         if passes_by_itself(state, stop)

@@ -1,7 +1,7 @@
-"""An MQTT broker: where it is, and how to get in.
+"""An MQTT broker: its address and credentials.
 
-Its password comes from the environment or from a file, never from the command line, where every
-user of the computer could read it.
+The password comes from the environment or from a file: every user of the computer could read a
+command line.
 """
 
 import asyncio
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import aiomqtt
 
 
-#: The variable that holds the password; with _FILE appended, the one that names its file.
+#: The variable with the password; with _FILE appended, the one with the name of its file.
 PASSWORD = "MIBURI_BROKER_PASSWORD"  # noqa: S105 a name, not a password
 _PORTS = {"mqtt": 1883, "mqtts": 8883}
 #: Keep-alive, s: after one and a half times this, the broker considers a silent partner lost.
@@ -32,7 +32,7 @@ _FIRST_PAUSE, _LONGEST_PAUSE = 1.0, 30.0
 
 @dataclass(frozen=True)
 class Broker:
-    """A broker, how we log in there, and the group of partners, if there is one."""
+    """A broker's address, our credentials, and the group of partners, if there is one."""
 
     host: str
     port: int
@@ -43,13 +43,13 @@ class Broker:
     group: str | None = None
 
     def path(self, name: str) -> str:
-        """Return a partner's name, preceded by its group's name if there is one."""
+        """Return a partner's name, preceded by the group's name, if any."""
         return name if self.group is None else f"{self.group}/{name}"
 
     def client(
         self, identifier: str | None, will: "aiomqtt.Will | None" = None
     ) -> "aiomqtt.Client":
-        """Return a client that is not connected yet; it needs the extra ``mqtt``."""
+        """Return an unconnected client; it needs the extra ``mqtt``."""
         import aiomqtt
 
         return aiomqtt.Client(
@@ -67,15 +67,12 @@ class Broker:
 def find_broker(
     address: str, ca: Path | None = None, environment: Mapping[str, str] = os.environ
 ) -> Broker:
-    """Return the broker at an address, with the password that the environment gives.
+    """Return the broker at an address, with the password from the environment.
 
     The address is ``[mqtt://|mqtts://][USER@]HOST[:PORT][/GROUP]``; mqtts means TLS. The file
-    ``ca`` has the certificates to trust; by default those of the system.
+    ``ca`` has the certificates to trust, by default the system's.
 
-    Raises
-    ------
-    InputError
-        The address is not valid or contains a password, or a file cannot be read.
+    Raises InputError if the address is not valid or contains a password, or a file cannot be read.
     """
     text = address if "://" in address else f"mqtt://{address}"
     try:
@@ -114,10 +111,10 @@ async def stay_at(
     will: "aiomqtt.Will | None" = None,
     admit: Callable[[], Awaitable[None]] | None = None,
 ) -> None:
-    """Stay connected to a broker until cancelled; say why a connection ended, and reconnect.
+    """Stay connected to a broker until cancelled; report a lost connection, and reconnect.
 
-    Before each connection, ``admit`` raises an error if we must not connect; then we ``live`` on
-    it. If we vanish without disconnecting, the broker publishes our ``will``.
+    ``admit`` raises an error if we must not connect; ``live`` uses each connection. If we vanish
+    without disconnecting, the broker publishes our ``will``.
     """
     pause = _FIRST_PAUSE
     while True:
@@ -127,7 +124,7 @@ async def stay_at(
             async with broker.client(identifier, will) as client:
                 pause = _FIRST_PAUSE
                 await live(client)
-        except* Exception as group:  # whatever fails here, the rest keeps running
+        except* Exception as group:  # a failure here must not end the rest
             why = "; ".join(str(one) or type(one).__name__ for one in group.exceptions)
             print(
                 f"miburi: the broker at {broker.host}:{broker.port}: {why}. Trying again.",
@@ -141,10 +138,7 @@ async def stay_at(
 def check_name(name: str) -> str:
     """Return the name of a partner or a group, if it is valid in a topic.
 
-    Raises
-    ------
-    InputError
-        It is not valid, or it is the name that means all partners.
+    Raises InputError if the name is not valid, or means all partners.
     """
     if not re.fullmatch(r"[a-z0-9][a-z0-9_-]{0,39}", name) or name == "all":
         raise InputError(

@@ -1,8 +1,8 @@
 """The interfaces besides HTTP that a user can switch on.
 
-A door's libraries are loaded when it is opened; each comes with an extra of the package. Another
-package may ship a door, too: a function that takes the application and the partner, as an entry
-point of the group ``miburi.doors``.
+A door's libraries come with an extra of the package, and are loaded when it is opened. Another
+package may ship a door, too: a function of the application and the partner, as an entry point of
+the group ``miburi.doors``.
 """
 
 from dataclasses import dataclass, field
@@ -27,28 +27,24 @@ _OTHERS = "miburi.doors"
 
 @dataclass(frozen=True)
 class Doors:
-    """Which doors are open, with their settings."""
+    """The settings of the doors that are open."""
 
-    agents: bool = False  # whether agents may come in (MCP)
-    broker: Broker | None = None  # a home's broker; None: the partner reports to none
+    agents: bool = False  # whether agents may connect (MCP)
+    broker: Broker | None = None  # a home's broker, if any
     name: str = "miburi"  # the partner's name there
-    talk: Endpoint | None = None  # the language model that answers; None: its built-in answers
-    ros: RosNetwork | None = None  # the network of ROS 2 nodes; None: the partner is in none
-    voice: Synthesizer | None = None  # speaks its words; None: the pages' devices do
-    care: Care = field(default_factory=Care)  # how it cares for somebody in distress
+    talk: Endpoint | None = None  # the language model; None: built-in answers
+    ros: RosNetwork | None = None  # the network of ROS 2 nodes, if any
+    voice: Synthesizer | None = None  # None: the pages' devices speak
+    care: Care = field(default_factory=Care)  # the words for somebody in distress
     origins: frozenset[str] = frozenset()  # other origins whose pages may use the interface
     seed: int = 0  # for choosing among built-in answers
-    packages: tuple[str, ...] = ()  # the names of doors that other packages ship
+    packages: tuple[str, ...] = ()  # the names of other packages' doors
 
     def need(self) -> None:
-        """Raise if a library of an open door is missing.
+        """Check that the libraries of all open doors are installed.
 
-        Raises
-        ------
-        InputError
-            No installed package ships a door of this name.
-        MiburiError
-            A library is not installed.
+        Raises InputError if no installed package ships a door in ``packages``; MiburiError if a
+        library is not installed.
         """
         shipped = {each.name: each.module for each in entry_points(group=_OTHERS)}
         for name in self.packages:
@@ -70,10 +66,7 @@ class Doors:
             need("cyclonedds", "ros")
 
     def open(self, app: "FastAPI", partner: LivePartner, studio: str | None = None) -> None:
-        """Add the doors to an application of a live partner.
-
-        ``studio`` is the address at which other devices reach its pages.
-        """
+        """Add the doors to a partner's application; other devices reach its pages at ``studio``."""
         if self.voice is not None:
             from miburi.doors.voice import voice_router
 

@@ -1,8 +1,7 @@
 """A fleet: all partners at one broker, or in one group there, and Stop for one or all.
 
-The broker does the work: it keeps each partner's last report, and says ``offline`` for a partner
-that is gone. This module keeps only what it hears from the broker, and sends Stop. It needs the
-extra ``mqtt``.
+The broker keeps each partner's last report, and reports a partner that is gone as ``offline``. This
+module needs the extra ``mqtt``.
 """
 
 import asyncio
@@ -25,9 +24,9 @@ except ModuleNotFoundError as error:
     raise needs_extra("mqtt", error) from error
 
 
-#: Partners in a fleet; more are left out (our choice).
+#: The largest fleet; more partners are left out (our choice).
 LARGEST = 2000
-#: How long to wait for the broker's stored messages, s, and for the bodies to stop, s (our choice).
+#: How long to wait for the broker's stored messages, and for the bodies to stop, s (our choice).
 _GREETING, _PATIENCE = 5.0, 5.0
 _LOOK = 0.05
 _TOPIC = re.compile(r"miburi/(?:([^/]+)/)?([^/]+)/(available|report)")
@@ -53,7 +52,7 @@ class FleetOut(BaseModel):
 class Fleet:
     """The known state of the partners at a broker, or in its group.
 
-    Without a group, a partner that is in one is named ``GROUP/NAME``.
+    Without a group, a partner in a group is named ``GROUP/NAME``.
     """
 
     def __init__(self, broker: Broker) -> None:
@@ -63,7 +62,7 @@ class Fleet:
         self._reports: dict[str, HomeReport] = {}
         #: Whether there are more partners than are known here.
         self.overfull = False
-        #: Two events: set while connected, and set once all that the broker keeps has arrived.
+        #: Set while connected; and set once all the broker's retained messages have arrived.
         self.met, self.greeted = asyncio.Event(), asyncio.Event()
         self._echo = Topics(broker.path(f"fleet-{token_hex(4)}")).here
 
@@ -73,7 +72,7 @@ class Fleet:
 
     @property
     def news(self) -> FleetOut:
-        """All partners, as they are now."""
+        """The present state of all partners."""
         connected = self._client is not None
         partners = [
             PartnerOut(
@@ -92,12 +91,8 @@ class Fleet:
     async def stop(self, name: str = ALL) -> None:
         """Stop one partner, or all; return once the broker has the command.
 
-        Raises
-        ------
-        InputError
-            There is no such partner.
-        UnreachableError
-            The broker cannot be reached.
+        Raises InputError if there is no such partner; UnreachableError if the broker cannot be
+        reached.
         """
         if self._client is not None and name != ALL and name not in self._online:
             known = ", ".join(sorted(self._online)) or "none"
@@ -133,11 +128,11 @@ class Fleet:
             self._client = None
             self.met.clear()
             self.greeted.clear()
-            # Partners that are still there report again; those that have gone must not look alive.
+            # Partners that have gone must not look alive; the others report again.
             self._online = dict.fromkeys(self._online, False)
 
     def _take(self, topic: str, payload: bytes) -> None:
-        """Take in a message, if it makes sense."""
+        """Take in a message, unless it is malformed."""
         match = _TOPIC.fullmatch(topic)
         if match is None:
             return
@@ -149,7 +144,7 @@ class Fleet:
             report = HomeReport.model_validate_json(payload) if kind == "report" else None
         except (InputError, ValidationError):
             return
-        if kind == "available" and not payload:  # somebody has cleared what the broker kept
+        if kind == "available" and not payload:  # somebody has cleared the retained message
             self._online.pop(name, None)
             self._reports.pop(name, None)
         elif name in self._online or len(self._online) < LARGEST:
@@ -174,20 +169,14 @@ async def listening_to(fleet: Fleet) -> AsyncIterator[None]:
 
 
 async def stop_and_look(broker: Broker, name: str = ALL) -> tuple[list[str], list[str]]:
-    """Stop one partner or all; return the names that report a stop, and those that do not.
+    """Stop one partner or all; return the names that report a stop, and the other names.
 
-    A lost partner is among those that do not.
-
-    Raises
-    ------
-    InputError
-        There is no such partner.
-    UnreachableError
-        The broker cannot be reached, or it knows no partner, or more than ``LARGEST``.
+    Raises InputError if there is no such partner; UnreachableError if the broker cannot be reached,
+    or has no partner, or more than ``LARGEST``.
     """
     fleet = Fleet(broker)
     async with listening_to(fleet):
-        with suppress(TimeoutError):  # a broker may forbid the echo: use what has come
+        with suppress(TimeoutError):  # a broker may forbid the echo
             async with asyncio.timeout(_GREETING):
                 await fleet.met.wait()
                 if name == ALL:  # stopping all works even before any partner is known

@@ -1,12 +1,11 @@
 """The door for homes: the partner reports to an MQTT broker and accepts a few commands.
 
-Home Assistant finds it by itself, through MQTT discovery. Each stop and each event of distress is
-reported at least once, even if it happened while the broker or the partner was away. Reports are
-rare, because a home system stores each of them. The last will says that the partner is gone. Wishes
-are those of HTTP (feel, say, stop); none releases the body. Refusals are published on a topic of
-their own.
+Home Assistant finds it through MQTT discovery. Each stop and each event of distress is reported at
+least once, even if the broker or the partner was away. Reports are rare, because a home system
+stores each of them. The last will reports that the partner is gone. The commands are feel, say and
+stop; none releases the body. Refusals are published on a separate topic.
 
-This module needs the extra ``mqtt``; it is loaded only when needed.
+This module needs the extra ``mqtt``.
 """
 
 import asyncio
@@ -46,23 +45,23 @@ except ModuleNotFoundError as error:
     raise needs_extra("mqtt", error) from error
 
 
-#: Where Home Assistant says that it has come back.
+#: The topic on which Home Assistant announces its start.
 BIRTH = "homeassistant/status"
-#: Wishes per second, and how many at once, not counting Stop (our choice).
+#: Wishes per second, and in a burst, not counting Stop (our choice).
 RATE, BURST = 5.0, 10.0
-#: Interval between two looks at the partner, s (our choice).
+#: Interval between two polls of the partner, s (our choice).
 _PERIOD = 0.25
 _ONLINE, _OFFLINE = "online", "offline"
-#: Refusals published per second, and at once: no more than a person can read (our choice).
+#: Refusals published per second, and in a burst: no more than a person can read (our choice).
 _TOLD_RATE, _TOLD_BURST = 1.0, 10.0
-#: Rates of reports, 1/s: for values that change often, and for those that a home must know soon.
-#: Bursts included, that is at most ten a minute, not counting Stops (our choice).
+#: Rates of reports, 1/s, for values that change often, and for urgent ones; and their burst: at
+#: most ten reports a minute, not counting Stops (our choice).
 _REPORT_RATE, _URGENT_RATE, _REPORT_BURST = 3 / 60, 3 / 60, 2.0
-#: The key in the history for the last event that was reported to the broker.
+#: The history's key for the last event reported to the broker.
 _WHO = "home"
-#: How long to wait for an answer when asking whether a name is taken, s (our choice).
+#: How long another partner of the same name may take to answer, s (our choice).
 _ANSWER = 1.5
-#: How long to wait at startup for a broker that is away, s (our choice).
+#: How long to wait at startup for the broker, s (our choice).
 _PATIENCE = 4.0
 
 
@@ -78,20 +77,18 @@ def add_home(
 
     Parameters
     ----------
-    app, partner
-        The application, and the partner that it serves.
     broker, name
         The broker, and the partner's name there, which must be unique.
     studio
         The address at which other devices reach the partner's pages.
     clock
-        Gives the time in s, for the rates of wishes and reports.
+        Returns the time, s.
     """
     about = About(broker.path(name), partner.robot.name, studio)
     home = _Home(Asker.within(app, "home"), partner.history, about, clock)
 
     async def admit() -> None:
-        # Two with the same name would keep disconnecting each other; Stop would reach one of them.
+        # Two partners of one name would keep disconnecting each other; Stop would reach only one.
         if await _is_taken(broker, about.name, home.instance):
             raise InputError(
                 f"another partner has taken the name {about.name!r} there, so this one is not "
@@ -103,12 +100,9 @@ def add_home(
 
 
 async def check_free(broker: Broker, name: str) -> None:
-    """Check that no other partner uses a name; passes if the broker cannot be reached.
+    """Check that no other partner uses a name, unless the broker cannot be reached.
 
-    Raises
-    ------
-    InputError
-        Another partner uses it; the message proposes a free name.
+    Raises InputError if another partner uses the name; the message proposes a free one.
     """
     others = [f"{name[:37]}-{number}" for number in range(2, 6)]
     try:
@@ -153,11 +147,11 @@ class _Home:
         self._refusals, self._unsaid = Allowance(_TOLD_RATE, _TOLD_BURST, clock), 0
         self._topics = Topics(about.name)
         group, _, _ = about.name.rpartition("/")
-        #: The topics that stop all partners, or all those of its group.
+        #: The topics that stop all partners, or all of its group.
         self._stops_of_all = {Topics(ALL).stop, Topics(f"{group}/{ALL}" if group else ALL).stop}
         #: Distinguishes the partner from another of the same name.
         self.instance = secrets.token_hex(8)
-        self._contradicted = False  # whether somebody has said that it is not online
+        self._contradicted = False  # whether somebody has published that it is not online
         self._told: Cursor | None = None  # the last event that the broker knows
         self._day, self._stops = date.today(), 0
         self._stopping: asyncio.Task[None] | None = None
@@ -167,11 +161,11 @@ class _Home:
 
     @property
     def will(self) -> Will:
-        """What the broker publishes if we vanish without disconnecting."""
+        """The broker's message if we vanish without disconnecting."""
         return Will(self._topics.available, _OFFLINE, qos=1, retain=True)
 
     async def live(self, client: Client) -> None:
-        """Report and obey until the connection ends."""
+        """Publish reports, and carry out commands, until the connection ends."""
         self._online, self._reported, self._announced = False, None, None
         topics = self._topics
         heard = (topics.feel, topics.say, topics.stop, topics.who, topics.available)
@@ -199,7 +193,6 @@ class _Home:
             await asyncio.sleep(_PERIOD)
 
     async def _look(self, client: Client) -> None:
-        """Report what is new."""
         state = await self._partner.state()
         if self._told is None:
             self._told = await asyncio.to_thread(self._history.recall, _WHO)
@@ -231,14 +224,14 @@ class _Home:
         before = self._reported
         if report == before:
             return False
-        if before is None or report.held != before.held:  # a fleet waits to see who has stopped
+        if before is None or report.held != before.held:  # a fleet's Stop waits for this
             return True
         if (report.stopped, report.paused) != (before.stopped, before.paused):
             return self._urgent.take("all")
         return self._reports.take("all")
 
     async def _tell(self, client: Client, event: LiveEvent) -> None:
-        """Publish a stop, distress, or a gap in the events, and return once the broker has it."""
+        """Publish a stop, distress or a gap; return once the broker has it."""
         about = {"id": event.id, "wall": event.wall}
         match event.kind:
             case "distress":

@@ -1,4 +1,4 @@
-"""The MQTT discovery message that tells Home Assistant a partner's buttons and events."""
+"""The MQTT discovery message with a partner's buttons and events for Home Assistant."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -22,9 +22,9 @@ _WHY_STOPPED = (
 
 @dataclass(frozen=True)
 class About:
-    """How the partner identifies itself to Home Assistant."""
+    """A partner's identity for Home Assistant."""
 
-    name: str  # its name, or ``GROUP/NAME`` if it is in a group
+    name: str  # ``GROUP/NAME`` if it is in a group
     model: str  # the robot's name
     studio: str | None = None  # its studio's address, if other devices can reach it
 
@@ -35,12 +35,12 @@ class About:
 
 
 def cut(payload: object) -> bytes:
-    """Cut a payload to the greatest length, so that an oversized one is never parsed whole."""
+    """Return at most the greatest length of a payload."""
     return payload[:_LONGEST] if isinstance(payload, bytes) else b""
 
 
 def discovery_topic(about: About) -> str:
-    """Return the topic by which Home Assistant finds a partner."""
+    """Return the topic of a partner's discovery message."""
     group, _, name = about.name.rpartition("/")
     return f"homeassistant/device/{group + '/' if group else ''}miburi-{name}/config"
 
@@ -48,8 +48,8 @@ def discovery_topic(about: About) -> str:
 def discovery(about: About, joints: list[str]) -> dict[str, Any]:
     """Return the message that describes a partner to Home Assistant.
 
-    The motors of ``joints`` report a temperature. The message's keys are those of Home Assistant's
-    MQTT device discovery (2024.11 and later).
+    The motors of ``joints`` report a temperature. The keys are those of Home Assistant's MQTT
+    device discovery (2024.11 and later).
     """
     topics, key = Topics(about.name), f"miburi_{about.key}"
 

@@ -1,11 +1,10 @@
 """The door for laboratories: the partner talks to ROS 2 nodes over DDS, without ROS installed.
 
-It publishes its joints at each step, its frames, description, expression, and why it stopped. It
-accepts commands (feel, say, a face's expression, stop). None of them releases a stopped body. Only
-the latest of several wishes on a topic counts; they do not queue up. A reader that stops reading
-does not block anything.
+It publishes its joints at each step, its frames, description, expression and diagnostics. It
+accepts commands (feel, say, a face's expression, stop), of which none releases a stopped body. Only
+the latest of several wishes on a topic counts. A reader that stops reading does not block anything.
 
-This module needs the extra ``ros``; it is loaded only when needed.
+This module needs the extra ``ros``.
 """
 
 import asyncio
@@ -65,21 +64,21 @@ except ModuleNotFoundError as error:
 
 #: Commands per second, and the largest burst, not counting Stop (our choice).
 RATE, BURST = 5.0, 10.0
-#: Interval at which the partner is polled, s; every step since the last poll is published.
+#: Interval between two polls, s; each publishes every step since the last one.
 _PERIOD = 0.01
 _LOG = logging.getLogger(__name__)
-#: Interval between two diagnoses while nothing changes, s (as diagnostic_updater's default).
+#: Interval between two diagnoses without a change, s (diagnostic_updater's default).
 _DIAGNOSIS = 1.0
-#: Time after which a door that has failed is reopened, s (our choice).
+#: Time before a failed door is reopened, s (our choice).
 _PAUSE = 5.0
 #: The longest wish, characters.
 _LONGEST = 4_000
 
 _Message = TypeVar("_Message", bound=IdlStruct)
-#: What reading a malformed message may raise.
+#: Errors from reading a malformed message.
 _UNREADABLE = (struct.error, ValueError, IndexError, KeyError, DDSException)
 
-# What rmw_cyclonedds requests for ROS's default profile, except that no write ever waits.
+# rmw_cyclonedds's settings for ROS's default profile, except that no write ever waits.
 _RELIABLE = (
     Policy.Reliability.Reliable(max_blocking_time=0),
     Policy.DataRepresentation(use_cdrv0_representation=True),
@@ -109,8 +108,7 @@ def add_ros(
 ) -> None:
     """Publish a partner's state on a ROS network, and take wishes there, while the server runs.
 
-    Failures are logged, and the door is opened again. ``clock`` gives the time in s, for the rate
-    of wishes.
+    After a failure, which is logged, the door is opened again.
     """
     asker = Asker.within(app, "ros")
 
@@ -122,7 +120,7 @@ def add_ros(
                     await _Door(asker, partner, network, Allowance(RATE, BURST, clock)).live()
                 finally:
                     del domain  # this closes it and everything in it
-            except Exception as error:  # whatever fails here, the rest keeps running
+            except Exception as error:  # a failure here must not end the rest
                 known = isinstance(error, MiburiError)
                 _LOG.error("ROS 2: %s. Trying again.", error, exc_info=not known)
             await asyncio.sleep(_PAUSE)
@@ -131,10 +129,7 @@ def add_ros(
 
 
 class _Inlet(Generic[_Message]):
-    """A topic for wishes.
-
-    While one command is being forwarded, only the newest of the others is kept.
-    """
+    """A topic for wishes; only the newest of those that arrive while one is forwarded is kept."""
 
     def __init__(
         self,
@@ -152,7 +147,7 @@ class _Inlet(Generic[_Message]):
         self._task: asyncio.Task[None] | None = None
 
     def look(self, tasks: asyncio.TaskGroup) -> None:
-        """Take the latest wish, if there is one and none is being passed on."""
+        """Forward the latest wish, if any, unless another is being forwarded."""
         if self._task is not None and not self._task.done():
             return
         try:
@@ -212,16 +207,16 @@ class _Door:
         self._diagnosis_due = 0.0
 
     def topic(self, name: str, kind: type[_Message]) -> Topic[_Message]:
-        """Return a topic of this partner, or one that all partners share."""
+        """Return a topic of this partner, or of all partners."""
         return Topic(self.participant, self._network.topic(name), kind)
 
     def refuse(self, name: str, why: str) -> None:
-        """Say why nothing was done."""
+        """Publish why a wish was refused."""
         words = {"topic": self._network.topic(name).removeprefix("rt"), "why": why}
         _write(self._refused, StringMsg(json.dumps(words)))
 
     async def live(self) -> None:
-        """Publish, and pass wishes on, until cancelled."""
+        """Publish, and forward wishes, until cancelled."""
         robot, now = self._partner.robot, self._stamps.now()
         readers = [inlet.reader for inlet in self._inlets]
         node = node_of(self.participant, self._network.name, readers, self._writers)
@@ -241,7 +236,6 @@ class _Door:
         return writer
 
     def _look(self) -> None:
-        """Publish what changed since the last poll."""
         state = None
         if self._partner.reachable:
             state = self._partner.snapshot.state
@@ -286,7 +280,7 @@ class _Door:
 
     async def _show(self, wish: ExpressionMsg) -> None:
         gesture = read_expression(wish)
-        if self._partner.snapshot.state.held:  # the wish would wait, and the sender would not know
+        if self._partner.snapshot.state.held:  # else the wish would wait, unknown to the sender
             raise BodyError("nothing was done: the body is stopped until a person releases it.")
         if gesture is None:  # neutral ends the current performance
             ahead = LookAct(do="look", at="user", seconds=1.0)
@@ -296,11 +290,11 @@ class _Door:
 
 
 def _endpoint(qos: Qos, kind: type[IdlStruct]) -> Qos:
-    """Return a writer's or reader's QoS with the hash of its type, as ROS advertises since Iron."""
+    """Return a QoS with the hash of the type, which ROS advertises since Iron."""
     return Qos(Policy.Userdata(f"typehash={type_hash(kind)};".encode()), base=qos)
 
 
 def _write(writer: DataWriter[_Message], message: _Message) -> None:
-    """Send a message, unless a reader has stopped reading and there is no room left."""
+    """Send a message, unless a reader has stopped reading and the buffer is full."""
     with suppress(DDSException):
         writer.write(message)

@@ -1,4 +1,4 @@
-"""What a partner tells ROS 2: its joints, frames, stop, motors and expression, as ROS messages.
+"""A partner's joints, frames, stop, motors and expression as ROS 2 messages.
 
 This module needs the extra ``ros``.
 """
@@ -44,10 +44,10 @@ class Place(NamedTuple):
     arousal: float
 
 
-#: We chose the words from those of hri_msgs/Expression. Valence and arousal are those
-#: that people gave to happy, sad, terrified, fearful, excited, disgusted, angry and surprised
-#: (Russell and Mehrabian 1977, "Evidence for a three-factor theory of emotions", Journal of
-#: Research in Personality 11, pleasure and arousal).
+#: The words are our choice from hri_msgs/Expression. Valence and arousal are people's ratings of
+#: happy, sad, terrified, fearful, excited, disgusted, angry and surprised (pleasure and arousal in
+#: Russell and Mehrabian 1977, "Evidence for a three-factor theory of emotions", Journal of Research
+#: in Personality 11).
 PLACES: dict[str, Place] = {
     "happiness": Place("happy", 0.81, 0.51),
     "sadness": Place("sad", -0.63, -0.27),
@@ -72,7 +72,7 @@ def joint_state(stamp: int, angles: Sequence[float], velocities: Sequence[float]
 def frames(
     links: Sequence[shape.Link], network: RosNetwork, stamp: int, angles: Sequence[float]
 ) -> TFMessageMsg:
-    """Return where each link is relative to its parent, as robot_state_publisher would."""
+    """Return each link's transform from its parent, as robot_state_publisher does."""
     return _transforms(network, stamp, shape.frames(links, angles))
 
 
@@ -97,7 +97,7 @@ def _transforms(network: RosNetwork, stamp: int, frames: Sequence[shape.LinkFram
 def diagnose(
     network: RosNetwork, stamp: int, state: State | None, motors: MotorsOut
 ) -> DiagnosticArrayMsg:
-    """Return the status of contact stop and motors; a ``state`` of None: unreachable."""
+    """Return the status of contact stop and motors; a ``state`` of None means unreachable."""
     name = network.name or "miburi"
     hardware = motors.body if motors.port is None else f"{motors.body} at {motors.port}"
     stop = _stop_status(None if state is None else state.stop)
@@ -118,7 +118,6 @@ def stop_report(stamp: int, stop: StopOut) -> DiagnosticArrayMsg:
 
 
 def _stop_status(stop: StopOut | None) -> DiagnosticStatusMsg:
-    """Return whether and why the body is stopped, with the motor and the force if there are any."""
     if stop is None:
         return DiagnosticStatusMsg(_OK, "contact stop", "not stopped", "", [])
     motor = "" if stop.motor is None else f" at {stop.motor}"
@@ -163,7 +162,7 @@ def _values(values: Mapping[str, object]) -> list[KeyValueMsg]:
 def express(stamp: int, shown: Expressed | None) -> ExpressionMsg | None:
     """Return the feeling felt or shown, with valence and arousal scaled by its mood.
 
-    None for a feeling that a user has added: ROS4HRI has no word for it.
+    It is None for a feeling that a user has added, as ROS4HRI has no word for it.
     """
     if shown is None:
         return ExpressionMsg(_header(stamp), NEUTRAL_WORD, 0.0, 0.0, 1.0)
@@ -177,14 +176,11 @@ def express(stamp: int, shown: Expressed | None) -> ExpressionMsg | None:
 def read_expression(wish: ExpressionMsg) -> ExpressIn | None:
     """Return the gesture for a ROS expression message; None for neutral.
 
-    An expression has a word, or valence and arousal, or both. If there is no word, valence and
-    arousal select the feeling with the nearest direction. Their length is the intensity. The
-    sender's confidence is ignored.
+    An expression has a word, or valence and arousal, or both. Without a word, valence and arousal
+    select the feeling with the nearest direction. Their length is the intensity. The confidence is
+    ignored.
 
-    Raises
-    ------
-    InputError
-        It has neither, has an unknown word, or its values are out of range.
+    Raises InputError if it has neither or an unknown word, or its values are out of range.
     """
     length = hypot(wish.valence, wish.arousal)
     if not length <= hypot(1, 1):

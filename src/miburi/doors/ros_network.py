@@ -1,4 +1,4 @@
-"""The settings of a ROS 2 network: the DDS domain, its range, and a partner's names in it.
+"""The settings of a ROS 2 network: the DDS domain, its range, and a partner's namespace.
 
 They come from ROS's own environment variables: ROS_DOMAIN_ID, ROS_AUTOMATIC_DISCOVERY_RANGE,
 ROS_LOCALHOST_ONLY and CYCLONEDDS_URI. Unlike a ROS node, a partner is visible only on its own
@@ -15,14 +15,13 @@ import ifaddr
 
 from miburi.errors import InputError
 
-#: The largest domain, 232: with a larger one DDS would run out of ports.
+#: The largest domain: in a larger one DDS would run out of ports.
 LARGEST_DOMAIN = 232
-#: The largest message that is taken, bytes (our choice); a robot's description has some 20,000.
+#: The largest accepted message, bytes (our choice); a robot's description has some 20,000.
 _LARGEST_MESSAGE = 200_000
 #: The number of participants to look for on this computer, the same as in rmw_cyclonedds.
 _PARTICIPANTS = 32
-#: Interval between two announcements, s (our choice): a node that starts later waits no longer than
-#: this.
+#: Interval between two announcements, s (our choice), and so the longest wait of a new node.
 _ANNOUNCED = 2
 _HERE = (
     '<General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>'
@@ -35,9 +34,9 @@ class RosNetwork:
     """A DDS domain, and a partner's namespace in it."""
 
     domain: int = 0
-    everywhere: bool = False  # whether the whole network hears it, or this computer alone
+    everywhere: bool = False  # on the whole network, not only on this computer
     name: str | None = None  # the partner's name; None: its topics have no namespace
-    more: str = ""  # further configuration of Cyclone DDS, as CYCLONEDDS_URI has it
+    more: str = ""  # further configuration of Cyclone DDS, from CYCLONEDDS_URI
 
     @property
     def config(self) -> str:
@@ -64,7 +63,7 @@ class RosNetwork:
 
 
 def _peers() -> str:
-    """Return this computer's addresses as peers; a ROS node hears only what is sent to its own."""
+    """Return this computer's addresses as peers: a ROS node listens only on its own address."""
     own = {
         str(address.ip)
         for adapter in ifaddr.get_adapters()
@@ -76,14 +75,11 @@ def _peers() -> str:
 
 
 def find_ros(name: str | None = None, environment: Mapping[str, str] = os.environ) -> RosNetwork:
-    """Return the network that ROS's variables describe.
+    """Return the network from ROS's variables.
 
     The partner's ``name`` becomes the namespace, with _ for -.
 
-    Raises
-    ------
-    InputError
-        A variable has a value that is not allowed, or ROS does not allow the name.
+    Raises InputError if a variable has a value that is not allowed, or ROS does not allow the name.
     """
     domain = environment.get("ROS_DOMAIN_ID") or "0"
     if not re.fullmatch(r"\d{1,3}", domain) or int(domain) > LARGEST_DOMAIN:

@@ -1,6 +1,6 @@
-"""How ROS knows the nodes of a DDS participant: rmw_dds_common's messages, since Iron.
+"""The messages of rmw_dds_common by which ROS, since Iron, lists a DDS participant's nodes.
 
-This module needs the extra ``ros`` and is imported only when the door is opened.
+This module needs the extra ``ros``.
 """
 
 from collections.abc import Iterable
@@ -24,14 +24,14 @@ NODE = "miburi"
 
 @ros_message
 class GidMsg(IdlStruct, typename="rmw_dds_common.msg.dds_.Gid_"):
-    """rmw_dds_common/Gid, since Iron: what names a participant, a reader or a writer."""
+    """rmw_dds_common/Gid, since Iron: the id of a participant, a reader or a writer."""
 
     data: array[uint8, 16]
 
 
 @ros_message
 class NodeEntitiesInfoMsg(IdlStruct, typename="rmw_dds_common.msg.dds_.NodeEntitiesInfo_"):
-    """rmw_dds_common/NodeEntitiesInfo: a node, and what belongs to it."""
+    """rmw_dds_common/NodeEntitiesInfo: a node, with its readers and writers."""
 
     node_namespace: bounded_str[256]
     node_name: bounded_str[256]
@@ -52,7 +52,7 @@ class ParticipantEntitiesInfoMsg(
 def node_of(
     participant: Entity, namespace: str | None, readers: Iterable[Entity], writers: Iterable[Entity]
 ) -> ParticipantEntitiesInfoMsg:
-    """Return the message by which ROS lists a participant as a node with its topics."""
+    """Return the message that lists a participant as a node with its topics."""
     node = NodeEntitiesInfoMsg(
         f"/{namespace or ''}", NODE, [*map(_gid, readers)], [*map(_gid, writers)]
     )

@@ -1,6 +1,6 @@
 """Convert one of Miburi's recordings to MCAP with ROS messages, for ROS 2's tools.
 
-Times are those of the recording: the computer's clock, or the robot's from 0 in an experiment.
+Times are by the recording's clock: the computer's clock or, in an experiment, the robot's from 0.
 This module needs the extra ``ros``.
 """
 
@@ -37,8 +37,7 @@ _Timed = tuple[str, IdlStruct]
 _Content = TypeVar("_Content", bound=BaseModel)
 #: Recorded frames have no namespace.
 _NOWHERE = RosNetwork()
-#: How rosbag2 marks a topic whose last message is kept for late subscribers, so that a player does
-#: the same.
+#: rosbag2's mark of a topic whose last message a player keeps for late subscribers.
 _EVER = "{sec: 9223372036, nsec: 854775807}"
 _KEPT = (
     "- {history: 1, depth: 1, reliability: 1, durability: 1, "
@@ -81,17 +80,12 @@ class _Contact(BaseModel):
 def convert_recording(recording: Path, robot: Robot, out: Path) -> int:
     """Write a recording for ROS 2's tools; return the number of its messages.
 
-    Joint states come with the frames that follow from them; the description and the fixed frames
-    come first. Commands are joint states, too: where the joints are to go, and how fast.
+    The description and the fixed frames come first; joint states come with their frames. Commands
+    are joint states, too, with the joints' goals and speeds. A recording that is cut off is
+    converted up to that point.
 
-    A recording that is cut off is read up to that point.
-
-    Raises
-    ------
-    InputError
-        The recording is not one of ours.
-    OutputError
-        The file cannot be written.
+    Raises InputError if the recording is not one of ours; OutputError if the file cannot be
+    written.
     """
     messages = read(recording)
     try:
@@ -130,7 +124,7 @@ class _Bag:
         writer.start(profile=Profile.ROS2, library=f"miburi {__version__}")
 
     def write(self, time: int, topic: str, message: IdlStruct, qos: str = "") -> None:
-        """Write a message with its time, in ns."""
+        """Write a message with its time, ns."""
         kind = type(message)
         if kind not in self._schemas:
             self._schemas[kind] = self._writer.register_schema(
@@ -150,7 +144,6 @@ class _Bag:
 
 
 def _stamp(message: RecordedMessage) -> int:
-    """Return a message's time, in ns."""
     return round(message.time * 1e9) if message.wall is None else message.wall
 
 

@@ -1,10 +1,10 @@
-"""ROS 2's messages as DDS carries them, and their definitions as recordings carry them.
+"""ROS 2's messages for DDS, and their definitions for recordings.
 
-Names, fields and order are those of common_interfaces, geometry2 and hri_msgs; constants are left
-out. Each class here is the only source of two things: the type name and CDR for rmw, and the text
-of the ``.msg`` file with the files that it depends on.
+Names, fields and order are those of common_interfaces, geometry2 and hri_msgs, without constants.
+Each class gives the type name and CDR for rmw, and the text of the ``.msg`` file with the files
+that it depends on.
 
-This module needs the extra ``ros``; it is loaded only when needed.
+This module needs the extra ``ros``.
 """
 
 from collections.abc import Iterator
@@ -22,7 +22,7 @@ except ModuleNotFoundError as error:
 
 _Message = TypeVar("_Message", bound=IdlStruct)
 _RULE = "=" * 80
-#: REP-2016's hashes of the messages that have a topic; since Iron, nodes exchange them.
+#: REP-2016's hashes of the topics' messages, which nodes exchange since Iron.
 _HASHES = {
     "diagnostic_msgs/msg/DiagnosticArray": (
         "5a8a36efb05fb25070fa0fb3810290c0e6cd4862b54a8fb975a1ee8dc55a333e"
@@ -42,10 +42,7 @@ _HASHES = {
 
 @dataclass_transform()
 def ros_message(kind: type[_Message]) -> type[_Message]:
-    """Make a class a message as ROS 2 sends it: plain CDR with its members in order.
-
-    That is a final type with consecutive ids.
-    """
+    """Make a class a ROS 2 message: a final type with consecutive ids, so plain CDR."""
     return annotations.final(annotations.autoid("sequential")(dataclass(kind)))
 
 
@@ -172,18 +169,18 @@ class ExpressionMsg(IdlStruct, typename="hri_msgs.msg.dds_.Expression_"):
 
 
 def type_hash(kind: type[IdlStruct]) -> str:
-    """Return the hash by which ROS knows the type of a topic."""
+    """Return ROS's hash of a topic's type."""
     return f"RIHS01_{_HASHES[ros_name(kind)]}"
 
 
 def ros_name(kind: type[IdlStruct]) -> str:
-    """Return the name by which ROS 2 knows a message, such as ``std_msgs/msg/String``."""
+    """Return ROS 2's name of a message, such as ``std_msgs/msg/String``."""
     package, message, _, name = kind.__idl_typename__.split(".")
     return f"{package}/{message}/{name.removesuffix('_')}"
 
 
 def definition(kind: type[IdlStruct]) -> str:
-    """Return a message's definition, and those of all messages within it, as MCAP's ``ros2msg``."""
+    """Return the definition of a message and of all messages within it, as MCAP's ``ros2msg``."""
     own, *held = dict.fromkeys(_kinds(kind))
     return _lines(own) + "".join(f"{_RULE}\nMSG: {_short(one)}\n{_lines(one)}" for one in held)
 
@@ -197,7 +194,6 @@ def _kinds(kind: type[IdlStruct]) -> Iterator[type[IdlStruct]]:
 
 
 def _lines(kind: type[IdlStruct]) -> str:
-    """Return a message's fields as lines of a ``.msg`` file."""
     text = ""
     for name, hint in get_type_hints(kind, include_extras=True).items():
         held, many = _held(hint)
@@ -210,7 +206,6 @@ def _lines(kind: type[IdlStruct]) -> str:
 
 
 def _held(hint: object) -> tuple[object, bool]:
-    """Return the type of a field, and whether it is a list of that type."""
     given = get_args(hint)
     return (get_args(given[0])[0], True) if given and get_args(given[0]) else (hint, False)
 

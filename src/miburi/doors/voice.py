@@ -1,7 +1,7 @@
-"""The partner's own voice for its pages: its latest sentence as sound from a synthesizer.
+"""The partner's own voice for its pages: its latest sentence, synthesized.
 
-The sound is played by each page whose voice is switched on; the page's own switch mutes it. While
-the sound plays, and 0.4 s after, the page ignores sudden noises; its mouth moves with the sound.
+Each page whose voice is on plays the sound, and its mouth moves with it. During the sound, and 0.4
+s after it, the page ignores sudden noises.
 """
 
 import asyncio
@@ -20,9 +20,9 @@ from miburi.wire.messages import Refusal
 
 
 def voice_router(partner: LivePartner, synthesizer: Synthesizer) -> APIRouter:
-    """Return the route by which pages get the sound of the latest sentence.
+    """Return the route of the latest sentence's sound.
 
-    Sentences are synthesized one at a time; the latest one's sound is kept for all pages.
+    Sentences are synthesized one at a time, once for all pages.
     """
     router = APIRouter()
     turn = asyncio.Lock()
@@ -50,7 +50,7 @@ def voice_router(partner: LivePartner, synthesizer: Synthesizer) -> APIRouter:
         nonlocal latest
         spoken(number)
         async with turn:
-            said = spoken(number)  # another sentence may have come while other tasks ran
+            said = spoken(number)  # there may be a newer sentence by now
             if latest is None or latest[0] != number:
                 sound = await synthesizer.sound(said.text, CATALOGUE.voice(said.feeling))
                 latest = number, sound

@@ -16,18 +16,18 @@ class Pages:
     Attributes
     ----------
     listeners
-        The addresses at which programs and devices find it.
+        The server's listening sockets.
     reach
-        The addresses, keys and local authority by which other devices connect.
+        The addresses, keys and authority for other devices.
     doors
         The doors (other protocols) that are open besides HTTP.
     folder
         The folder of the token and the certificates.
     certificate
-        The key and the certificate, PEM, if it serves https.
+        The file of the key and certificate, PEM, if it serves https.
     passage
-        Hands over connections from the reception, the process that accepts them; None if the server
-        accepts them itself.
+        The socket from the reception, the process that accepts connections; None if the server
+        accepts them.
     """
 
     listeners: Listeners

@@ -19,7 +19,7 @@ from miburi.live.crossing.lanes import Lanes, lanes
 from miburi.serving.passing import CAN_PASS
 from miburi.serving.reception import receive
 
-#: The time within which each helper process must exit, s.
+#: The time in which each helper process must exit, s.
 _PATIENCE = 4.0
 
 #: Length of one wait, s: on Windows, signals are handled only between two waits.
@@ -27,7 +27,7 @@ GLANCE = 0.5
 
 
 class Moment(Enum):
-    """An event that the partner's process waits for while its loop runs."""
+    """An event for the partner's process while its loop runs."""
 
     LISTENS = auto()
     SERVER_ENDED = auto()
@@ -39,14 +39,14 @@ class Moment(Enum):
 
 @dataclass(frozen=True)
 class Helpers:
-    """The processes beside ours, and our ends of the pipes to them."""
+    """The helper processes, and our ends of the pipes to them."""
 
     processes: tuple[BaseProcess, ...]
     server: Lanes
     reception: Connection | None
 
     def end(self) -> None:
-        """End them all."""
+        """End all helper processes."""
         for process in self.processes:
             process.terminate()
             process.join(_PATIENCE)
@@ -68,8 +68,7 @@ def start_helpers(pages: Pages) -> Helpers:
         _spawn(serve_pages, replace(pages, passage=inside), theirs),
         _spawn(receive, plain, encrypted, outside, stopping, pages.reach.keys, pages.doors.origins),
     )
-    # Close this process's copies of the helpers' pipe ends, so that each process notices when
-    # another has gone.
+    # Without copies of the helpers' ends here, each process notices the end of another.
     theirs.close()
     inside.close()
     outside.close()
@@ -80,8 +79,7 @@ def start_helpers(pages: Pages) -> Helpers:
 def _spawn(work: Callable[..., None], *arguments: object) -> BaseProcess:
     spawn = get_context("spawn").Process
     process = spawn(target=logged, args=(work, *arguments), name=work.__name__)
-    # Ctrl-C reaches the whole group. Helpers ignore it and serve until this process, which decides
-    # when to end, tells them.
+    # Ctrl-C reaches the whole group. Helpers ignore it, as this process ends them.
     handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         process.start()
@@ -91,7 +89,7 @@ def _spawn(work: Callable[..., None], *arguments: object) -> BaseProcess:
 
 
 def watch_process(process: BaseProcess, ended: "Moment", happenings: "SimpleQueue[Moment]") -> None:
-    """Wait until a process has ended, then say so."""
+    """Report the end of a process."""
     process.join()
     happenings.put(ended)
 

@@ -1,8 +1,7 @@
 """Start the live partner and its server, and end both cleanly.
 
 The partner's loop and its watchdog run here. The server (:mod:`miburi.host.process`) and the
-reception, which accepts connections, are processes of their own, so that neither can starve the
-loop or the watchdog.
+reception, which accepts connections, are separate processes, so that neither can starve the loop.
 """
 
 import gc
@@ -42,20 +41,20 @@ from miburi.serving.renewal import reach_of
 from miburi.studio.words import FALLBACK, words
 from miburi.talk.endpoint import Endpoint
 
-#: The stimulus at each start: the partner is glad to be awake (our number).
+#: The stimulus at each start (our number).
 GREETING = Stimulus("happiness", 0.8)
 
 
 @dataclass(frozen=True)
 class Launch:
-    """What to start, and how.
+    """The settings of a partner and its server.
 
     Attributes
     ----------
     robot, repertoire, temperament
         The description of the body, its gestures, and the first temperament.
     emotional_model
-        How its emotion, feeling and mood change.
+        The model of emotion, feeling and mood.
     rule
         The contact rule for simulated bodies; None: the robot's own.
     settings
@@ -63,21 +62,21 @@ class Launch:
     body, port_of_body
         The kind of body, and the serial port of its Arduino card.
     host, port
-        Where to listen; port 0 takes any free port.
+        The address to listen at; port 0 is any free port.
     https
         Whether to serve https at ``host``, one port higher, and http only on this computer.
     headless
-        Open no browser.
+        Whether to open no browser.
     doors
         The doors (other protocols) that are open besides HTTP.
     folder
-        Where the token, the partner's state and recordings are kept.
+        The folder of the token, the partner's state and the recordings.
     forget
-        Start in the resting moods, and do not save the moods at the end.
+        Whether to start in the resting moods, and not save the moods at the end.
     seed
-        Seeds the choice of gestures and their small variations; 0 or more.
+        The seed for gestures and their small variations; 0 or more.
     programs_may_release
-        Whether programs may release a Stop that a person pressed.
+        Whether programs may release a person's Stop.
     """
 
     robot: Robot
@@ -110,21 +109,14 @@ def serve(launch: Launch, meanwhile: Callable[[], None] = lambda: None) -> None:
 
     The server answers until the body is home. A body that somebody stopped stays where it is.
 
+    Raises InputError if the seed, the host, the port or the body is not valid; OutputError if the
+    port is taken; BodyError if the body cannot be reached, or if the loop or the server has failed
+    and the body was stopped.
+
     Parameters
     ----------
-    launch
-        What to start.
     meanwhile
         Called while the server's process loads its libraries.
-
-    Raises
-    ------
-    InputError
-        The seed, the host, the port or the body is not valid.
-    OutputError
-        The port is taken.
-    BodyError
-        The body cannot be reached, or the loop or the server has failed; the body was stopped.
     """
     _check(launch)
     with coming_first():  # a Stop must not wait for other programs
@@ -165,12 +157,11 @@ def _keep_private(folder: Path) -> None:
     os.umask(0o077)  # in the helpers, too: they inherit it
     own = [folder / name for name in ("events.sqlite", "recordings")]
     for one in (*own, *folder.glob("feelings*.json"), *folder.glob("recordings/*.mcap")):
-        with suppress(OSError):  # it does not exist, or belongs to somebody else
+        with suppress(OSError):  # it is missing, or belongs to somebody else
             one.chmod(0o700 if one.is_dir() else 0o600)
 
 
 def _check(launch: Launch) -> None:
-    """Refuse a launch that cannot work."""
     launch.doors.need()
     if launch.https:
         need("cryptography", "https")
@@ -190,13 +181,13 @@ def _check(launch: Launch) -> None:
 
 
 def _memory(folder: Path, model: type[FeelingModel]) -> Path:
-    """Return the file of a model's feelings; each has its own, as no other model can read it."""
+    """Return the file of a model's feelings, which no other model can read."""
     other = "" if model is EmotionalModel else f"-{model.kind}"
     return folder / f"feelings{other}.json"
 
 
 def _feelings(launch: Launch, memory: Path | None) -> FeelingModel:
-    """Return the saved feelings or new ones, with happiness at the start."""
+    """Return the saved feelings or new ones, with the greeting."""
     kept = None
     if memory is not None:
         try:
@@ -235,7 +226,7 @@ def _wake(launch: Launch, feelings: FeelingModel, folder: Path) -> Runner:
 def _live(
     runner: Runner, helpers: Helpers, memory: Path | None, announce: Callable[[], None]
 ) -> Moment:
-    """Run the partner until something ends it, close it, and return what ended it."""
+    """Run the partner until something ends it, and close it; return the cause."""
     happenings: SimpleQueue[Moment] = SimpleQueue()
     runner.start(on_failure=lambda: happenings.put(Moment.LOOP_GAVE_UP))
     ending = threading.Event()
@@ -248,7 +239,7 @@ def _live(
         threads.append(threading.Thread(target=keep, args=arguments, daemon=True))
     for thread in threads:
         thread.start()
-    gc.freeze()  # otherwise a garbage collection would scan all of it, and make the loop late
+    gc.freeze()  # else a garbage collection of all this would make the loop late
     with signals(happenings):
         Answering(
             runner,
@@ -262,14 +253,14 @@ def _live(
             announce()
             end = _next(happenings)
         if end in _LEFT_ALONE:
-            runner.stop(Press("partner"))  # nobody else can close it any more
+            runner.stop(Press("partner"))  # nobody else can stop it now
         ending.set()
         runner.close()
     return end
 
 
-#: Events after which Stop no longer works, each with a message. The first two correspond to the
-#: helper processes, in the same order.
+#: Events after which Stop does not work, with messages; first those of the helper processes, in
+#: their order.
 _LEFT_ALONE = {
     Moment.SERVER_ENDED: "the server has ended",
     Moment.RECEPTION_ENDED: "the process that receives Stop has ended",
@@ -293,7 +284,6 @@ def _keep(path: Path, feelings: FeelingModel) -> bool:
 
 
 def _say_good_bye(runner: Runner, folder: Path, *, kept: bool) -> None:
-    """Print one line about the state of the body at the end."""
     if runner.held:
         how = "was stopped and holds its position with little force"
     elif runner.at_home:
@@ -305,7 +295,6 @@ def _say_good_bye(runner: Runner, folder: Path, *, kept: bool) -> None:
 
 
 def _announce(url: str, reach: Reach, talk: Endpoint | None, headless: bool) -> None:
-    """Say where the studio is; open it unless told otherwise."""
     token, safe = reach.token, reach.authority is not None
     shown = url if token is None or safe else pairing_url(url, token)
     print(f"Miburi is awake. Studio: {shown}   face: {url}/face   (end with Ctrl-C)", flush=True)

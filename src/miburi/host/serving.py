@@ -1,4 +1,4 @@
-"""The server's process: pages and interface of a partner whose loop runs in another process."""
+"""The server's process, with the pages and interface of a partner in another process."""
 
 import asyncio
 import gc
@@ -30,7 +30,7 @@ def serve_until_the_end(pages: Pages, ends: Lanes) -> None:
     try:
         partner = FarPartner(ends, open_store=partial(kept_events, pages.folder, quiet=True))
     except UnreachableError:
-        return  # the partner could not begin, and has said why
+        return  # the partner could not begin, and has reported why
     app = make_app(partner, pages.reach, pages.doors, pages.folder)
     https = pages.certificate is not None
     gate = Gate(app, pages.reach.keys, https=https, origins=pages.doors.origins)
@@ -51,7 +51,7 @@ def _end_with(partner: FarPartner, server: uvicorn.Server) -> None:
 
 
 class _Server(uvicorn.Server):
-    """A server that tells the partner's process that it is serving, and ends cleanly on SIGTERM."""
+    """A server that reports to the partner's process, and ends cleanly on SIGTERM."""
 
     def __init__(
         self,
@@ -65,7 +65,7 @@ class _Server(uvicorn.Server):
         self._passage: Passage | None = None
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Begin to listen, and say so."""
+        """Begin to listen, and report it."""
         await super().startup(sockets)
         pages = self._pages
         encrypted, certificate = pages.listeners.encrypted, pages.certificate
@@ -77,7 +77,7 @@ class _Server(uvicorn.Server):
         renewal = Renewal(pages.listeners, pages.folder, pages.reach, context, certificate)
         self._renewing = asyncio.create_task(_keep_up(renewal))
         gc.enable()
-        gc.freeze()  # scanning all that was loaded takes 0.07 s, and a Stop would wait for it
+        gc.freeze()  # else a Stop might wait 0.07 s for a garbage collection
         self._partner.tell_ready()
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
@@ -88,7 +88,7 @@ class _Server(uvicorn.Server):
         await super().shutdown(sockets)
 
     async def on_tick(self, counter: int) -> bool:
-        """Tell the partner's process, ten times a second, that the server is still serving."""
+        """Send the partner's process a heartbeat, ten times a second."""
         self._partner.beat()
         return await super().on_tick(counter)
 

@@ -1,16 +1,16 @@
 """The languages that the partner hears and speaks: a folder of files for each.
 
-    language.toml   how its text is recognised and reduced to plain words
-    talk.toml       what people say to a partner, and what it answers
-    care.toml       what it says to somebody in distress, and what it never says
-    rhythm.toml     how fast it is spoken, and what is stressed (English if there is none)
-    distress.toml   the words of distress (if there is none, no distress is heard)
+    language.toml   rules that recognise its text and reduce it to plain words
+    talk.toml       what people say to a partner, and its answers
+    care.toml       words for somebody in distress, and words that are never said
+    rhythm.toml     tempo and stress (if there is none, the English file is used)
+    distress.toml   the model of distress (if there is none, no distress is heard)
     pages.toml      the words of the pages (if there is none, no page is in this language)
 
-A new language is a new folder, whose name is the code of the language, such as ``fr``. It may lie
+A new language is a new folder, whose name is the language's code, such as ``fr``. It may lie
 outside Miburi: name the folder around it in the environment variable ``MIBURI_LANGUAGES``, or call
-``miburi run --languages FOLDER``, which sets the variable for all processes. Your own folder
-replaces one of the same name that ships.
+``miburi run --languages FOLDER``, which sets the variable for all processes. Such a folder replaces
+Miburi's folder of the same name.
 """
 
 import os
@@ -53,7 +53,7 @@ __all__ = [
 
 #: The name of one of the :func:`folders`.
 Language = str
-#: Names the folder of your own languages.
+#: The environment variable with the folder of the user's own languages.
 VARIABLE = "MIBURI_LANGUAGES"
 #: The language of a text that no other language claims.
 FALLBACK: Language = "en"
@@ -66,18 +66,18 @@ _NAMED = re.compile(r"(?<=[^.!?] )(?!I\b)[A-Z]\w+")
 
 
 class _Whom(Table):
-    """Patterns for pronouns such as "she", and for whom they mean (groups ``own`` and ``it``)."""
+    """Patterns of pronouns such as "she", and of the persons meant (groups ``own``, ``it``)."""
 
     says: str
     means: str
 
 
 class Clue(Table):
-    """Patterns that match a question's words with words that would answer it.
+    """A kind of question, and the statements that answer it, by regular expressions.
 
-    If ``names`` is set, a name in a statement counts as an answer, too. A clue that is not
-    ``enough`` counts only if question and statement share a word besides. If a ``needed`` clue is
-    missing, such as a time for "when", the statement does not count as an answer.
+    With ``names``, a name in a statement is an answer, too. A clue that is not ``enough`` counts
+    only if question and statement also share a word. A statement without a ``needed`` clue, such as
+    a time for "when", is no answer.
     """
 
     asks: str
@@ -123,13 +123,13 @@ class _Rules(Table):
 
     @cached_property
     def told_clues(self) -> list[tuple[re.Pattern[str], bool]]:
-        """For each clue, the pattern of statements that provide it, and whether a name does."""
+        """For each clue, the pattern of statements that answer, and whether a name does."""
         return [(re.compile(_filled(each.tells, self.parts)), each.names) for each in self.clues]
 
 
 @cache
 def folders() -> dict[Language, Traversable]:
-    """Return the folder of each language, in the order of their names; it is looked up once.
+    """Return each language's folder, in the order of the names.
 
     Raises
     ------
@@ -155,12 +155,10 @@ def _folders_in(place: Traversable) -> dict[Language, Traversable]:
 
 
 def read(model: type[AnyTable], language: Language, name: str) -> AnyTable | None:
-    """Return one file of a language's folder, such as ``talk``; None if it has none.
+    """Return a file of a language, such as ``talk``; None if it has no such file.
 
-    Raises
-    ------
-    DescriptionError
-        The file cannot be read, or is wrong; the message names the file and every wrong key.
+    Raises DescriptionError if the file cannot be read, or is wrong; the message names the file and
+    every wrong key.
     """
     with resources.as_file(folders()[language] / f"{name}.toml") as path:
         return load_table(model, path) if path.is_file() else None
@@ -174,7 +172,7 @@ def _rules(language: Language) -> _Rules:
 def language_of(text: str, usual: Language = FALLBACK) -> Language:
     """Return the language of a text: by its letters, else by its commonest words.
 
-    A text that no language claims, such as a name, is in the ``usual`` one.
+    A text that no language claims, such as a name, is in the ``usual`` language.
 
     >>> [language_of(text) for text in ("Hello.", "こんにちは", "Je suis très triste.")]
     ['en', 'ja', 'fr']
@@ -199,12 +197,12 @@ def common_words(language: Language) -> frozenset[str]:
 
 
 def same_words(language: Language) -> dict[str, str]:
-    """Return question words, each with the word that stands for its group of synonyms."""
+    """Return words, each with the first of its group of synonyms."""
     return _rules(language).first
 
 
 def subjects_of(question: str, language: Language) -> list[str]:
-    """Return the subject of a question, in plain words; empty where that is not known.
+    """Return the subjects of a question, in plain words.
 
     >>> subjects_of("What is my dog called?", "en")
     ['dog']
@@ -224,7 +222,7 @@ def fits(rule: Literal["everything", "naming", "own"], said: str, language: Lang
 
 
 def clues_in(question: str, language: Language) -> tuple[dict[int, Clue], str]:
-    """Return a question's clues by index, and its remaining words, normalised.
+    """Return a question's clues by index, and its other words, normalised.
 
     >>> clues_in("When is my appointment?", "en")[1]
     'when is my'
@@ -239,17 +237,17 @@ def clues_in(question: str, language: Language) -> tuple[dict[int, Clue], str]:
 
 
 def clues_of(told: str, language: Language) -> set[int]:
-    """Return the indices of the clues that a statement gives."""
+    """Return the indices of the clues that a statement answers."""
     words, named = plain(told, language), _NAMED.search(told)
     clues = enumerate(_rules(language).told_clues)
     return {n for n, (tells, names) in clues if (names and named) or tells.search(words)}
 
 
 def with_whom(told: str, earlier: Iterable[str], language: Language) -> str:
-    """Return a statement about "she" with the person meant before it, found in earlier ones.
+    """Return a statement, preceded by the person that its "she" means, if known.
 
-    ``earlier`` has the sentences before it, the newest first. If an earlier sentence names two
-    people whom "she" may mean, no guess is made.
+    ``earlier`` has the sentences before it, the newest first. A sentence with two possible persons
+    gives none.
 
     >>> with_whom("Her name was Maureen.", ["My dear wife was a nurse."], "en")
     'my wife: Her name was Maureen.'
@@ -261,7 +259,7 @@ def with_whom(told: str, earlier: Iterable[str], language: Language) -> str:
 
 
 def whom_of(question: str, earlier: Iterable[str], language: Language) -> str | None:
-    """Return the person that "she" means in a question, from earlier sentences; None if unknown.
+    """Return the person that "she" means in a question; None if unknown.
 
     >>> whom_of("And where does she live?", ["What is my daughter called?"], "en")
     'my daughter'
@@ -291,7 +289,7 @@ def _whom(
 
 
 def is_elsewhere(sentence: str, language: Language) -> bool:
-    """Return whether a sentence is about somebody else's feeling, or about a feeling in the past.
+    """Return whether a sentence is about another person's feeling, or a past one.
 
     >>> is_elsewhere("My son is angry.", "en"), is_elsewhere("My son makes me angry.", "en")
     (True, False)
@@ -337,7 +335,7 @@ def plain(text: str, language: Language) -> str:
 def compile_phrases(
     phrases: list[str], language: Language, words: Mapping[str, str] | None = None
 ) -> re.Pattern[str]:
-    """Join many patterns into one, with their {names} filled in; it matches whole words."""
+    """Join patterns into one that matches whole words, with their {names} filled in."""
     whole = "|".join(f"(?:{_filled(phrase, words)})" for phrase in phrases)
     return re.compile(rf"(?<!\S)(?:{whole})(?!\S)" if _rules(language).spaced else whole)
 
@@ -349,7 +347,7 @@ def _filled(phrase: str, words: Mapping[str, str] | None) -> str:
 
 
 def find_phrase(pattern: re.Pattern[str], said: str, language: Language) -> str | None:
-    """Return the first phrase in normalised text that is not negated; None if there is none."""
+    """Return the first phrase in normalised text that is not negated, if any."""
     denied = _rules(language).denied
     for match in pattern.finditer(said):
         if not re.search(denied, said[: match.start()].rstrip()):

@@ -1,7 +1,7 @@
-"""The rhythm of a text: how long it takes to say, and when its prominent syllables come.
+"""The rhythm of a spoken text: its duration, and the times of its prominent syllables.
 
-For voices that report no timing, such as a browser's, it is estimated from the letters. If the
-times of the vowels are known, the letters only decide which vowels are stressed. Each language's
+For voices that report no timing, such as a browser's, the letters give an estimate. If the times of
+the vowels are known, the letters only decide which vowels are stressed. Each language's
 ``rhythm.toml`` has the numbers and the patterns.
 """
 
@@ -36,7 +36,7 @@ class Rhythm:
 
 
 class _Table(Table):
-    """How a language is spoken: durations in s, patterns of stress, and weak words."""
+    """A language's durations in s, patterns of stress, and weak words."""
 
     letter: _Seconds
     syllable: _Seconds
@@ -62,7 +62,7 @@ class _Table(Table):
 
     @cached_property
     def later(self) -> list[tuple[str, int]]:
-        """Beginnings of words that move the stress, and the index of the stressed syllable."""
+        """Beginnings of words that move the stress, with the index of the stressed syllable."""
         return [(one, 2) for one in self.third.split()] + [(one, 1) for one in self.second.split()]
 
     @cached_property
@@ -78,7 +78,7 @@ def _table(language: Language) -> _Table:
 
 
 def rhythm_of(text: str, language: Language, rate: float = 1.0) -> Rhythm:
-    """Return the rhythm of a text, said ``rate`` times as fast as usual.
+    """Return the rhythm of a text at ``rate`` times the usual tempo.
 
     >>> said = rhythm_of("Anna is coming.", "en")
     >>> [round(at, 1) for at in said.prominent], round(said.seconds, 1)
@@ -92,16 +92,14 @@ def rhythm_of(text: str, language: Language, rate: float = 1.0) -> Rhythm:
 def rhythm_of_sound(
     text: str, language: Language, vowels: Sequence[Sequence[float]], seconds: float
 ) -> Rhythm:
-    """Return the rhythm of a text whose sound is known.
+    """Return the rhythm of a text with known times of its vowels.
 
     Parameters
     ----------
-    text, language
-        The text, and its language.
     vowels
         The midpoints of the vowels in s from the start, for each phrase between two silences.
     seconds
-        How long the sound takes, s.
+        The duration of the sound, s.
     """
     phrases, _ = _phrases(text, _table(language))
     if len(phrases) != len(vowels):  # a pause without a punctuation mark, or the reverse

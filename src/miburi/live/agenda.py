@@ -28,7 +28,7 @@ from miburi.serving.press import By
 
 
 class Agenda:
-    """The open wishes of one live partner; only the partner's loop uses this class.
+    """The open wishes of one live partner; for the partner's loop only.
 
     ``note`` records an event of the given kind with its fields, and returns the event.
     """
@@ -36,21 +36,21 @@ class Agenda:
     def __init__(self, note: Callable[..., LiveEvent], speaker: Speaker) -> None:
         self._note, self._speaker = note, speaker
         self._stage = Stage()
-        self._open: dict[str, str] = {}  # wishes that have not ended, and what they are for
+        self._open: dict[str, str] = {}  # the purpose of each open wish, by id
         self._interrupts = False  # whether the body's next act interrupts a gesture
         self._shown: dict[str, object] = {}  # the fields of the present gesture
-        # How long the body has been stopped, s, and whether it is returning to neutral.
+        # Time since the body stopped, s, and whether it is returning to neutral.
         self._stopped, self._returns = 0.0, False
 
     def perform(self, partner: Partner, asked: Perform) -> str:
-        """Have the body perform something once, in place of queued requests; return its id."""
+        """Let the body perform a request once, in place of waiting ones; return the wish's id."""
         self.clear("replaced")
         wish = self._ask(asked.name, asked.by, asked.expression)
         partner.perform(asked.expression, asked.poses, wish=wish)
         return wish
 
     def act(self, partner: Partner, asked: PerformActs) -> str:
-        """Queue a performance, or begin it now in place of all others; return its id."""
+        """Queue a performance, or begin it now in place of all others; return the wish's id."""
         if not asked.queued:
             self.clear("replaced", partner)
         wish = self._ask("performance", asked.by)
@@ -64,7 +64,7 @@ class Agenda:
         return wish
 
     def say(self, partner: Partner, asked: Speak, felt: Expression | None) -> str:
-        """Say something aloud in place of the present sentence; return its id."""
+        """Say a sentence in place of the present one; return the wish's id."""
         wish = self._ask("speech", asked.by)
         self._tell(partner, asked.text, felt, wish, asked.tune, asked.why, asked.by)
         return wish
@@ -84,7 +84,6 @@ class Agenda:
         why: str | None = None,
         by: By | None = None,
     ) -> None:
-        """Begin a sentence, and record it with the reason."""
         if self._speaker.speaking:
             self._end_speech("speech_broken_off")
         spoken = self._speaker.say(text, felt, wish, tune)
@@ -93,12 +92,12 @@ class Agenda:
         self._note("speech_begun", name=why, by=by, **said)
 
     def release(self, by: By | None) -> None:
-        """Note that the body goes back to neutral, after a release or by itself."""
+        """Note that the body returns to neutral, after a release or by itself."""
         self._note("release_begun", by=by)
         self._returns = True
 
     def step(self, partner: Partner, felt: Expression | None, dt: float) -> None:
-        """Advance by ``dt`` s: mark finished sentences as ended, and begin what is due."""
+        """Advance by ``dt`` s: note the ends of sentences, and begin due performances and acts."""
         if self._speaker.step(dt):
             self._end_speech("speech_ended")
         phase = partner.body.state.phase
@@ -126,7 +125,7 @@ class Agenda:
     def take(self, event: Event, stop: StopOut | None, limit: float) -> None:
         """Record an event of the partner, if its kind is reported.
 
-        If it is a stop, ``stop`` is the body's report, and ``limit`` that of the contact rule.
+        A stop comes with the body's report ``stop`` and the contact rule's ``limit``.
         """
         match event:
             case GestureStarted(_, shown, name, wish):
@@ -153,7 +152,7 @@ class Agenda:
                 pass
 
     def leave(self, partner: Partner) -> None:
-        """End what is going on, because another body takes over."""
+        """End all acts and returns before another body takes over."""
         for event in partner.leave():
             self.take(event, None, 0.0)
         self.clear("body")
@@ -171,7 +170,6 @@ class Agenda:
         return wish
 
     def _end(self, wish: str, kind: str, **fields: object) -> None:
-        """Note the end of a wish, once."""
         if self._open.pop(wish, None) is not None:
             self._note(kind, wish=wish, **fields)
 
@@ -184,7 +182,6 @@ class Agenda:
             self._open.pop(wish, None)
 
     def _end_of_act(self, wish: str | None, *, complete: bool) -> None:
-        """Note that the body has ended its part of a wish."""
         if wish is None:
             return
         if not self._is_performance(wish):
@@ -205,7 +202,7 @@ class Agenda:
             self._note("performance_begun", wish=begun.wish)
 
     def clear(self, why: Lapse, partner: Partner | None = None) -> None:
-        """End all performances, and drop wishes that the body has not begun."""
+        """End all performances, and drop the wishes that the ``partner`` has not begun."""
         if partner is not None:
             partner.drop(why)
         current, waiting = self._stage.clear()

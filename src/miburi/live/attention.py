@@ -4,11 +4,11 @@ from typing import Literal
 
 from miburi.partner.rest import Attention
 
-#: Turns that can be reported: a person is about to speak, or waits for an answer.
+#: Turns that pages report: a person is about to speak, or waits for an answer.
 Turn = Literal["listening", "thinking"]
 #: The time after which a turn ends unless it is reported again, s (our choice).
 FADES: dict[Turn, float] = {"listening": 10.0, "thinking": 30.0}
-#: How long it listens for an answer after its own words, s (our choice).
+#: How long the partner listens for an answer after its own words, s (our choice).
 TURN = 6.0
 
 
@@ -21,18 +21,18 @@ class Attending:
         self._sentence: int | None = None
 
     def begin(self, turn: Turn) -> None:
-        """Begin a turn: a person is about to speak, or has spoken.
+        """Begin a turn.
 
-        Listening does not interrupt thinking: the page's report of listening may arrive late.
+        Listening does not interrupt thinking: a page's report of it may arrive late.
         """
         if turn == "thinking" or self._turn != "thinking" or self._left <= 0:
             self._turn, self._left = turn, FADES[turn]
 
     def step(self, dt: float, sentence: int | None) -> Attention | None:
-        """Advance by ``dt`` s while it says sentence number ``sentence``, if any.
+        """Advance by ``dt`` s; return what the partner does now, if anything.
 
-        Return what the partner does now, if anything. Thinking that begins during a sentence lasts
-        until the next sentence begins, or until it times out.
+        ``sentence`` is the number of the sentence that it is saying, if any. Thinking that begins
+        during a sentence lasts until the next sentence, or until its time is over.
         """
         begins, self._sentence = sentence != self._sentence, sentence
         if sentence is not None and (begins or self._turn != "thinking"):

@@ -1,4 +1,4 @@
-"""The kinds of body that a live partner can move, by name, and a function that makes one."""
+"""The kinds of body that a live partner can move."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,13 +16,13 @@ from miburi.safety.contact import Rule
 class BodyKind:
     """A kind of body, by its name in commands and requests.
 
-    ``make`` makes one in its neutral pose from a robot, a port and a contact rule.
+    ``make`` creates a body in its neutral pose from a robot, a port and a contact rule.
     """
 
     name: str
     make: Callable[[Robot, str | None, Rule | None], Body]
     needs_port: bool = False
-    needs_firmware: bool = False  # what `make firmware` builds
+    needs_firmware: bool = False  # from `make firmware`
 
     @property
     def available(self) -> bool:
@@ -63,12 +63,9 @@ KINDS = {
 
 
 def check_port(port: str) -> None:
-    """Accept only names of serial ports, so that requests cannot open other files.
+    """Accept only serial ports, so that requests cannot open other files.
 
-    Raises
-    ------
-    InputError
-        The system does not list it.
+    Raises InputError if the system does not list the port.
     """
     if port not in {one.device for one in comports()}:
         raise InputError(
@@ -78,17 +75,12 @@ def check_port(port: str) -> None:
 
 
 def make_body(name: str, robot: Robot, port: str | None = None, rule: Rule | None = None) -> Body:
-    """Make a body at neutral; its ``name`` is one of ``KINDS``.
+    """Make a body at neutral, of a kind in ``KINDS``.
 
-    A simulated body has the contact rule ``rule``, by default the robot's own; a card brings its
-    own.
+    ``rule`` is a simulated body's contact rule, by default the robot's; a card has one already.
 
-    Raises
-    ------
-    InputError
-        There is no such kind, or it needs a port and got none.
-    BodyError
-        The firmware has not been built, or the body cannot be reached.
+    Raises InputError if there is no such kind, or it needs a port; BodyError if the firmware has
+    not been built, or the body cannot be reached.
     """
     if name not in KINDS:
         raise InputError(f"the body must be one of {', '.join(KINDS)}, got {name!r}.")

@@ -1,10 +1,10 @@
-"""A queue of commands for the loop: they wait until the loop runs them between two steps.
+"""A queue of commands, which the loop runs between two steps.
 
-Any thread may ask; the loop alone calls :meth:`Commands.run`. Callers are answered at the end of
-the step (:meth:`Commands.settle`), so the next state that they read shows the effect.
+Any thread may ask; only the loop calls :meth:`Commands.run`. Callers are answered at the end of the
+step (:meth:`Commands.settle`), so the next state that they read shows the effect.
 
-Stop has a lane of its own: it is accepted however many commands wait, runs before them, is answered
-at once, and cannot be cancelled.
+Stop bypasses the queue: it is accepted even if the queue is full, runs first, is answered at once,
+and cannot be cancelled.
 """
 
 import queue
@@ -21,9 +21,9 @@ from miburi.ground.log import log_once
 from miburi.partner import UnsettledError
 from miburi.serving.press import By, Press
 
-#: Commands that may wait for the next step.
+#: The most commands that may wait for the next step.
 WAITING = 256
-#: The number of ids of Stops that are kept to recognise a second copy (our choice).
+#: The number of Stops' ids kept to recognise a second copy (our choice).
 NAMED = 64
 #: Why a release older than the latest Stop is refused.
 STOP_SINCE = "Stop was pressed after that release; release the body again to go on."
@@ -33,11 +33,11 @@ Command = Callable[[], Any]
 
 
 class BusyError(MiburiError):
-    """Too many commands are waiting; the loop accepts no more."""
+    """Too many commands are waiting."""
 
 
 class Commands:
-    """The commands that wait; ``stop`` stops the body for whoever pressed Stop."""
+    """The waiting commands; ``stop`` stops the body, and gets the sender of the Stop."""
 
     def __init__(self, stop: Callable[[By], None]) -> None:
         self._stop = stop
@@ -51,12 +51,9 @@ class Commands:
         self._done: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
 
     def ask(self, command: Callable[[], Result]) -> Future[Result]:
-        """Let the loop run a command; return a future for its result or its error.
+        """Let the loop run a command; return a future for the result or the error.
 
-        Raises
-        ------
-        BusyError
-            Too many are waiting.
+        Raises BusyError if too many are waiting.
         """
         future: Future[Result] = Future()
         try:
@@ -67,7 +64,7 @@ class Commands:
         return future
 
     def ask_unless_stopped(self, command: Callable[[], Result]) -> Future[Result]:
-        """Let the loop run a command, unless a Stop comes in before it runs."""
+        """Let the loop run a command, unless a Stop arrives before it runs."""
         stops = self._stops
 
         def run() -> Result:
@@ -78,16 +75,16 @@ class Commands:
         return self.ask(run)
 
     def stop(self, press: Press) -> Future[None]:
-        """Stop the body before any other command runs; Stops until it is done share one future.
+        """Stop the body before any other command runs; all pending Stops share one future.
 
-        A second copy of a Stop that has been carried out has no effect.
+        A second copy of a Stop that was carried out has no effect.
         """
         with self._lock:
             if self._next_stop is not None:
                 press = Press.both(self._press, press)
             else:
                 self._next_stop = Future()
-                self._next_stop.set_running_or_notify_cancel()  # it cannot be cancelled any more
+                self._next_stop.set_running_or_notify_cancel()  # now it cannot be cancelled
                 if press.names is not None and press.names.issubset(self._known):
                     done, self._next_stop = self._next_stop, None
                     done.set_result(None)
@@ -98,9 +95,9 @@ class Commands:
             return self._next_stop
 
     def run(self) -> None:
-        """Stop the body if somebody asked for that, then run the commands that wait.
+        """Stop the body if requested, then run the waiting commands.
 
-        A command that fails because the stopped body is not at rest yet is tried again at the next
+        A command that fails because the stopped body is not at rest yet runs again at the next
         call.
         """
         with self._lock:
@@ -119,17 +116,14 @@ class Commands:
                 self._early.append((command, future))
 
     def settle(self) -> None:
-        """Answer the commands that have run.
-
-        Any thread may call this, such as one that watches the loop.
-        """
+        """Answer the commands that have run; any thread may call this, such as a watchdog's."""
         with suppress(queue.Empty):
             while True:
                 self._done.get_nowait()()
 
 
 def _run(command: Command, future: Future[Any]) -> Callable[[], None]:
-    """Run a command; return a function that gives the asker the result or the error."""
+    """Run a command; return a function that delivers the result or the error."""
     try:
         answer = partial(future.set_result, command())
     except UnsettledError:

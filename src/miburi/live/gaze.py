@@ -1,8 +1,8 @@
-"""Convert the position of a face in the camera's pictures into a direction for the robot.
+"""Convert the position of a face in a camera's pictures into a direction for the robot.
 
-A page reports where in its pictures a face is; the pictures stay on the page. On a real robot the
-phone's camera turns with the waist, so a face's bearing is relative to the waist's angle. A
-simulated robot has no camera on its head: there the bearing is measured from straight ahead.
+A page reports the position; the pictures stay on the page. On a real robot the phone's camera turns
+with the waist, so the bearing is relative to the waist. For a simulated robot, without a camera on
+its body, it is relative to straight ahead.
 """
 
 from math import atan, radians, tan
@@ -10,24 +10,23 @@ from math import atan, radians, tan
 from miburi.bodies import BodyState
 from miburi.robot import JOINTS
 
-#: A face without reports for this long, s, counts as gone (our choice); pages report every 2 s.
+#: A face counts as gone after this time without reports, s (our choice); pages report every 2 s.
 FORGOTTEN = 5.0
 #: Half the horizontal field of view of a common phone camera, rad (our choice).
 _HALF = radians(32)
 
 
 class Gaze:
-    """Keeps the direction of the latest face; ``rides``: the camera turns with the body."""
+    """Keeps the direction of the latest face; ``rides`` if the camera turns with the body."""
 
     def __init__(self, *, rides: bool) -> None:
         self._rides = rides
         self._seen: tuple[float, float] | None = None  # the bearing, rad to the left, and its time
 
     def see(self, x: float | None, body: BodyState) -> None:
-        """Note where a face is; ``body`` is the state of the body at that moment.
+        """Note a face at ``x`` and the state of the body at that moment.
 
-        ``x`` is the face's centre as a share of the picture's width from the left, 0 to 1; None
-        without a face.
+        ``x`` is the face's centre, from 0 at the picture's left to 1; None without a face.
         """
         # The camera is not mirrored: its left is the partner's left.
         self._seen = None

@@ -1,7 +1,7 @@
-"""How the loop of a live partner carries out each wish.
+"""The commands by which the loop of a live partner carries out wishes.
 
-Each function is called in the thread that asks, not in the loop's; slow work and early refusals
-happen there. It returns the command that the loop runs between two steps.
+Each function runs in the caller's thread, with any slow work and early refusals, and returns the
+command that the loop runs between two steps.
 """
 
 from collections.abc import Callable
@@ -38,25 +38,23 @@ class Inside:
     Attributes
     ----------
     robot, rule
-        The description, and the contact rule of simulated bodies.
+        The robot's description, and the contact rule of simulated bodies.
     feelings, own_temperament
-        The emotional model, and the temperament that it began with.
+        The emotional model, and its first temperament.
     recordings, log, speaker, attending, agenda
         The recordings, the events, the present sentence, the turn in a conversation, and the open
         wishes.
     hold
         Decides who may end a stop.
     change_body
-        Switches to another body; takes its kind, its port and the body itself.
+        Switches to another body, given its kind, its port and the body itself.
     partner, gaze, hand, port
         The partner with its present body, the bearing of a face, the simulated human hand, and the
         card's port.
     ports
-        Ports that may be opened besides those that the system lists.
-    paused
-        Whether the partner is paused.
+        Ports that may be opened besides the system's list.
     serial, stop_seen_in
-        The number of the present step, and that of the first state that shows the latest Stop.
+        The serials of the present step, and of the first state that shows the latest Stop.
     felt
         Stimuli since the last step.
     """
@@ -90,7 +88,7 @@ class Inside:
         return self.log.note(self.partner.body.state.time, kind, **content)
 
     def stop(self, by: By) -> None:
-        """Stop the body for whoever pressed Stop."""
+        """Stop the body."""
         if self.hold.press(by):
             self.note("pressed", by=by)
         self.partner.stop()
@@ -100,7 +98,7 @@ class Inside:
     def feel(
         self, stimulus: Stimulus, impression: Impression | None = None, by: By | None = None
     ) -> LiveEvent:
-        """Feel a stimulus, and note where it came from."""
+        """Feel a stimulus, and note its origin."""
         self.feelings.stimulate(stimulus)
         self.felt.append(Felt(self.partner.body.state.time, stimulus, impression))
         return self.note(
@@ -122,12 +120,9 @@ class Inside:
 
 @singledispatch
 def command(wish: wishes.Wish[Any], _inside: Inside) -> Command:
-    """Return what the loop runs for a wish.
+    """Return the loop's command for a wish.
 
-    Raises
-    ------
-    BodyError, InputError
-        The wish is refused before the loop runs it.
+    Raises BodyError or InputError if the wish is refused before the loop runs it.
     """
     raise NotImplementedError(f"{type(wish).__name__} is not granted.")
 

@@ -1,4 +1,4 @@
-"""The simulated human hand: it moves to the requested position at a human hand's speed."""
+"""The simulated human hand, which moves to a requested position at a human hand's speed."""
 
 from collections import deque
 
@@ -8,16 +8,15 @@ from miburi.bodies import Touchable
 from miburi.errors import BodyError, InputError
 from miburi.robot import Array
 
-#: The hand's greatest speed, m/s (our choice): it cannot jump into the robot.
+#: The hand's greatest speed, m/s (our choice), so that it cannot jump into the robot.
 FASTEST = 1.2
-#: Its speed while it touches the robot, m/s, and the time for which it stays slow afterwards, s
-#: (our choice). A faster hand, caught between an arm and the trunk, would be deep in the arm before
-#: the arm yields.
+#: The hand's speed while it touches the robot, m/s, and how long it stays slow afterwards, s (our
+#: choice). A faster hand between an arm and the trunk would penetrate the arm before it yields.
 FEELING, WARY = 0.3, 0.5
-#: A hand that meets more than this force, N, backs off at its greatest speed (our choice). The
-#: servos press with less force than this; a bruise needs far more.
+#: Above this force, N, the hand backs off at its greatest speed (our choice). The servos press with
+#: less force; a bruise needs far more.
 GIVES_WAY = 40.0
-#: Steps of its path that it remembers, so as to back off along them (our choice).
+#: The steps of its path along which the hand can back off (our choice).
 REMEMBERED = 200
 
 
@@ -27,7 +26,7 @@ class GuidedHand:
     Attributes
     ----------
     goal
-        Where the hand goes, (3,) m; None while nobody guides it.
+        The hand's destination, (3,) m; None while nobody guides it.
     """
 
     def __init__(self) -> None:
@@ -37,14 +36,10 @@ class GuidedHand:
         self._wary = 0.0
 
     def guide(self, body: Touchable | None, position: Array | None, along: Array) -> None:
-        """Let the hand go to ``position`` (3,) m, fingers ``along`` (3,); None takes it away.
+        """Let the hand go to ``position`` (3,) m, fingers ``along`` (3,); None removes the hand.
 
-        Raises
-        ------
-        BodyError
-            The present body cannot be touched.
-        InputError
-            The direction has no length.
+        Raises BodyError if the present body cannot be touched; InputError if the direction has no
+        length.
         """
         if body is None:
             raise BodyError("only a simulated body has a hand to move.")
@@ -63,8 +58,8 @@ class GuidedHand:
         force = body.touch.force
         self._wary = WARY if force > 0 else self._wary - dt
         if force > GIVES_WAY:
-            # The path that it came by was free. The path directly away from the goal may not be
-            # free: if the goal lies further out, that path leads into the robot.
+            # The path by which it came was free. The direct path away from the goal may lead into
+            # the robot, if the goal lies further out.
             place = self._back(here, FASTEST * dt)
         else:
             if not (self._came and np.array_equal(here, self._came[-1])):
@@ -73,7 +68,7 @@ class GuidedHand:
         body.place_hand(place, self._along)
 
     def _back(self, here: Array, distance: float) -> Array:
-        """Return the place ``distance`` m back along the path by which it came."""
+        """Return the place ``distance`` m back along the hand's path."""
         while self._came and distance > 0:
             before = self._came[-1]
             length = float(np.linalg.norm(before - here))

@@ -1,8 +1,8 @@
-"""The file that keeps a partner's feelings while it is switched off.
+"""The file of a partner's feelings while it is switched off.
 
-The feelings are written every minute and at the end, always as a whole file. When they are read
-again, they decay for as long as the partner was off. A file that cannot be read is renamed, for a
-person to look at, and the partner starts afresh.
+The whole file is written every minute and at the end. The feelings that are read from it decay for
+the time that the partner was off. A file that cannot be used is renamed, for inspection, and the
+partner starts afresh.
 """
 
 import json
@@ -26,13 +26,10 @@ _UNUSABLE = (ValueError, LookupError, TypeError, AttributeError, RecursionError)
 def remembered(
     path: Path, temperament: Temperament, model: type[FeelingModel] = EmotionalModel
 ) -> FeelingModel | None:
-    """Return the feelings of an emotional model in a file; None if there is no file.
+    """Return an emotional model with the feelings in a file; None if there is no file.
 
-    Raises
-    ------
-    InputError
-        The file cannot be read, or its feelings cannot be used; then it has been renamed to end in
-        ``.bad``.
+    Raises InputError if the file cannot be read, or if its feelings cannot be used and it was
+    renamed to ``*.bad``.
     """
     try:
         content = path.read_bytes()
@@ -56,12 +53,9 @@ def remembered(
 
 
 def remember(path: Path, feelings: Mapping[str, Any]) -> None:
-    """Write what :meth:`FeelingModel.save` returned to a file.
+    """Write the result of :meth:`FeelingModel.save` to a file.
 
-    Raises
-    ------
-    OutputError
-        The file cannot be written; its old content is still there.
+    Raises OutputError if the file cannot be written; its old content remains.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -73,10 +67,10 @@ def remember(path: Path, feelings: Mapping[str, Any]) -> None:
 def keep(
     path: Path, save: Callable[[], Future[dict[str, Any]]], wait: Callable[[float], bool]
 ) -> None:
-    """Write the feelings to a file every minute until the partner ends; run it in a thread.
+    """Write the feelings to a file every minute until the partner ends; run this in a thread.
 
-    ``save`` asks the loop for their state; ``wait`` waits for the given seconds, and returns True
-    when the partner has ended.
+    ``save`` asks the loop for the feelings; ``wait`` waits for the given seconds, and returns
+    whether the partner has ended.
     """
     while not wait(_PERIOD):
         with suppress(MiburiError, TimeoutError):  # a minute later is early enough

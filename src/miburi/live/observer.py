@@ -15,18 +15,16 @@ from miburi.safety.contact import Sign
 from miburi.safety.profile import FINE, SECOND
 from miburi.safety.stop import Phase, StopReason
 
-#: The remembered peak force of a touch without a stop fades by this factor a step: within a second
-#: it is gone.
+#: The peak force of a touch without a stop fades by this factor a step: in a second it is gone.
 _FADING = 0.9
-#: The angle that the eyes reach by themselves, without the head, rad (our choice).
+#: The angle that the eyes reach without the head, rad (our choice).
 _ASIDE = 0.35
-#: Steps over which the hands' speed is averaged, because a card's reports are not synchronous with
-#: the steps.
+#: The hands' speed is averaged over this many steps, as a card's reports are not synchronous.
 _SPEED_STEPS = 5
 
 
 class Observer:
-    """Observe one kind of body, ``name``, and its partner, step by step."""
+    """Observes a body of kind ``name`` and its partner, step by step."""
 
     def __init__(
         self, name: str, port: str | None, partner: Partner, feelings: FeelingModel
@@ -44,7 +42,7 @@ class Observer:
         self._sent: Array | None = None  # speeds of the latest move, rad/s
 
     def take(self, events: list[Event]) -> StopOut | None:
-        """Take in the events of a step; return a description of the stop, if there was one."""
+        """Take in the events of a step; return a description of its stop, if any."""
         self._follow_touch(self._partner.body.state.phase)
         stopped = None
         for event in events:
@@ -55,7 +53,7 @@ class Observer:
         return stopped
 
     def state(self, serial: int, **more: Any) -> State:
-        """Return the present state; ``more`` holds the fields that others fill in."""
+        """Return the present state; ``more`` has the fields that the caller fills in."""
         body, feelings = self._partner.body, self._feelings
         state = body.state
         touch = self._touch
@@ -94,13 +92,13 @@ class Observer:
         )
 
     def _hands_at(self, angles: Array) -> Array:
-        """Return both hands, (2, 3) m; they are only computed when the body has moved."""
+        """Return the positions of both hands, (2, 3) m, computed only if the body has moved."""
         if not np.array_equal(angles, self._computed[0]):
             self._computed = (angles.copy(), forward(self._robot, angles)[:6].reshape(2, 3))
         return self._computed[1]
 
     def _hand(self, body: Touchable | None) -> Hand | None:
-        """Return the simulated hand's state, which is usually that of the last step."""
+        """Return the simulated hand's state, computed only if it has moved."""
         if body is None:
             return None
         pose = body.configuration[1]
@@ -110,7 +108,7 @@ class Observer:
         return self._human[1]
 
     def _eyes(self) -> tuple[float, float]:
-        """Return where the eyes look: they go first, and come back as the head follows."""
+        """Return the eyes' deflections; the eyes move before the head, and back as it follows."""
         turn, rise = self._partner.ahead
         return round(_share(turn), 2), round(-_share(rise), 2)
 
@@ -143,7 +141,7 @@ class Observer:
         )
 
     def _explain(self, event: Stopped) -> StopOut:
-        """Explain a stop: the travel is from the contact rule, the force from the physics."""
+        """Describe a stop: the travel is from the contact rule, and the force from the physics."""
         stop, body = event.stop, self._partner.body
         moved = due = measured = expected = None
         if stop.reason is StopReason.CONTACT and stop.motor is not None:
@@ -155,7 +153,6 @@ class Observer:
                     seconds = float(body.window.length[motor]) / SECOND
                     measured, expected = moved / seconds, due / seconds
             if stop.sign == Sign.TRACKING and self._sent is not None:
-                # The measured speed, and the commanded one.
                 measured = abs(float(body.state.velocities[motor]))
                 expected = float(self._sent[motor])
         return StopOut(
@@ -180,7 +177,7 @@ class Observer:
         return None if touchable is None else touchable.touch
 
     def _follow_touch(self, phase: Phase) -> None:
-        """Keep the largest force of a touch, for the stop that follows."""
+        """Keep the largest force of a touch for a stop that may follow."""
         touch = self._touch
         if touch is not None:
             if touch.force > 0:
@@ -193,13 +190,13 @@ class Observer:
             self._stop = self._stop.model_copy(update={"force": round(self._peak, 2)})
 
     def _current(self, shown: Expression | None) -> Expression | None:
-        """Return the expression shown, at the requested mood if there is one, else the present."""
+        """Return the expression shown, at the requested mood, or else the present one."""
         if shown is None or self._partner.asked:
             return shown
         return Expression(shown.feeling, float(self._feelings.mood[FEELINGS.index(shown.feeling)]))
 
     def _face(self, felt: Expression | None, shown: Expression | None) -> list[float]:
-        """Return how much of each feeling the face shows, 0 to 1.
+        """Return the share of each feeling in the face, 0 to 1.
 
         A requested gesture shows its own feeling alone. Otherwise each feeling shows at its mood
         times (its emotion / the strongest emotion)².
@@ -215,8 +212,8 @@ class Observer:
     def _ratios(self) -> list[float | None]:
         """Return the contact rule's latest ratio of each motor, at most 1; None if not evaluated.
 
-        The ratio includes the rule's slack, so it crosses the limit where the rule's speed test
-        stops the body.
+        It includes the rule's slack, so it crosses the limit when the rule's speed test stops the
+        body.
         """
         window = self._partner.body.window
         if window is None:
@@ -242,5 +239,4 @@ def _expressed(expression: Expression | None) -> Expressed | None:
 
 
 def _share(angle: float) -> float:
-    """Return the deflection of the eyes for an angle, -1 to 1."""
     return max(-1.0, min(1.0, angle / _ASIDE))

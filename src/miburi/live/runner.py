@@ -1,8 +1,8 @@
 """The loop of a running partner; :mod:`miburi.live.pace` times its steps by the clock.
 
-A thread paces the partner's deterministic steps. Requests are carried out between two steps; a Stop
-goes before all of them (:mod:`miburi.live.commands`). Viewers read the latest snapshot, which is
-immutable, so they never make the loop wait.
+Requests are carried out between two steps, and a Stop before all of them
+(:mod:`miburi.live.commands`). Viewers read the latest snapshot, which is immutable, so they never
+hold up the loop.
 """
 
 import time
@@ -42,7 +42,7 @@ from miburi.version import __version__
 __all__ = ["STEP", "Runner"]
 
 #: The ``period`` of a running :class:`Partner`'s gestures, s, and the time within which a repeated
-#: refusal is logged only once, s (our choice).
+#: refusal is logged once, s (our choice).
 _PERIOD, _REPEATS = 0.5, 60.0
 _STEPS_PER_SAMPLE, _STEPS_PER_MOTORS = 5, 50
 
@@ -57,9 +57,7 @@ class Runner(LivePartner):
     feelings
         The emotional model.
     body, port
-        The first kind of body, and the serial port of an Arduino card.
-    recordings
-        Where recordings are kept.
+        The kind of the first body, and the serial port of an Arduino card.
     seed
         Chooses the small variations of gestures.
     rule
@@ -67,10 +65,10 @@ class Runner(LivePartner):
     repertoire, solve
         The gestures, and the inverse kinematics; by default those that ship with Miburi.
     lateness, hold
-        How late a step may be before the watchdog stops the body; ``hold`` says who may end a Stop:
-        by default, only a person may end a person's Stop.
+        The watchdog's delays; and the policy for ending a Stop: by default, only a person may end a
+        person's Stop.
     events, boot
-        The store in which events survive a restart, by default none; and the id of this run, 8 hex
+        The store that keeps events across restarts, by default none; and the id of this run, 8 hex
         digits, by default a new one.
     """
 
@@ -119,12 +117,12 @@ class Runner(LivePartner):
 
     @property
     def failure(self) -> str | None:
-        """Why the loop was abandoned; None while it runs."""
+        """Why the loop was given up; None while it runs."""
         return self._pace.failure
 
     @property
     def reachable(self) -> bool:
-        """Whether the loop has not been abandoned."""
+        """Whether the loop has not been given up."""
         return self.failure is None
 
     @property
@@ -134,28 +132,24 @@ class Runner(LivePartner):
 
     @property
     def held(self) -> bool:
-        """Whether somebody has stopped the body, and nobody has released it."""
+        """Whether somebody's Stop keeps the body stopped."""
         return self._inside.partner.held
 
     @property
     def body(self) -> Body:
-        """The body in use now."""
+        """The present body."""
         return self._inside.partner.body
 
     @property
     def read_until(self) -> float:
-        """The present time, because calls within a process leave no messages on the way."""
+        """The present time, as calls within a process have no delay."""
         return time.monotonic()
 
     def ask(self, wish: Wish[Granted]) -> Future[Granted]:
-        """Queue a request for the time between two steps; the future holds the answer or an error.
+        """Queue a request for the time between two steps; return a future for the answer.
 
-        Raises
-        ------
-        BusyError
-            Too many are waiting.
-        BodyError, InputError
-            The wish is refused at once.
+        Raises BusyError if too many requests are waiting; BodyError or InputError if the request is
+        refused at once.
         """
         run = command(wish, self._inside)
         if isinstance(wish, Release):
@@ -163,20 +157,15 @@ class Runner(LivePartner):
         return self._commands.ask(run)
 
     def stop(self, press: Press = PRESSED) -> Future[None]:
-        """Stop the body until a :class:`Release`.
-
-        This is never refused, and comes before other commands.
-        """
+        """Stop the body until a :class:`Release`; never refused, and before other commands."""
         return self._commands.stop(press)
 
     def feelings(self) -> Future[dict[str, Any]]:
         """Return the state of the feelings, as :meth:`FeelingModel.save` does."""
         return self._commands.ask(self._inside.feelings.save)
 
-    # The loop.
-
     def tick(self) -> None:
-        """Run the waiting commands, then let one step pass."""
+        """Run the waiting commands, then one step."""
         inside = self._inside
         if self._was_late:
             self._was_late = False
@@ -195,7 +184,7 @@ class Runner(LivePartner):
             events = partner.step(STEP)
         except BodyError as error:
             # A card may have stopped, or been lost, between its report and our command. Either way
-            # the body is stopped, and the next state says why. A repeated refusal is noted once.
+            # the body is stopped, and the next state tells the cause.
             if not inside.log.holds("refused", str(error), seconds=_REPEATS):
                 inside.note("refused", name=str(error))
         inside.serial += 1
@@ -223,38 +212,38 @@ class Runner(LivePartner):
         self._commands.settle()
 
     def start(self, on_failure: Callable[[], None] = lambda: None) -> None:
-        """Start the loop's thread and the watchdog's thread.
+        """Start the loop's and the watchdog's threads.
 
         ``on_failure`` is called once, from any thread, if the loop is given up (:attr:`failure`).
         """
-        # A solver that is still to be compiled would hold up the loop, and Stop with it, for 20 s.
+        # Compiling the solver later would hold up the loop, and Stop with it, for 20 s.
         neutral = self.robot.neutral
         self._solve(self.robot, forward(self.robot, neutral), neutral)
         self._pace.start(on_failure)
 
     def close(self, patience: float = 6.0) -> None:
-        """Bring the body home in at most ``patience`` s, end recording, and stop the thread.
+        """Return the body to neutral within ``patience`` s, end recording, and stop the threads.
 
         A body that somebody stopped stays where it is.
         """
         self._pace.end(patience)
         self.recordings.end()
         self._inside.log.close()
-        if self.failure is None:  # otherwise the loop hung; closing the body might hang, too
+        if self.failure is None:  # otherwise closing the body might hang, too
             self._at_home = self._inside.partner.at_rest
             self._inside.partner.body.close()
 
     def rest(self) -> None:
-        """Start returning to neutral; only the loop's thread calls this."""
+        """Start the return to neutral; for the loop's thread only."""
         self._inside.partner.rest()
 
     @property
     def settled(self) -> bool:
-        """Whether the body is back at neutral, or somebody's Stop keeps it where it is."""
+        """Whether the body is at neutral, or somebody's Stop keeps it where it is."""
         return self._inside.partner.at_rest or self._inside.partner.held
 
     def halt(self) -> None:
-        """Stop the body without the loop, and show that it is stopped; any thread may call this."""
+        """Stop the body without the loop, and update the snapshot; any thread may call this."""
         self._was_late = True
         self._inside.partner.halt()
         self.snapshot = self.snapshot.halted()
@@ -276,7 +265,6 @@ class Runner(LivePartner):
         self._look()
 
     def _look(self) -> None:
-        """Update the state that viewers see."""
         inside = self._inside
         if inside.serial % _STEPS_PER_MOTORS == 0:
             self.motors = self._observer.motors()
@@ -296,14 +284,14 @@ class Runner(LivePartner):
         self.snapshot = Snapshot(state)
 
     def _record(self, events: list[Event], stopped: StopOut | None, sampled: bool) -> None:
-        """Pass the step to the recording, if one is on; note recordings begun, ended or deleted."""
+        """Pass the step to the recording, if any, and note changes among the recordings."""
         for kind, name, reason, detail in self.recordings.news():
             self._inside.note(kind, name=name, reason=reason, detail=detail or None)
         felt, self._inside.felt, body = self._inside.felt, [], self._inside.partner.body
         self._tape.write(self.recordings, body, events, felt, stopped, sampled=sampled)
 
     def excuse(self, error: Exception, kind: str = "trouble") -> None:
-        """Log that an observer, or the loop itself, has failed; repeats are not logged."""
+        """Log the failure of an observer, or of the loop, once."""
         name = f"{type(error).__name__}: {error}"
         if not self._inside.log.holds(kind, name):
             log_once(f"{name} in the partner's loop", error)

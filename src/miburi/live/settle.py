@@ -1,4 +1,4 @@
-"""Wait for a partner's answers without holding up other clients."""
+"""Wait for a partner's answers without blocking other clients."""
 
 import asyncio
 from concurrent.futures import Future
@@ -11,17 +11,14 @@ from miburi.live.wishes import Granted, Wish
 
 Result = TypeVar("Result")
 
-#: A command that no step has taken up within this many seconds has failed.
+#: The time after which a command that no step has run counts as failed, s.
 _PATIENCE = 5.0
 
 
 async def done(future: Future[Result], patience: float = _PATIENCE) -> Result:
     """Wait until the loop has run a command; return its result, or raise its refusal.
 
-    Raises
-    ------
-    BusyError
-        No step has taken it up within ``patience`` s.
+    Raises BusyError if no step has run it within ``patience`` s.
     """
     try:
         return await asyncio.wait_for(asyncio.wrap_future(future), patience)
@@ -30,12 +27,9 @@ async def done(future: Future[Result], patience: float = _PATIENCE) -> Result:
 
 
 async def granted(partner: LivePartner, wish: Wish[Granted]) -> Granted:
-    """Ask a partner for something; return its answer, or raise its refusal.
+    """Send a partner a request; return the answer, or raise the refusal.
 
-    Raises
-    ------
-    BusyError
-        No step has taken it up in time.
+    Raises BusyError if no step has run it in time.
     """
     if not wish.slow:
         return await done(partner.ask(wish))

@@ -1,7 +1,4 @@
-"""What a live partner says aloud.
-
-The speaker also knows how long the partner stays calm for somebody in distress.
-"""
+"""The speech of a live partner, and its calm after somebody's distress."""
 
 from itertools import accumulate
 
@@ -12,41 +9,41 @@ from miburi.languages.rhythm import Rhythm, rhythm_of
 from miburi.live.events.event import LiveEvent
 from miburi.live.state import DistressOut, Spoken, Tune
 
-#: Time for which the partner stays calm after distress, s: it shows no feeling and has no wish of
-#: its own.
+#: How long the partner stays calm after distress, s: it shows no feeling and starts nothing by
+#: itself.
 CALM = 600.0
 
-#: Sentences and tunes that are shorter than this have no arm movements, s.
+#: Sentences and tunes shorter than this, s, have no arm movements.
 _SHORT = 2.0
 
 
 class Speaker:
-    """Keeps the latest sentence, which web pages say aloud if their voice is on."""
+    """Keeps the latest sentence, which pages say aloud if their voice is on."""
 
     def __init__(self) -> None:
         #: The latest sentence.
         self.spoken: Spoken | None = None
-        #: The latest distress that was heard, while the partner stays calm because of it.
+        #: The latest distress, while the partner stays calm because of it.
         self.distress: DistressOut | None = None
         self._calm = 0.0  # s left
-        self._left: float | None = None  # s until the latest sentence has ended
+        self._left: float | None = None  # s until the end of the latest sentence
         self._rhythm, self._chirp, self._long = Rhythm((), 0.0), 0.0, False
-        #: The request that led to the present sentence.
+        #: The wish for the present sentence.
         self.wish: str | None = None
 
     @property
     def speaking(self) -> bool:
-        """Whether a page is probably still saying the latest sentence, by its estimated length."""
+        """Whether pages are still saying the latest sentence, by its estimated duration."""
         return self._left is not None
 
     def attend(self, event: LiveEvent) -> None:
-        """Stay calm for a while, because of an event of distress."""
+        """Stay calm for a while after an event of distress."""
         heard = {"kind": event.name, "words": event.text}
         numbers = {"number": event.number, "time": event.time}
         self.distress, self._calm = DistressOut.model_validate(heard | numbers), CALM
 
     def step(self, dt: float) -> bool:
-        """Advance by ``dt`` s; return whether the latest sentence ends in that time."""
+        """Advance by ``dt`` s; return whether the latest sentence ends in it."""
         ended = self._left is not None and self._left <= dt
         self._left = None if ended or self._left is None else self._left - dt
         self._calm -= dt
@@ -55,9 +52,9 @@ class Speaker:
         return ended
 
     def sounds(self, number: int, rhythm: Rhythm) -> bool:
-        """Keep the rhythm of a sentence's sound; return whether that sentence is the present one.
+        """Keep the rhythm of a sentence's sound; return False if it is not the present sentence.
 
-        The sound begins when the chirp that introduces it has ended, or now if that is over.
+        The sound begins at the end of its introductory chirp, or now if that is over.
         """
         spoken = self.spoken
         if self._left is None or spoken is None or spoken.number != number or spoken.tune:
@@ -71,15 +68,15 @@ class Speaker:
     def beats(self) -> tuple[float, ...]:
         """Return the times of arm beats for the latest sentence, s from now, ascending.
 
-        Beats fall on prominent syllables or on a tune's notes. There are none if the sentence is
-        short, or while the partner is calm after distress.
+        Beats fall on prominent syllables or on a tune's notes. A short sentence has none, nor has a
+        partner that is calm after distress.
         """
         return self._rhythm.prominent if self._long and self.distress is None else ()
 
     def say(
         self, text: str, felt: Expression | None, wish: str | None, tune: Tune | None = None
     ) -> Spoken:
-        """Say a text with the voice coloured by a feeling, or play a tune instead."""
+        """Say a text in a voice coloured by a feeling, or play a tune instead."""
         number = self.spoken.number + 1 if self.spoken else 1
         feeling = None if felt is None or self.distress is not None else felt.feeling
         language = language_of(text)

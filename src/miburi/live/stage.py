@@ -1,8 +1,7 @@
 """Performances: scripted sequences of gestures, looks and sentences.
 
-A performance is a list of acts, each with its due time, s from the performance's start. Acts of the
-body follow one another, since there is one body; sentences run alongside. One performance is on at
-a time, and a few may wait.
+A performance is a list of acts with due times. Acts of the body follow one another; sentences run
+alongside. One performance runs at a time, and a few may wait.
 """
 
 from collections import deque
@@ -13,22 +12,22 @@ from miburi.feelings import Expression
 from miburi.gestures import KeyPose
 from miburi.live.commands import BusyError
 
-#: Performances that may wait for the present one's end (our choice).
+#: The most performances that may wait (our choice).
 WAITING = 10
 
 
 @dataclass(frozen=True)
 class Act:
-    """One thing to do.
+    """A gesture, a look or a sentence of a performance.
 
     Attributes
     ----------
     at
-        When it is due, s after the performance's beginning.
+        The due time, s from the performance's start.
     words
-        What to say; None for an act of the body.
+        The sentence; None for an act of the body.
     expression, poses
-        What the body shows, as :meth:`miburi.partner.Partner.perform` takes it.
+        The act of the body, as for :meth:`miburi.partner.Partner.perform`.
     """
 
     at: float
@@ -39,46 +38,43 @@ class Act:
 
 @dataclass(frozen=True)
 class Play:
-    """Acts in the order in which they are due, and the wish that they belong to."""
+    """The acts of a performance, and its wish's id."""
 
     wish: str
     acts: tuple[Act, ...]
 
 
 class Stage:
-    """Says which acts are due; whoever carries them out reports when one has begun or ended."""
+    """Tells which acts are due; the caller reports their beginnings and ends."""
 
     def __init__(self) -> None:
-        #: The performance that is on.
+        #: The performance that is running, if any.
         self.current: Play | None = None
         self._waiting: deque[Play] = deque()
         self._left: deque[Act] = deque()
         self._words: deque[Act] = deque()
         self._time = 0.0
         self._moves = self._speaks = False
-        self._waits = False  # for the body, which must end what it is doing before an act begins
+        self._waits = False  # for the body to begin an act
 
     def add(self, performance: Play) -> None:
-        """Let a performance wait for its turn.
+        """Queue a performance.
 
-        Raises
-        ------
-        BusyError
-            Too many wait.
+        Raises BusyError if too many are waiting.
         """
         if len(self._waiting) >= WAITING:
             raise BusyError(f"{WAITING} performances wait already; try again when one has ended.")
         self._waiting.append(performance)
 
     def clear(self) -> tuple[Play | None, list[Play]]:
-        """End the present performance and all that wait; return them."""
+        """Drop the present performance and the waiting ones; return them."""
         ended = self.current, [*self._waiting]
         self.current = None
         self._waiting.clear()
         return ended
 
     def begin(self) -> Play | None:
-        """Begin the next performance if none is on; return it."""
+        """Begin the next performance unless one is running; return it."""
         if self.current is not None or not self._waiting:
             return None
         self.current = self._waiting.popleft()
@@ -89,10 +85,10 @@ class Stage:
         return self.current
 
     def step(self, dt: float) -> list[Act]:
-        """Let ``dt`` s pass; return the acts that are due now.
+        """Advance by ``dt`` s; return the acts that are due now.
 
-        The performance's clock stands still while the body finishes something else, so that acts
-        meant to begin together do.
+        The performance's clock stands still until the body begins its act, so that acts with the
+        same due time begin together.
         """
         due: list[Act] = []
         if self.current is None or self._waits:
@@ -107,12 +103,12 @@ class Stage:
         return due
 
     def begin_act(self, wish: str | None) -> None:
-        """Record that the body has begun an act."""
+        """Note that the body has begun an act."""
         if self.current is not None and wish == self.current.wish:
             self._waits = False
 
     def end_act(self, wish: str | None, *, body: bool) -> None:
-        """Record that an act of the body, or a sentence, has ended."""
+        """Note the end of an act of the body, or of a sentence."""
         if self.current is not None and wish == self.current.wish:
             if body:
                 self._moves = False
@@ -120,7 +116,7 @@ class Stage:
                 self._speaks = False
 
     def finish(self) -> str | None:
-        """If all acts have ended, end the performance and return its request's id; else None."""
+        """End the performance if all its acts have ended, and return its wish's id; else None."""
         busy = self._left or self._words or self._moves or self._speaks
         if self.current is None or busy:
             return None

@@ -191,7 +191,7 @@ class State(BaseModel):
 
     @property
     def cursor(self) -> str:
-        """Return the cursor of a client that knows all events up to now."""
+        """Return the cursor of a client that has all events up to now."""
         return f"{self.boot}:{self.latest}"
 
 
@@ -207,7 +207,7 @@ class Sample(BaseModel):
 
     @classmethod
     def of(cls, state: State) -> "Sample":
-        """Return what a plot shows of a state."""
+        """Return the sample of a state."""
         return cls(
             time=state.time,
             mood=state.mood,
@@ -245,16 +245,16 @@ class MotorsOut(BaseModel):
 
 
 class Snapshot:
-    """A state as an object and as JSON; a missing form is made on demand, once for all viewers."""
+    """A state as an object and as JSON; the missing form is made once, on demand."""
 
     def __init__(self, state: State | None = None, json: str = "", serial: int = -1) -> None:
         self._given, self._json = state, json
-        #: The state's serial number, so that JSON need not be parsed for it.
+        #: The state's serial, which needs no parsing of JSON.
         self.serial = serial if state is None else state.serial
 
     @cached_property
     def state(self) -> State:
-        """The state."""
+        """The state as an object."""
         return self._given or State.model_validate_json(self._json)
 
     @cached_property
@@ -263,7 +263,7 @@ class Snapshot:
         return self._json or self.state.model_dump_json()
 
     def at_least(self, serial: int, body: BodyState, held: bool, latest: int) -> "Snapshot":
-        """Return a copy with the fields updated that must be right even if the observer fails."""
+        """Return a copy that updates the fields that must be right even if the observer fails."""
         update = {
             "serial": serial,
             "time": round(body.time, 3),
@@ -274,7 +274,7 @@ class Snapshot:
         return Snapshot(self.state.model_copy(update=update))
 
     def halted(self) -> "Snapshot":
-        """Return a copy that says that the watchdog has stopped the body: the loop was late."""
+        """Return a copy with a stop by the watchdog because the loop was late."""
         if self.state.phase == "stopped":
             return self
         none = dict.fromkeys(("motor", "sign", "ratio", "moved", "due", "measured", "expected"))

@@ -1,7 +1,7 @@
-"""What servers and pages see of a live partner, whether its loop runs in their process or not.
+"""A live partner as servers and pages see it, with its loop in any process.
 
 :class:`miburi.live.runner.Runner` is a :class:`LivePartner`, and so is
-:class:`miburi.live.crossing.far.FarPartner`, whose runner is in another process.
+:class:`miburi.live.crossing.far.FarPartner`, which represents a runner in another process.
 """
 
 from abc import ABC, abstractmethod
@@ -22,12 +22,12 @@ from miburi.live.wishes import Granted, Wish
 from miburi.robot import Robot
 from miburi.serving.press import PRESSED, Press
 
-#: How many samples and states are kept: two minutes, and five seconds.
+#: The numbers of samples and states kept: two minutes, and five seconds.
 _SAMPLED, _STEPPED = 1200, 250
 
 
 class UnreachableError(MiburiError):
-    """The partner's loop has ended, or its process does not answer."""
+    """The partner's loop was given up, or its process does not answer."""
 
     def __init__(
         self,
@@ -38,7 +38,7 @@ class UnreachableError(MiburiError):
 
 
 class Recordings(Protocol):
-    """The recordings of a live partner; calls that wait for the disk belong in a thread."""
+    """The recordings of a live partner; calls may wait for the disk."""
 
     #: The largest total size of all recordings, bytes.
     limit: int
@@ -64,15 +64,14 @@ class Recordings(Protocol):
 
 
 class LivePartner(ABC):
-    """A partner that runs in real time; any thread may look at it and ask it for things.
+    """A partner that runs in real time; any thread may read it and send requests.
 
     Attributes
     ----------
     robot, repertoire, recordings
-        The description, the gestures, and the recordings.
+        The robot's description, the gestures, and the recordings.
     own_temperament, temperaments
-        The temperament that it began with, and the names of those to choose from: the ones that
-        ship with Miburi, and its own.
+        Its first temperament; and the names to choose from: Miburi's temperaments, and its first.
     history
         The log of events, which survives restarts.
     snapshot
@@ -96,21 +95,21 @@ class LivePartner(ABC):
 
     @property
     def body_name(self) -> str:
-        """The kind of body in use now."""
+        """The kind of the present body."""
         return self.snapshot.state.body
 
     def samples_after(self, serial: int) -> list[tuple[int, Sample]]:
-        """Return the samples after a step, each with its step's serial; two minutes are kept."""
+        """Return the samples after a step, each with its serial."""
         return newer(self._samples, serial, itemgetter(0))
 
     def steps_after(self, serial: int) -> list[Snapshot]:
-        """Return the states after a serial, oldest first; only the last five seconds are kept."""
+        """Return the states after a serial, the oldest first."""
         return newer(self._steps, serial, attrgetter("serial"))
 
     @property
     @abstractmethod
     def reachable(self) -> bool:
-        """Whether the loop is alive and answers; if not, the snapshot is an old one."""
+        """Whether the loop answers; if not, the snapshot is an old one."""
 
     @property
     @abstractmethod
@@ -119,15 +118,11 @@ class LivePartner(ABC):
 
     @abstractmethod
     def ask(self, wish: Wish[Granted]) -> Future[Granted]:
-        """Ask for something; return a future for the answer, or for the error if it is refused.
+        """Send a request; return a future for the answer, or for the error if it is refused.
 
-        A ``slow`` request may block the caller's thread. What is clearly impossible is refused at
-        once.
+        A ``slow`` request may block the caller's thread. An impossible request is refused at once.
         """
 
     @abstractmethod
     def stop(self, press: Press = PRESSED) -> Future[None]:
-        """Stop the body until a :class:`Release`.
-
-        It is never refused, and precedes other commands.
-        """
+        """Stop the body until a :class:`Release`; never refused, and before other commands."""

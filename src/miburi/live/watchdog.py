@@ -1,7 +1,7 @@
-"""The watchdog: it notices from outside the loop that the loop is late, and stops the body.
+"""The watchdog, which stops the body from outside the loop if the loop is late.
 
-The loop calls :meth:`Watchdog.beat` at every step; a separate thread calls :meth:`Watchdog.look`.
-The functions that the watchdog calls when the loop is late must work without the loop.
+The loop calls :meth:`Watchdog.beat` at every step, and a separate thread :meth:`Watchdog.look`. The
+watchdog's functions ``late`` and ``dead`` must work without the loop.
 """
 
 import threading
@@ -10,14 +10,14 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 _LOOK = 0.05
-#: If two looks are further apart than this, s, the watchdog's own process was asleep (our choice).
+#: The watchdog's own process was asleep if two looks are further apart than this, s (our choice).
 _ASLEEP = 1.0
 
 
 class Lateness(NamedTuple):
-    """Delays of a beat, s, at which the body is stopped or the loop abandoned (our choice).
+    """Delays of a beat, s, at which the body is stopped or the loop given up (our choice).
 
-    A slow computer, and a test that is not about lateness, may need more.
+    A slow computer may need more.
     """
 
     stop: float = 0.25
@@ -30,14 +30,14 @@ USUAL = Lateness()
 class Watchdog:
     """Waits for the beats of a loop, one every ``period`` s.
 
-    A delay lasts until the next beat. ``late`` is called once in each delay longer than
-    ``lateness.stop``; ``dead`` is called only once, in a delay longer than ``lateness.give_up``.
+    It calls ``late`` once in each delay longer than ``lateness.stop``, and ``dead`` only once, in a
+    delay longer than ``lateness.give_up``.
 
     Parameters
     ----------
     apart
-        Whether the beats come from another process. While this process sleeps, as on a closed
-        laptop, it hears no beats, and that is not the fault of the other process.
+        Whether the beats come from another process. The time for which this process sleeps, as on a
+        closed laptop, is then no delay.
     """
 
     def __init__(
@@ -76,6 +76,6 @@ class Watchdog:
             self._dead()
 
     def watch(self, over: threading.Event) -> None:
-        """Look until ``over`` is set; run this in a thread of its own."""
+        """Look until ``over`` is set; run this in a separate thread."""
         while not over.wait(_LOOK):
             self.look()

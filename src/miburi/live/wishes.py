@@ -1,7 +1,7 @@
 """Requests to a running partner, as data; each class names the type of its answer.
 
-To add one, add a class here and a function in :mod:`miburi.live.granting`; all interfaces can then
-use it. Stop is not a wish: it has a lane of its own.
+Each class has a function in :mod:`miburi.live.granting`. Stop is not a wish, as it overtakes all
+wishes.
 """
 
 from collections.abc import Sequence
@@ -24,9 +24,9 @@ Granted = TypeVar("Granted")
 
 
 class Wish(Generic[Granted]):
-    """A request to a live partner, which is answered with a ``Granted``."""
+    """A request to a live partner; ``Granted`` is the type of the answer."""
 
-    #: Whether asking for it waits for a disk or a card, and so belongs in a thread.
+    #: Whether the request waits for a disk or a card, and so belongs in a thread.
     slow: ClassVar[bool] = False
 
 
@@ -40,10 +40,10 @@ class Feel(Wish[str]):
 
 @dataclass(frozen=True)
 class Sense(Wish[tuple[Stimulus, ...]]):
-    """Notice what somebody showed; the answer is the stimuli that the temperament makes of it.
+    """Notice an impression; the answer is the stimuli into which the temperament converts it.
 
-    Distress is an event and changes no feeling; nor does anything heard in the ten minutes after
-    it. Events include the ``words`` only if the user allows that.
+    Distress, and words in the ten minutes after it, change no feeling. Events include the ``words``
+    only if the user allows that.
     """
 
     impression: Impression
@@ -52,31 +52,28 @@ class Sense(Wish[tuple[Stimulus, ...]]):
 
 @dataclass(frozen=True)
 class Lean(Wish[None]):
-    """While a person is there, shift the moods' resting values by ``leaning`` (n,).
-
-    None removes the leaning.
-    """
+    """Shift the resting moods by ``leaning`` (n,) from now on; None removes the shift."""
 
     leaning: Array | None
 
 
 @dataclass(frozen=True)
 class See(Wish[None]):
-    """Turn to a face at ``x``, 0 to 1 of a picture's width; None: there is no face."""
+    """Turn to a face at ``x``, 0 to 1 of a picture's width; None without a face."""
 
     x: float | None
 
 
 @dataclass(frozen=True)
 class Attend(Wish[None]):
-    """Face somebody who is about to speak or waits for an answer; repeat it while that lasts."""
+    """Face somebody who is about to speak or waits for an answer; repeat this meanwhile."""
 
     turn: Turn
 
 
 @dataclass(frozen=True)
 class NoteTalk(Wish[LiveEvent]):
-    """Log which endpoint gets people's words from now on, or why it failed."""
+    """Log the endpoint that gets people's words from now on, or its failure."""
 
     where: str
     failure: str | None = None
@@ -84,9 +81,9 @@ class NoteTalk(Wish[LiveEvent]):
 
 @dataclass(frozen=True)
 class Speak(Wish[str]):
-    """Say something aloud, coloured by what is felt; the answer is the wish's id.
+    """Say a text, coloured by the present feeling; the answer is the wish's id.
 
-    A new sentence replaces the one before. A ``tune`` of [Hz, s] notes is played instead of the
+    A new sentence replaces the previous one. A ``tune`` of [Hz, s] notes is played instead of the
     words. ``why`` is for the log.
     """
 
@@ -116,7 +113,7 @@ class Perform(Wish[str]):
 
 @dataclass(frozen=True)
 class PerformActs(Wish[str]):
-    """Perform acts in their order, after those that wait or in place of the present ones."""
+    """Perform acts in place of all others, or ``queued`` after them; return the wish's id."""
 
     acts: Sequence[Act]
     queued: bool
@@ -125,7 +122,7 @@ class PerformActs(Wish[str]):
 
 @dataclass(frozen=True)
 class AllowWords(Wish[LiveEvent]):
-    """Include people's words in events from now on, or leave them out and delete those stored."""
+    """Include people's words in events from now on, or exclude them and delete the stored ones."""
 
     allowed: bool
     slow = True
@@ -133,13 +130,13 @@ class AllowWords(Wish[LiveEvent]):
 
 @dataclass(frozen=True)
 class Release(Wish[None]):
-    """Let a stopped body go back to neutral as soon as it has come to rest, and go on.
+    """Let a stopped body return to neutral as soon as it has come to rest, and go on.
 
     A person who looks at the body (``by_person``) may end any stop at any time. A program may not
-    end a person's Stop, nor the pause after a contact. The release is refused if Stop has been
-    pressed since the state with the serial ``seen``. Without ``seen``, it is refused if Stop was
-    pressed after ``came``, the time at which this request arrived, s on the clock that all
-    processes share. None stands for the earliest possible time, :attr:`LivePartner.read_until`.
+    end a person's Stop, nor the pause after a contact. The release is refused if Stop was pressed
+    after the state with the serial ``seen``. Without ``seen``, it is refused if Stop was pressed
+    after ``came``, the arrival of this request, s on the clock that all processes share; by
+    default, the earliest possible time, :attr:`LivePartner.read_until`.
     """
 
     by_person: bool = False
@@ -156,10 +153,7 @@ class Pause(Wish[None]):
 
 @dataclass(frozen=True)
 class MoveHand(Wish[None]):
-    """Move the simulated hand to ``position`` (3,), m; None takes it away.
-
-    Its fingers point along ``along`` (3,).
-    """
+    """Move the simulated hand to ``position`` (3,) m, fingers ``along`` (3,); None removes it."""
 
     position: Array | None
     along: Array
@@ -167,7 +161,7 @@ class MoveHand(Wish[None]):
 
 @dataclass(frozen=True)
 class ChangeTemperament(Wish[None]):
-    """Change to another of the partner's temperaments, or to another level of idle motion."""
+    """Change to another temperament of the partner, or to another level of idle motion."""
 
     name: str
     rest: RestLevel | None = None
@@ -175,7 +169,7 @@ class ChangeTemperament(Wish[None]):
 
 @dataclass(frozen=True)
 class ChangeBody(Wish[None]):
-    """Change to another body; creating it may take seconds."""
+    """Change to another body, which may take seconds."""
 
     name: str
     port: str | None = None

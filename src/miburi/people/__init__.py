@@ -1,9 +1,9 @@
-"""People who let the partner remember them: names, facts, and how they have treated it.
+"""What the partner remembers of people: names, facts, and how they have treated it.
 
     records      the file of people and of the facts that they told
     memory       that file on the user's own disk, and who is present
     remarks      what was said in the present conversation
-    recall       which of the things told answers a question
+    recall       which fact answers a question
     attachment   how somebody has treated the partner, over weeks
 
 None of it is in the experiment, nor in the library's default partner.

@@ -1,9 +1,9 @@
 """Attachment: how somebody has treated the partner, over weeks.
 
-While a person is there, the resting moods differ from those of the temperament. The difference
-depends on that person's stimuli and contacts, and on time. An attachment is an emotional model of
-its own, with the equations of the paper's three levels; in it time passes more slowly: what lasts
-an hour in a mood lasts three weeks in an attachment. The temperament has the constants.
+While a person is present, the attachment shifts the resting moods of the temperament. It depends on
+that person's stimuli and contacts, and on time. An attachment is a second emotional model, with the
+equations of the paper's three levels, in which time passes more slowly: an effect that lasts an
+hour in a mood lasts three weeks in an attachment. The temperament has the constants.
 """
 
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ from miburi.feelings.temperament import Array
 
 
 def load_attachment(state: Mapping[str, Any] | None, temperament: Temperament) -> EmotionalModel:
-    """Return an attachment from its saved ``state``; None: a new one, for somebody new."""
+    """Return an attachment from its saved ``state``; a new one if the state is None."""
     return EmotionalModel(temperament) if state is None else EmotionalModel.load(state, temperament)
 
 

@@ -1,7 +1,7 @@
 """The people the partner knows and what they told it, kept in one file and nowhere else.
 
-The whole file is rewritten at each change, so what was deleted is no longer in it. There is no file
-unless somebody has allowed one; without it, everything is forgotten when the partner ends.
+Each change rewrites the whole file, so nothing that was deleted remains in it. Without permission
+there is no file, and the partner forgets everybody when it ends.
 """
 
 from collections.abc import Callable, Sequence, Set
@@ -25,35 +25,27 @@ from miburi.people.records import (
 )
 from miburi.people.remarks import STAYS, Remarks
 
-#: The most people that are kept, and the most things told by each; beyond that, the oldest things
-#: go (our choice).
+#: The most people, and the most facts of each, after which the oldest facts go (our choice).
 MOST_PEOPLE, MOST_FACTS = 50, 500
-#: The share of a question's weight that an answer must match: if the fact was only mentioned in
-#: passing, and if the answer must be sure (our choice).
+#: The share of a question's weight that a remark made in passing must match to answer it, and the
+#: share that a sure answer must match (our choice).
 _SURER, _SUREST = 0.6, 0.7
-#: The share of a correction's weight that a fact must match to be corrected by it, and how long a
-#: correction may refer to the fact that it was last asked to keep (both our choice).
+#: The share of a correction's weight that a fact must match to be corrected, and how long after a
+#: request to remember something a correction may refer to it (both our choice).
 _SAME, _JUST = 0.25, timedelta(minutes=1)
-#: How many of the latest facts are told to somebody who asks for all of them (our choice).
+#: How many of the latest facts answer a question for all of them (our choice).
 _LATEST = 3
 
 
 class Memory:
-    """What one partner knows of people, and who is there.
+    """What one partner knows of people, and who is present.
+
+    Raises InputError if the file is not one of Miburi's.
 
     Parameters
     ----------
     path
-        The file. It exists while somebody permits that people are remembered.
-    temperament
-        The partner's own.
-    clock
-        Tells the time.
-
-    Raises
-    ------
-    InputError
-        The file is not one of Miburi's.
+        The file, which exists only while the user allows the partner to remember people.
     """
 
     def __init__(
@@ -65,12 +57,10 @@ class Memory:
         if self.allowed and path is not None:
             self._known = read_people(path)
         self._present: Acquaintance | None = None
-        #: What was told by somebody who has not said who they are; it is never written.
+        #: Facts from somebody who has not given a name; they are never written.
         self._untold: list[Fact] = []
-        #: The remarks of this conversation.
         self.remarks = Remarks(clock)
-        #: The number of deletions; other parts that remember the conversation watch it, and forget,
-        #: too.
+        #: The number of deletions; when it changes, other parts forget the conversation, too.
         self.deleted = 0
         self._until = clock()
         self._attachment: EmotionalModel | None = None
@@ -82,24 +72,24 @@ class Memory:
 
     @property
     def present(self) -> Acquaintance | None:
-        """The person who is there; None if nobody has said who it is."""
+        """The person present; None if nobody has given a name."""
         if self._present is not None and self._clock() > self._until:
             self.leave()
         return self._present
 
     @property
     def leaning(self) -> Array | None:
-        """What the person who is there adds to each resting mood; None if nobody is there."""
+        """The shift of each resting mood for the person present; None without a person."""
         if self.present is None or self._attachment is None:
             return None
         return leaning_of(self._attachment)
 
     def leaning_of(self, person: Acquaintance) -> Array:
-        """Return what somebody adds to each resting mood, (n,), while they are there."""
+        """Return the shift of each resting mood, (n,), while somebody is present."""
         return leaning_of(load_attachment(person.attachment, self._temperament))
 
     def allow(self, allowed: bool) -> None:
-        """Keep people on the disk from now on, or delete all people and what they told."""
+        """Keep people on the disk from now on, or delete everybody, with their facts."""
         self.allowed = allowed and self._path is not None
         if allowed:
             self._write()
@@ -111,12 +101,9 @@ class Memory:
                 self._path.unlink(missing_ok=True)
 
     def meet(self, name: str) -> Acquaintance:
-        """Set the person who is there from now on; return what is known about them.
+        """Set the person present; return what is known about them.
 
-        Raises
-        ------
-        InputError
-            The name is empty or too long, or it knows too many people.
+        Raises InputError if the name is empty or too long, or it knows too many people.
         """
         name, now = " ".join(name.split()), self._clock()
         if not 0 < len(name) <= LONGEST_NAME:
@@ -139,7 +126,7 @@ class Memory:
         return person
 
     def leave(self) -> None:
-        """Note that nobody is there any more."""
+        """Note that nobody is present."""
         self._present = self._attachment = None
         self._untold = []
         self.remarks.clear()
@@ -152,7 +139,7 @@ class Memory:
         *,
         more: bool = False,
     ) -> None:
-        """Keep a remark for this conversation; before its statement, whom "he" means, if known."""
+        """Keep a remark for this conversation, with the person that "he" means, if known."""
         if told:
             first, about = told[0], self.remarks.about if more else None
             named = self.with_whom(first, language)
@@ -171,7 +158,7 @@ class Memory:
         self.deleted += 1
 
     def hear(self, stimuli: tuple[Stimulus, ...] = (), contacts: int = 0) -> None:
-        """Count what the person present has done, and the contacts, since the last call."""
+        """Add the present person's stimuli and contacts since the last call to their attachment."""
         person, now = self.present, self._clock()
         if person is None or self._attachment is None:
             return
@@ -192,7 +179,7 @@ class Memory:
         *,
         asked: bool = False,
     ) -> Fact | None:
-        """Keep a fact for the person present, or until somebody says who they are."""
+        """Keep a fact for the person present, or else until somebody gives a name."""
         person, text = self.present, " ".join(text.split())[:LONGEST_FACT]
         facts = self._facts_now()
         same = next((fact for fact in facts if fact.text == text), None)
@@ -211,7 +198,7 @@ class Memory:
         return fact
 
     def recall(self, question: str, language: Language, *, surely: bool = False) -> str | None:
-        """Return what the person present has told that answers a question, ``surely`` or not."""
+        """Return the present person's answer to a question, by a stricter match if ``surely``."""
         facts = [fact for fact in self._facts_now() if fact.language == language]
         if facts and fits("everything", question, language):
             return _together(_most_telling(facts, language), language)
@@ -229,14 +216,14 @@ class Memory:
         return None
 
     def amend(self, text: str, language: Language, due: datetime | None = None) -> None:
-        """Add a correction to what it corrects."""
+        """Add a correction to the fact or remark that it corrects."""
         old = self.corrected(text, language)
         if old is None:
             return
         joined = _together([old, " ".join(text.split())], language)[:LONGEST_FACT]
         facts = self._facts_now()
         place = next((n for n, fact in enumerate(facts) if fact.text == old), None)
-        if place is None:  # it was only said by the way, and is not written
+        if place is None:  # a remark that is not stored
             self.remarks.amend(old, joined)
         else:
             due = due or facts[place].due
@@ -244,10 +231,10 @@ class Memory:
             self._write()
 
     def corrected(self, text: str, language: Language) -> str | None:
-        """Return what a correction would be about, if anything.
+        """Return the fact or remark that a correction corrects; None if there is none.
 
-        That is a fact or a remark of this talk about the same thing, or else a fact that the person
-        has just asked to have kept.
+        A fact or remark of this conversation about the same thing comes first, then a fact that the
+        person has just asked the partner to remember.
         """
         now = self._clock()
         known = [fact for fact in self._facts_now() if fact.language == language]
@@ -258,7 +245,7 @@ class Memory:
         return just[-1] if just else None
 
     def kept(self, language: Language, most: int = _LATEST) -> str | None:
-        """Return the latest things that this person asked it to keep, oldest first, if any."""
+        """Return the latest facts that this person asked it to remember, oldest first, if any."""
         known = (fact for fact in self._facts_now() if fact.language == language)
         asked = [fact.text for fact in known if fact.asked]
         return _together(asked[-most:], language) or None
@@ -273,7 +260,7 @@ class Memory:
     def due(
         self, now: datetime, but: Set[tuple[str, int]] = frozenset()
     ) -> tuple[Acquaintance, Fact] | None:
-        """Return the person present, and a fact due by now, today, that is not in ``but``."""
+        """Return the person present, and a fact due today by now that is not in ``but``."""
         person = self.present
         if person is None:
             return None
@@ -286,12 +273,9 @@ class Memory:
     def correct(
         self, name: str, number: int, text: str | None, due: datetime | None = None
     ) -> None:
-        """Replace the text and day of something told; a text of None deletes it.
+        """Replace the text and day of a fact; a text of None deletes it.
 
-        Raises
-        ------
-        InputError
-            There is no such person or thing, or the text is empty or too long.
+        Raises InputError if there is no such person or fact, or the text is empty or too long.
         """
         person = self._known.find(name)
         facts = [] if person is None else person.facts
@@ -306,16 +290,13 @@ class Memory:
             )
         else:
             facts[place] = facts[place].model_copy(update={"text": text.strip(), "due": due})
-        self.forget_noted()  # the fact may have been told in these remarks
+        self.forget_noted()  # the remarks may contain the fact
         self._write()
 
     def forget(self, name: str) -> None:
-        """Delete somebody, with all that they told.
+        """Delete somebody, with all their facts.
 
-        Raises
-        ------
-        InputError
-            There is nobody of that name.
+        Raises InputError if there is nobody of that name.
         """
         person = self._known.find(name)
         if person is None:

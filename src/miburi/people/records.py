@@ -1,4 +1,4 @@
-"""The file of people: their names, and the facts that they told the partner."""
+"""The file of people and their facts."""
 
 import json
 from datetime import datetime
@@ -15,7 +15,7 @@ LONGEST_NAME, LONGEST_FACT = 40, 200
 
 
 class Fact(BaseModel):
-    """A fact that somebody told; ``asked`` says whether they asked the partner to remember it."""
+    """Something that a person told; ``asked`` if they asked the partner to remember it."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -52,10 +52,7 @@ class People(BaseModel):
 def read_people(path: Path) -> People:
     """Read a file of people.
 
-    Raises
-    ------
-    InputError
-        The file is not one of Miburi's.
+    Raises InputError if the file is not one of Miburi's.
     """
     try:
         return People.model_validate(json.loads(path.read_text(encoding="utf-8")))

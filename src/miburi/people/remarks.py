@@ -1,4 +1,4 @@
-"""What was said in the present conversation; it is never written to a disk."""
+"""The remarks of the present conversation; they are never written to a disk."""
 
 import re
 from collections import deque
@@ -8,8 +8,8 @@ from itertools import takewhile
 
 #: How long after last speaking somebody counts as present (our choice).
 STAYS = timedelta(hours=2)
-#: The number of remarks that are kept; how many of the latest a pronoun can refer to, and how many
-#: a name; and for how long (our choice).
+#: The number of remarks kept; the numbers of latest remarks to which a pronoun and a name can
+#: refer; and for how long (our choice).
 _KEPT, _FEW, _SOME, _MEANT = 60, 3, 12, timedelta(minutes=5)
 #: A remark of at most this many characters is repeated whole, a longer one sentence by sentence
 #: (our choice).
@@ -17,7 +17,7 @@ _SHORT = 120
 
 
 class Remarks:
-    """What the person at the table has said: each remark, its time, and its statements."""
+    """Each remark of the person at the table, with its time and its statements."""
 
     def __init__(self, clock: Callable[[], datetime]) -> None:
         self._clock = clock
@@ -31,9 +31,9 @@ class Remarks:
         self.about = None
 
     def note(self, said: str, told: Sequence[str], *, more: bool) -> None:
-        """Keep a remark, and those of its sentences that are not questions.
+        """Keep a remark and ``told``, its sentences that are not questions.
 
-        With ``more``, the remark continues the one before it, and is kept together with that.
+        With ``more``, the first of these continues the previous statement, and is joined to it.
         """
         about = self.about if more else None
         self.about = about or next(reversed(told), self.about)
@@ -47,15 +47,14 @@ class Remarks:
         return [(said, told) for when, said, told in few if when >= since]
 
     def latest_told(self) -> str | None:
-        """Return the latest statements among a few remarks, but none before an empty remark."""
+        """Return the latest statements among a few remarks; an empty remark ends the search."""
         few = takewhile(lambda one: one[0], self._latest())
         return next((" ".join(told) for _, told in few if told), None)
 
     def sentences(self, *, named: bool = True) -> Iterator[str]:
-        """Yield the sentences that may mention the person meant, newest first.
+        """Yield the sentences that may mention the person meant by a pronoun, newest first.
 
-        A name may refer to a person mentioned several remarks ago; a pronoun alone (not ``named``)
-        rarely does.
+        If the words also give a name (``named``), the person may have been mentioned longer ago.
         """
         for said, _ in self._latest(_SOME if named else _FEW):
             yield from reversed(re.split(r"[.!?]+", said))
@@ -65,7 +64,7 @@ class Remarks:
         return next((told[-1] for _, told in self._latest() if told), None)
 
     def told(self) -> list[str]:
-        """Return the statements: those of a short remark as one, of a long one each by itself."""
+        """Return the statements; those of a short remark are joined into one."""
         said, since = [], self._clock() - STAYS
         for when, _, told in self._all:
             whole = " ".join(told)

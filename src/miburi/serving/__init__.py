@@ -1,4 +1,1 @@
-"""Connections: access control, encryption, and priority for Stop.
-
-This package depends on nothing about robots.
-"""
+"""Connections: access control, encryption, and priority for Stop."""

@@ -1,10 +1,9 @@
-"""Who may talk to the server, how much, and how often: one gate in front of every route.
+"""Access control and rate limits for the server: one gate in front of every route.
 
-On the loopback address anybody at this computer may do so; on any other address a token is needed
-everywhere but on the pairing and privacy pages. Requests from other sites' pages are refused in
-both cases, unless the user lets an origin use the interface. If the server also serves https, it
-accepts no token unencrypted: plain http is for this computer alone; other devices get only the
-pages for pairing and privacy and the authority there.
+On the loopback address anybody at this computer has access; on other addresses every path but the
+pairing and privacy pages needs a token. Requests from other sites' pages are refused unless the
+user allows their origin. If there is https, the server accepts no token over plain http: there,
+other devices get only the pairing and privacy pages and the certificate authority.
 """
 
 import asyncio
@@ -33,48 +32,46 @@ from miburi.serving.keys import Keys
 from miburi.serving.origins import API, Headers, cors, permit
 from miburi.serving.policy import NICEGUI, POLICY
 
-#: The only paths that answer without a token: how to pair, what happens to the words that people
-#: say and, if there is https, which authority to trust.
+#: The only paths that need no token: the pairing page, the privacy page and, if there is https, the
+#: certificate authority.
 PAIRING, PRIVACY, AUTHORITY = "/pair", "/privacy", "/ca.pem"
-#: The path of Stop, which no limit delays for authorised clients.
+#: The path of Stop, which has no limit for authorised clients.
 STOP = "/api/v1/stop"
-#: A stream of events, which stays open as a WebSocket does.
+#: The path of a stream of events, which stays open as a WebSocket does.
 EVENTS = "/api/v1/events"
 #: Key in a request's state for its time of arrival, s on the clock that all processes share; set
-#: only if the reception (the process that accepts connections) recorded it.
+#: only by the reception (the process that accepts connections).
 CAME = "came"
-#: The path at which agents connect, if the partner lets them.
+#: The path for agents, if the partner lets them connect.
 AGENTS = "/mcp"
-#: From this revision of MCP on, headers say what an agent asks for, and its server checks them
-#: against the body. Older clients' calls wait their turn, whatever they ask for.
+#: From this revision of MCP on, headers name the method and the tool, and the server checks them
+#: against the body. Older clients' calls all wait their turn.
 _REVISION = {b"mcp-protocol-version": b"2026-07-28"}
-#: An agent's call of its tool `stop`: no limit holds it up either.
+#: An agent's call of its tool `stop`, which has no limit either.
 _AGENTS_STOP = _REVISION | {b"mcp-method": b"tools/call", b"mcp-name": b"stop"}
 _AGENTS_LIST = _REVISION | {b"mcp-method": b"tools/list"}
 #: The largest body of a request, and the largest message on a WebSocket, bytes.
 LARGEST = 65_536
-#: The most bytes that a request's headers may have, and s within which they must arrive (our
-#: choice).
+#: The largest headers of a request, bytes, and the time in which they must arrive, s (our choice).
 HEADERS, HEADER_TIME = 16_384, 10.0
-#: Connections that an address may have open, sockets not counted (our choice).
+#: The most open connections of an address, not counting sockets (our choice).
 CONNECTIONS = 200
-#: Limits on requests from one address: per second, and in a burst.
+#: The limit on requests from one address: per second, and in a burst.
 RATE, BURST = 50.0, 150.0
-#: The limit on pages for one address, per second and in a burst, because the server builds each
-#: page anew.
+#: The limit on pages for one address, per second and in a burst.
 PAGE_RATE, PAGE_BURST = 1.0, 12.0
 #: The same limit for all addresses together: building a page takes about 0.8 MB for a few seconds
 #: (our choice).
 _PAGES_RATE, _PAGES_BURST = 1.5, 15.0
-#: The pause between two pages, s, in which a waiting Stop is handled (our choice).
+#: The pause between two pages, s, for a waiting Stop (our choice).
 PAGE_BREATH = 0.05
-#: The longest time for which a client that receives its page slowly may delay others, s.
+#: The longest delay of other pages by a client that receives its page slowly, s.
 _PAGE_TIME = 1.0
 #: The limit on wrong tokens from one address, per second and in a burst.
 WRONG_RATE, WRONG_BURST = 0.2, 10.0
-#: WebSockets and streams of events that may be open at the same time.
+#: The most WebSockets and streams of events that may be open.
 SOCKETS = 200
-#: The most keys that one request may present: cookies of one name can exist for several paths.
+#: The most keys checked per request: cookies of one name can exist for several paths.
 _LOOKED_AT = 4
 #: Interval between two checks of an open socket's key, s (our choice).
 _KEY_LOOK = 1.0
@@ -91,22 +88,21 @@ SAFE_HEADERS = (
 
 
 class Gate:
-    """An ASGI application around another: it refuses what may not pass, and limits the rest.
+    """An ASGI application in front of another, for access control and limits.
 
     Parameters
     ----------
     app
         The application behind the gate.
     keys
-        If given, everybody needs one of them; None on the loopback address, where instead the
-        request must have been sent to a loopback name (a page elsewhere could make its own name
-        point here).
+        The accepted keys; None on the loopback address, where requests need no key, but must name a
+        loopback host (a page elsewhere could make its own name point here).
     clock
         Returns the time, s.
     https
         Whether the server listens by https, too.
     origins
-        The other origins whose pages may use the interface.
+        Other origins whose pages may use the interface.
     """
 
     def __init__(
@@ -166,7 +162,7 @@ class Gate:
     async def _serve_socket(
         self, scope: Scope, receive: Receive, send: Send, key: str | None
     ) -> None:
-        """Serve a socket or a stream for as long as the key that opened it is valid."""
+        """Serve a socket or a stream as long as its key is valid."""
         serve = self._app if scope["type"] == "websocket" else self._serve
         if key is None or self._keys is None:
             await serve(scope, receive, send)
@@ -194,10 +190,10 @@ class Gate:
                     await send({"type": "websocket.close", "code": 1008, "reason": _FORGOTTEN})
 
     async def _agents_turn(self, who: str, *, calls: bool) -> None:
-        """Make agents' calls wait their turn, in a separate queue for each address.
+        """Queue agents' calls, separately for each address.
 
-        To an agent, a refusal would look like a broken tool; a short wait does no harm. Lists of
-        tools have their own queue: a client asks for one before its first Stop.
+        To an agent, a refusal would look like a broken tool. Lists of tools have a separate queue,
+        because a client requests one before its first Stop.
         """
         lane = f"{who} {calls}"
         async with self._agents_turns.setdefault(lane, asyncio.Lock()):
@@ -205,7 +201,7 @@ class Gate:
                 await asyncio.sleep(1 / RATE)
 
     async def _serve_page(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Build one page at a time, and pause briefly after each: a Stop may be waiting."""
+        """Build one page at a time, and pause briefly after each for a waiting Stop."""
         loop = asyncio.get_running_loop()
         while (left := self._next_page - loop.time()) > 0:
             await asyncio.sleep(min(left, PAGE_BREATH))
@@ -216,17 +212,14 @@ class Gate:
             self._next_page = loop.time() + PAGE_BREATH
 
     def origin_of(self, path: str, headers: Mapping[bytes, str]) -> str | None:
-        """Return the origin of another site's page, if it may use this path."""
+        """Return the origin of another site's page that may use this path, if any."""
         origin = headers.get(b"origin")
         return origin if origin in self._origins and path.startswith(API) else None
 
     def check(self, scope: Scope) -> str | None:
         """Let a request pass, and return the key that it needed.
 
-        Raises
-        ------
-        RefusedError
-            It may not pass; the message says why.
+        Raises RefusedError if the request may not pass.
         """
         headers = headers_of(scope)
         who = asker(scope)
@@ -243,7 +236,7 @@ class Gate:
             raise RefusedError(
                 426, "no token is accepted over plain http; use this partner's https address."
             )
-        if self.origin_of(path, headers) is not None:  # its pages send a token, and no cookie
+        if self.origin_of(path, headers) is not None:  # allowed origins send a token, and no cookie
             headers.pop(b"cookie", None)
         key = None if keys is None or unlocked else self._check_key(headers, who, keys)
         if path == STOP and method == "POST":
@@ -265,7 +258,7 @@ class Gate:
 
     def _check_key(self, headers: dict[bytes, str], who: str, keys: Keys) -> str:
         given = list(dict.fromkeys(tokens_of(headers)))
-        for one in given[:_LOOKED_AT]:  # each costs a read from the disk
+        for one in given[:_LOOKED_AT]:  # each check reads the disk
             if keys.fits(one):
                 return one
         if given and not self._wrong.take(who):
@@ -291,7 +284,7 @@ class Gate:
         async def guarded(message: Message) -> None:
             nonlocal began
             if received > LARGEST and not began:
-                # The code that parses the body may have taken the refusal for a parse error.
+                # The application may have taken the refusal for a parse error.
                 raise RefusedError(413, f"a request may have {LARGEST} bytes at most.")
             if message["type"] == "http.response.start":
                 began = True
@@ -314,21 +307,18 @@ def _lasts(scope: Scope) -> bool:
 
 
 def _wants_page(scope: Scope) -> bool:
-    """Whether a person is opening a page, and so would not be helped by words in JSON."""
+    """Whether a person is opening a page, and so cannot use an error in JSON."""
     accepted = b"".join(value for name, value in scope["headers"] if name == b"accept")
     return scope.get("method") == "GET" and scope["path"] in _PAGES and b"text/html" in accepted
 
 
 async def _tell(status: int, headers: Headers, send: Send, body: bytes = b"") -> None:
-    """Send an answer of the gate's own."""
     start = {"type": "http.response.start", "status": status, "headers": [*headers, *SAFE_HEADERS]}
     await send(start)
     await send({"type": "http.response.body", "body": body})
 
 
 def _with(headers: Headers, send: Send) -> Send:
-    """Return a ``send`` that adds headers to the answer."""
-
     async def sending(message: Message) -> None:
         if message["type"] == "http.response.start":
             message = {**message, "headers": [*message["headers"], *headers]}
@@ -338,7 +328,7 @@ def _with(headers: Headers, send: Send) -> Send:
 
 
 def _farewell(scope: Scope) -> list[tuple[bytes, bytes]]:
-    """Return the header that closes the connection after a stream of events; none for any other."""
+    """Return the header that closes the connection after a stream of events; else none."""
     return [(b"connection", b"close")] if scope["path"] == EVENTS else []
 
 

@@ -13,14 +13,13 @@ import ifaddr
 from miburi.errors import InputError, OutputError
 from miburi.serving.heads import is_loopback
 
-#: The number of connections that the kernel queues; any further ones have to try again after a
-#: second.
+#: The number of connections that the kernel queues; further ones try again after a second.
 _BACKLOG = 1024
-#: Hosts that mean every address of this computer.
+#: Hosts that stand for every address of this computer.
 EVERYWHERE = ("0.0.0.0", "::", "")  # noqa: S104
 _HERE = "127.0.0.1"
 
-#: Name prefixes of interfaces that lead to virtual machines, containers and tunnels, not a phone.
+#: Name prefixes of interfaces to virtual machines, containers and tunnels.
 _VIRTUAL = (
     "br-",
     "docker",
@@ -53,7 +52,7 @@ def own_addresses() -> list[str]:
 
 
 def _leading() -> str | None:
-    """Return the address of the interface that leads outside, if one does."""
+    """Return the address of the interface with the default route, if any."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.connect(("192.0.2.1", 9))  # sends nothing
@@ -64,7 +63,7 @@ def _leading() -> str | None:
 
 @dataclass(frozen=True)
 class Listeners:
-    """Sockets that listen."""
+    """The server's listening sockets."""
 
     plain: tuple[socket.socket, ...]  # for http; the first is for this computer
     encrypted: socket.socket | None = None  # for https, if there is any
@@ -80,7 +79,7 @@ class Listeners:
         return self.encrypted is not None or not is_loopback(self.plain[0].getsockname()[0])
 
     def addresses(self) -> list[str]:
-        """Return the addresses at which other devices reach us, the likeliest first."""
+        """Return the addresses for other devices, the likeliest first."""
         listener = self.encrypted or self.plain[0]
         scheme = "https" if self.encrypted else "http"
         host = str(listener.getsockname()[0])
@@ -92,14 +91,9 @@ class Listeners:
 
 @contextmanager
 def listening(host: str, port: int) -> Iterator[socket.socket]:
-    """Take the port before anything else is done.
+    """Listen on a port from now on.
 
-    Raises
-    ------
-    InputError
-        The host or the port is invalid.
-    OutputError
-        The port is taken.
+    Raises InputError if the host or the port is invalid; OutputError if the port is taken.
     """
     if not 0 <= port <= 65_535:
         raise InputError(f"the port must be from 0 to 65535, got {port}.")
@@ -108,7 +102,7 @@ def listening(host: str, port: int) -> Iterator[socket.socket]:
     except (OSError, UnicodeError) as error:
         raise InputError(f"{host!r} is not an address of this computer: {error}.") from error
     with socket.socket(family, kind) as listener:
-        if sys.platform != "win32":  # there it would let two programs share a port unnoticed
+        if sys.platform != "win32":  # there two programs could share a port unnoticed
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listener.bind(address)
@@ -130,16 +124,16 @@ def listening(host: str, port: int) -> Iterator[socket.socket]:
 
 @contextmanager
 def listening_plainly(host: str, port: int) -> Iterator[Listeners]:
-    """Listen on http alone; raises what :func:`listening` does."""
+    """Listen on http alone, with the errors of :func:`listening`."""
     with listening(host, port) as listener:
         yield Listeners((listener,))
 
 
 @contextmanager
 def listening_twice(host: str, port: int) -> Iterator[Listeners]:
-    """Listen on http for this computer alone, and on https at the next port for others.
+    """Listen on http for this computer, and on https at the next port for others.
 
-    Requests over http from elsewhere are told the https addresses.
+    Requests over http from elsewhere get the https addresses.
     """
     with ExitStack() as sockets:
         own = sockets.enter_context(listening(_HERE, port))

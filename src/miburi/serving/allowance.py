@@ -1,4 +1,4 @@
-"""Limits for each of many clients: a bucket of tokens for each."""
+"""Rate limits for many clients."""
 
 import time
 from collections import OrderedDict
@@ -16,7 +16,7 @@ class Allowance:
     _left: OrderedDict[str, tuple[float, float]] = field(default_factory=OrderedDict)
 
     def take(self, key: str, amount: float = 1.0) -> bool:
-        """Take ``amount`` if it is there; False if not."""
+        """Take ``amount`` from a bucket; return False if it has less."""
         now = self.clock()
         left, then = self._left.pop(key, (self.burst, now))
         left = min(self.burst, left + (now - then) * self.rate)

@@ -1,7 +1,7 @@
-"""Tell the local network where the partner's pages are, by multicast DNS (``_miburi._tcp``).
+"""Announce the partner's pages in the local network, by multicast DNS (``_miburi._tcp``).
 
-It gives an address and a name, but no token: whoever finds a partner must still be let in. It runs
-only where other devices can reach the partner, and only if the extra ``https`` is installed.
+The announcement has an address and a name, but no token. It needs the extra ``https``, and a
+partner that other devices can reach.
 """
 
 import asyncio
@@ -25,10 +25,9 @@ KIND = "_miburi._tcp.local."
 
 
 async def announce(name: str, address: str) -> None:
-    """Announce a partner, and the URL of its pages, until cancelled; a failure is logged.
+    """Announce a partner and its URL until cancelled; log a failure.
 
-    If another partner has the name, a number is added. If the URL's host is not an IP address,
-    nothing is announced.
+    A name that another partner has gets a number. The URL's host must be an IP address.
     """
     url = urlsplit(address)
     service = None
@@ -45,7 +44,7 @@ async def announce(name: str, address: str) -> None:
         service = AsyncZeroconf(interfaces=[str(host)])
         await service.async_register_service(info, allow_name_change=True)
         await asyncio.Event().wait()
-    except Exception as error:  # the partner runs on, whatever the network forbids
+    except Exception as error:  # the partner runs without it
         log_once("the partner cannot be announced by mDNS", error)
     finally:
         if service is not None:

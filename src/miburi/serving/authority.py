@@ -1,12 +1,11 @@
-"""A local certificate authority (CA), made on this computer, whose certificates phones can trust.
+"""A local certificate authority (CA) on this computer, which phones can trust.
 
 A browser grants camera, microphone and motion only to pages over https, and no public authority
-vouches for an address at home. So this computer makes an authority of its own, which a phone can be
-told to trust, and with it a certificate for the addresses that it has now. X.509 name constraints
-limit the authority to names and networks at home, so a stolen key cannot be used to impersonate
-sites on the internet.
+vouches for an address at home. So this computer makes an authority, and with it a certificate for
+its present addresses. X.509 name constraints limit the authority to names and networks at home, so
+a stolen key cannot impersonate sites on the internet.
 
-This module needs the extra ``https``; it is loaded only when needed.
+This module needs the extra ``https``.
 """
 
 import os
@@ -38,8 +37,8 @@ except ModuleNotFoundError as error:
 
 #: Domains that the authority may vouch for, each with its subdomains.
 NAMES = ("local", "localhost")
-#: Private networks (RFC 1918, 4193), shared address space as of a VPN (RFC 6598), link-local and
-#: loopback addresses, and those for tests (RFC 5737). None of them leads to the internet.
+#: Networks outside the internet: private (RFC 1918, 4193), shared, as of a VPN (RFC 6598),
+#: link-local, loopback, and for tests (RFC 5737).
 NETWORKS = tuple(
     ip_network(text)
     for text in (
@@ -47,11 +46,11 @@ NETWORKS = tuple(
         *("127.0.0.0/8", "192.0.2.0/24", "fd00::/8", "fe80::/10", "::1/128"),
     )
 )
-#: How long each is valid. Phones refuse a certificate of more than 398 days; the rest is ours.
+#: Lifetimes (our choice); phones refuse a certificate of more than 398 days.
 _AUTHORITY_LASTS, _CERTIFICATE_LASTS = timedelta(days=3650), timedelta(days=396)
-#: A certificate is renewed when less time than this is left, even while the partner runs.
+#: A certificate with less time left is renewed, even while the partner runs.
 _LEFT = timedelta(days=60)
-#: The clocks of two devices at home may differ by this much.
+#: The greatest difference between the clocks of two devices at home.
 _SKEW = timedelta(days=1)
 
 
@@ -66,8 +65,8 @@ def _usage(*, signs: bool) -> x509.KeyUsage:
 
 
 _FOR_SERVERS = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH])
-#: The extensions of an authority that we make, and whether each is critical; strict verifiers
-#: require that the last one is not critical.
+#: The extensions of our authorities, and whether each is critical; strict verifiers require that
+#: the last one is not.
 _BOUNDS = {
     x509.BasicConstraints(ca=True, path_length=0): True,
     _usage(signs=True): True,
@@ -80,10 +79,10 @@ _BOUNDS = {
 
 @dataclass(frozen=True)
 class Certificates:
-    """Where the certificates are."""
+    """The files of the certificates."""
 
     server: Path  # the server's key and certificate, PEM; only their owner can read the file
-    authority: Path  # the authority's certificate, PEM: what a phone or a program may trust
+    authority: Path  # the authority's certificate, PEM, for phones and programs to trust
     fingerprint: str  # SHA-256 of the authority, as phones show it
     news: str | None  # a message for the user if an existing authority had to be replaced
 
@@ -95,7 +94,7 @@ class _Identity:
 
 
 class _UnfitError(Exception):
-    """A file's content can no longer be used; the message completes the sentence "it ..."."""
+    """A file is unusable; the message completes the sentence "it ..."."""
 
 
 def is_at_home(host: str) -> bool:
@@ -108,26 +107,20 @@ def is_at_home(host: str) -> bool:
 
 
 def own_names() -> list[str]:
-    """Return the names and addresses by which this computer calls itself."""
+    """Return this computer's names and addresses for itself."""
     name = socket.gethostname().split(".")[0].lower()
     known = [f"{name}.local"] if name.replace("-", "").isalnum() and name.isascii() else []
     return [*known, "localhost", "127.0.0.1", "::1"]
 
 
 def kept_certificates(folder: Path, hosts: Iterable[str], now: datetime) -> Certificates:
-    """Return the certificates in a folder; replace those that are missing or no longer usable.
+    """Return the certificates in a folder; replace missing and unusable ones.
 
-    The authority is made once, and replaced only if its file is broken, not ours, open to others,
-    or near its end. The server's certificate is also replaced when the hosts change.
+    An authority is replaced only if its file is broken, not ours, open to others, or near its end.
+    The server's certificate is also replaced if ``hosts``, the names and addresses of this
+    computer, change. ``now`` has a time zone.
 
-    ``hosts`` are the names and addresses at which this computer is reached; ``now`` has its zone.
-
-    Raises
-    ------
-    InputError
-        A host is not at home: the authority may not vouch for it.
-    OutputError
-        The folder cannot be read or written.
+    Raises InputError if a host is not at home; OutputError if the folder cannot be read or written.
     """
     names = sorted(set(hosts))
     for host in names:
@@ -177,13 +170,6 @@ def _authority(path: Path, now: datetime) -> tuple[_Identity, str | None]:
 
 
 def _load(path: Path) -> _Identity:
-    """Read a key and its certificate.
-
-    Raises
-    ------
-    OSError, _UnfitError
-        The file cannot be read; its content can no longer be used.
-    """
     content = path.read_bytes()
     # Windows has no such bits; there a user's own folder is closed to others.
     if os.name == "posix" and path.stat().st_mode & 0o077:

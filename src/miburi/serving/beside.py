@@ -11,7 +11,7 @@ _CANCELLED_AGAIN = 1.0
 
 
 def beside(app: FastAPI, work: Callable[[], AbstractAsyncContextManager[None]]) -> None:
-    """Let ``work`` begin and end with the server of an application."""
+    """Run ``work`` while the server of an application is up."""
     inner = app.router.lifespan_context
 
     @asynccontextmanager
@@ -31,8 +31,8 @@ def live_beside(app: FastAPI, life: Callable[[], Coroutine[None, None, None]]) -
         try:
             yield
         finally:
-            # An error raised while a task is cancelled, for example by a closing connection, can
-            # replace the cancellation. A task that survives errors must then be cancelled again.
+            # An error during the cancellation, as from a closing connection, can replace it. A task
+            # that survives errors must then be cancelled again.
             while not task.done():
                 task.cancel()
                 await asyncio.wait({task}, timeout=_CANCELLED_AGAIN)

@@ -1,4 +1,4 @@
-"""The open connections by address, in the process that accepts them, and which to drop."""
+"""The open connections in the reception, by address, and the choice of those to close."""
 
 import errno
 from collections import defaultdict
@@ -8,12 +8,12 @@ from miburi.serving.access import CONNECTIONS
 from miburi.serving.passing import ENCRYPTED
 from miburi.serving.relay import Guest
 
-#: Time in which a new connection does not have to give way to newer ones, s (our choice).
+#: The time for which a new connection is not closed for newer ones, s (our choice).
 GRACE = 0.5
-#: The most HTTPS handshakes, from all addresses, that may be under way: each takes 0.33 MB of the
-#: server's memory (our choice).
+#: The most HTTPS handshakes in progress, from all addresses: each takes 0.33 MB of the server's
+#: memory (our choice).
 HANDSHAKES = 100
-#: At most this many connections are read from, to find one without a Stop that may be closed.
+#: The most connections read from in search of one without a Stop to close.
 _READ = 64
 
 _ByAddress = defaultdict[str, dict[Guest, None]]
@@ -25,11 +25,11 @@ class Crowd:
     Parameters
     ----------
     most
-        Files that may be open.
+        The most open files.
     clock
         Returns the time, s.
     hear
-        Reads what a guest has sent: it may be a Stop.
+        Reads a guest's data, which may be a Stop.
     close
         Closes a guest, and calls :meth:`leave` for it.
     """
@@ -52,7 +52,7 @@ class Crowd:
         return [*self._apart, *(guest for crowd in self._addresses.values() for guest in crowd)]
 
     def enter(self, guest: Guest) -> None:
-        """Take in a new guest; others may have to leave."""
+        """Add a new guest, and close others above a limit."""
         address = guest.client[0]
         if len(self._addresses[address]) >= CONNECTIONS:
             self._make_room(self._addresses[address])
@@ -79,17 +79,17 @@ class Crowd:
         _leave(self._addresses, guest)
 
     def take_file(self) -> None:
-        """Count a file; above the limit, close connections of the address that has the most."""
+        """Count an opened file; above the limit, close connections of the address with the most."""
         self._files += 1
         while self._files > self._most and self.make_room():
             pass
 
     def give_file(self) -> None:
-        """Count a file that was closed."""
+        """Count a closed file."""
         self._files -= 1
 
     def make_room(self, error: OSError | None = None) -> bool:
-        """Close one of the address with most, unless ``error`` is other than a lack of files."""
+        """Close a connection of the busiest address, unless ``error`` is not a lack of files."""
         if error is not None and error.errno not in (errno.EMFILE, errno.ENFILE):
             return False
         return self._make_room(_largest(self._addresses))
@@ -98,8 +98,8 @@ class Crowd:
         """Close one connection: a silent unknown one, else a silent, else a busy, else a new one.
 
         If more than half are new, somebody is flooding, and new ones are closed right after the
-        silent unknown ones, the oldest first. Its bytes are read first, because they may contain a
-        Stop; a connection whose Stop is being answered is closed last.
+        silent unknown ones, the oldest first. A connection's bytes are read before it is closed,
+        because they may contain a Stop; one whose Stop is being answered is closed last.
         """
         now = self._clock()
         new = [g for g in crowd if g.silent and not g.known and now - g.since < GRACE]
@@ -132,7 +132,6 @@ class Crowd:
 
 
 def _largest(addresses: _ByAddress) -> dict[Guest, None]:
-    """Return the guests of the address that has the most."""
     return max(addresses.values(), key=len, default={})
 
 

@@ -1,4 +1,4 @@
-"""A request's headers: what they say, and whether its origin is allowed."""
+"""A request's headers, and whether its host and origin are allowed."""
 
 from ipaddress import ip_address
 from urllib.parse import SplitResult, urlsplit
@@ -17,7 +17,7 @@ def is_loopback(host: str) -> bool:
 
 
 class RefusedError(Exception):
-    """A request that the gate does not let through."""
+    """A request that the gate refuses."""
 
     def __init__(self, status: int, words: str) -> None:
         super().__init__(words)
@@ -30,7 +30,7 @@ def headers_of(scope: Scope) -> dict[bytes, str]:
 
 
 def check_host(headers: dict[bytes, str], *, near: bool) -> None:
-    """If ``near`` (on the loopback address), refuse a name that merely points here."""
+    """If ``near`` (on the loopback address), refuse a host name that is not a loopback name."""
     host = headers.get(b"host", "")
     if near and not is_loopback(_split(f"//{host}").hostname or ""):
         raise RefusedError(
@@ -40,10 +40,9 @@ def check_host(headers: dict[bytes, str], *, near: bool) -> None:
 
 
 def check_site(headers: dict[bytes, str], *, encrypted: bool) -> None:
-    """Refuse a request from another site's page; ``encrypted`` says that it came by https."""
+    """Refuse a request from another site's page; ``encrypted`` if it came by https."""
     host, origin = headers.get(b"host", ""), headers.get(b"origin")
-    # When a page loads an image or a script of ours, the browser sends no Origin, but it does send
-    # Sec-Fetch-Site.
+    # For an image or a script, a browser sends Sec-Fetch-Site, but no Origin.
     foreign = headers.get(b"sec-fetch-site", "none") not in ("same-origin", "none")
     if origin is not None:
         page = _split(origin)
@@ -68,12 +67,12 @@ def asker(scope: Scope) -> str:
 
 
 def is_own(scope: Scope) -> bool:
-    """Whether a connection was made to the address that only this computer reaches."""
+    """Whether a connection was made to the loopback address."""
     return is_loopback(str((scope.get("server") or ("",))[0]))
 
 
 def tokens_of(headers: dict[bytes, str]) -> list[str]:
-    """Return the tokens that a request brings, in its header or in cookies with our name.
+    """Return the tokens in a request's header, or else in cookies with our name.
 
     Other cookies on this host are skipped, even malformed ones.
     """

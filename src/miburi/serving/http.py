@@ -1,13 +1,12 @@
-"""How a server accepts connections, and its limits before it knows who is asking.
+"""The server's connections, and their limits before a request is known.
 
-Headers are limited in size, and must arrive in time. An address may have only a limited number of
-connections. When an address has too many connections, its oldest silent one is closed, so nobody
-can shut others out by opening many connections and sending nothing. An encrypted connection counts
-from its first moment, not from the end of its handshake, so the same holds for it.
+Headers are limited in size, and must arrive in time. If an address has too many connections, its
+oldest silent one is closed, so nobody can shut others out by opening many connections and sending
+nothing. An encrypted connection counts from its first moment, not from the end of its handshake.
 
-If a :mod:`reception <miburi.serving.reception>`, a separate process, accepts the connections for
-the server, each http request arrives through a :class:`Passage` on a connection of its own, which
-is closed after the answer.
+If a separate process, the :mod:`reception <miburi.serving.reception>`, accepts the connections,
+each http request arrives through a :class:`Passage` on a separate connection, which is closed after
+the answer.
 """
 
 import asyncio
@@ -31,28 +30,28 @@ from uvicorn.server import ServerState
 from miburi.serving.access import CAME, CONNECTIONS, HEADER_TIME, HEADERS, LARGEST
 from miburi.serving.passing import ENCRYPTED, Note, Passed, taken_in
 
-#: How long to wait for the other side to close a connection after we close it, s; it may be asleep.
-#: It must be shorter than the time that the server's own shutdown may take.
+#: How long to wait for the other side to close a connection, s; it may be asleep. This must be
+#: shorter than the time that the server's shutdown may take.
 _FAREWELL = 0.5
 _BACKLOG = 2048
 #: Key in a request's state for what the reception knows about it.
 _NOTE = "note"
-#: How many connections are accepted in a batch; between batches, waiting requests are served.
+#: How many connections are accepted before waiting requests are served.
 _AT_ONCE = 16
 
 
 class _Connection(H11Protocol):
-    """One connection that speaks HTTP."""
+    """An HTTP connection."""
 
-    _timer: asyncio.TimerHandle | None = None  # runs while no headers have come
-    note: Note | None = None  # what a reception knows of it
+    _timer: asyncio.TimerHandle | None = None  # runs until headers arrive
+    note: Note | None = None  # from a reception
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
         if self.note is not None:
             self.client, self.server = self.note.client, self.note.server
         if self._timer is not None:
-            return  # its handshake is over; it was counted when that began
+            return  # its handshake is over; it is counted already
         crowd = self._crowds[self._address]
         if len(crowd) >= CONNECTIONS:
             # The new connection is never closed, because it may carry a Stop.
@@ -65,7 +64,7 @@ class _Connection(H11Protocol):
 
     def data_received(self, data: bytes) -> None:
         super().data_received(data)
-        if self.scope is not None:  # its first headers have come
+        if self.scope is not None:  # its first headers have arrived
             self._hear()
 
     def on_response_complete(self) -> None:
@@ -87,7 +86,7 @@ class _Connection(H11Protocol):
 
     @property
     def _crowds(self) -> "defaultdict[str, dict[_Connection, None]]":
-        """The connections that each address has open to this server, the oldest first."""
+        """The server's open connections by address, the oldest first."""
         return _CROWDS.setdefault(self.server_state, defaultdict(dict))
 
     def _hear(self) -> None:
@@ -107,10 +106,10 @@ _CROWDS = WeakKeyDictionary()
 
 
 class _Handshake(SSLProtocol):
-    """Encrypts a connection, which counts as a silent one until its handshake is over.
+    """Encrypts a connection, which counts as silent until its handshake is over.
 
-    ``create_server(ssl=…)`` does the same, but gives no access to a connection before its
-    handshake, so connections that never complete one could not be limited.
+    ``create_server(ssl=…)`` gives no access to connections that never complete a handshake, so they
+    could not be limited.
     """
 
     max_size = 16_384  # size of each connection's buffer; asyncio's 256 KiB would help a flood
@@ -132,22 +131,21 @@ class _Handshake(SSLProtocol):
 
     def connection_lost(self, exc: BaseException | None) -> None:
         super().connection_lost(exc)
-        if self._counted.scheme != "https":  # for an encrypted connection, super() has done this
+        if self._counted.scheme != "https":  # otherwise super() has done this
             self._counted.connection_lost(None)
 
 
 def configure(app: ASGIApp, *, lifespan: bool = True) -> uvicorn.Config:
     """Return the configuration of an application's server; all our servers use it.
 
-    ``app`` is behind its :class:`~miburi.serving.access.Gate`; with ``lifespan`` it is told of the
-    server's start and end.
+    ``app`` is behind its :class:`~miburi.serving.access.Gate`.
     """
 
     async def known(scope: Scope, receive: Receive, send: Send) -> None:
         note = scope.get("state", {}).pop(_NOTE, None)
         if note is not None:  # a WebSocket's protocol only knows the server's own peer
             scope = {**scope, "client": note.client, "server": note.server}
-            if note.kind != ENCRYPTED:  # an encrypted one carries many requests
+            if note.kind != ENCRYPTED:  # an encrypted connection carries many requests
                 scope["state"] = {**scope["state"], CAME: note.came}
         await app(scope, receive, send)
 
@@ -158,10 +156,10 @@ def configure(app: ASGIApp, *, lifespan: bool = True) -> uvicorn.Config:
         lifespan="on" if lifespan else "off",
         ws="websockets-sansio",
         ws_max_size=LARGEST,
-        ws_per_message_deflate=False,  # a state is small; packing it costs more than sending it
+        ws_per_message_deflate=False,  # compressing a small state costs more than sending it
         timeout_graceful_shutdown=2,
         server_header=False,
-        proxy_headers=False,  # the client is whoever connected, whatever a header says
+        proxy_headers=False,  # the client is the peer, whatever a header says
         h11_max_incomplete_event_size=HEADERS,
         backlog=_BACKLOG,
     )
@@ -170,7 +168,7 @@ def configure(app: ASGIApp, *, lifespan: bool = True) -> uvicorn.Config:
 
 
 def _tells_more_than_the_end(record: logging.LogRecord) -> bool:
-    """Return False for requests cancelled because the server ended: that is no error."""
+    """Return False for requests that the server's end has cancelled."""
     error = record.exc_info[1] if record.exc_info else None
     cancels = str(record.msg).startswith("Cancel %s running task(s)")
     return not (cancels or isinstance(error, asyncio.CancelledError))
@@ -184,7 +182,7 @@ def _made(server: uvicorn.Server) -> _Connection:
 async def listen_encrypted(
     server: uvicorn.Server, listener: socket.socket, context: ssl.SSLContext
 ) -> None:
-    """Let a running server listen on one more socket, by https."""
+    """Let a running server also listen on a socket for https."""
     server.servers.append(
         await asyncio.get_running_loop().create_server(
             lambda: _Handshake(_made(server), context),
@@ -195,9 +193,9 @@ async def listen_encrypted(
 
 
 class Passage:
-    """The server's end of the socket that connects it to a reception.
+    """The server's end of the socket to a reception.
 
-    ``end`` is a Unix socket that never blocks; ``server`` has started; ``context`` encrypts https.
+    ``end`` is a non-blocking Unix socket; ``server`` has started; ``context`` encrypts https.
     """
 
     def __init__(
@@ -241,7 +239,7 @@ class Passage:
 
 
 def encryption(certificate: Path) -> ssl.SSLContext:
-    """Return the TLS context of a server, from the file with its key and certificate, PEM."""
+    """Return a server's TLS context, from the PEM file of its key and certificate."""
     context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
     context.load_cert_chain(certificate)
     context.set_alpn_protocols(["http/1.1"])

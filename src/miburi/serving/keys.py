@@ -1,7 +1,7 @@
 """The keys to a partner: a token for programs and pairing, and a separate key for each device.
 
 Each is a small file that is read at every use, so a device that `miburi devices` forgets is locked
-out at once in every process. A device's file holds the hash of its key, never the key itself.
+out of every process at once. A device's file holds the hash of its key, never the key itself.
 """
 
 import hmac
@@ -27,7 +27,7 @@ _NOTED = 600.0
 _CLOCK = 86_400.0
 _TOKEN = re.compile(r"[A-Za-z0-9_-]{32,}")
 _KEY = re.compile(r"([0-9a-f]{8})\.([A-Za-z0-9_-]{43})")
-#: Words in a browser's User-Agent and our names for them; the first match counts.
+#: Words in a User-Agent, and our names for them; the first match counts.
 _MACHINES = {
     "iPhone": "iPhone",
     "iPad": "iPad",
@@ -52,10 +52,7 @@ def kept_token(path: Path) -> str:
 
     A token that is missing, malformed or readable by others is replaced by a new one.
 
-    Raises
-    ------
-    OutputError
-        The file cannot be read or written.
+    Raises OutputError if the file cannot be read or written.
     """
     # Windows has no such bits; there a user's own folder is closed to others.
     try:
@@ -70,23 +67,23 @@ def kept_token(path: Path) -> str:
 class Device:
     """A device that was paired; times are in s since 1970."""
 
-    name: str  # eight hexadecimal digits, by which `miburi devices forget` knows it
+    name: str  # eight hexadecimal digits, for `miburi devices forget`
     kind: str  # machine and browser, in our words, from the browser's User-Agent
     paired: float
     seen: float  # its last visit, to ten minutes
 
 
 class Keys:
-    """The keys that are kept in a folder; the token must be there: see :func:`kept_token`."""
+    """The keys in a folder, which has a token already: see :func:`kept_token`."""
 
     def __init__(self, folder: Path) -> None:
         self._token, self._devices = folder / "token", folder / "devices"
-        self._latest = ""  # the token that was read last
+        self._latest = ""  # the last token read
         self._good: dict[str, None] = {}  # recent keys, for when the disk cannot be read
 
     @property
     def token(self) -> str:
-        """The current token; empty if the file is gone, and then no token is accepted."""
+        """The current token; empty, so that none is accepted, if the file is gone."""
         with suppress(OSError):
             token = _read(self._token)
             self._latest = token if _TOKEN.fullmatch(token) else ""
@@ -98,7 +95,7 @@ class Keys:
         return bool(token) and same(given, token)
 
     def fits(self, given: str, now: float | None = None) -> bool:
-        """Whether this is the token or a known device's key; a device's visit is recorded."""
+        """Whether this is the token or a device's key; a device's visit is recorded."""
         key = _KEY.fullmatch(given)
         if key is None:
             return self.is_token(given)
@@ -122,10 +119,7 @@ class Keys:
     def pair(self, agent: str, earlier: str = "", now: float | None = None) -> str:
         """Return the key of a new device with this User-Agent; forget its ``earlier`` key.
 
-        Raises
-        ------
-        OutputError
-            The key cannot be kept.
+        Raises OutputError if the key cannot be kept.
         """
         now = time.time() if now is None else now
         name, secret = secrets.token_hex(4), secrets.token_urlsafe(32)
@@ -150,7 +144,7 @@ class Keys:
         self._drop(key.partition(".")[0])
 
     def devices(self, now: float | None = None) -> list[Device]:
-        """Return the devices whose keys are good, the most recently seen first."""
+        """Return the devices with valid keys, the most recently seen first."""
         now = time.time() if now is None else now
         found = []
         for path in self._devices.glob("*.json"):
@@ -162,16 +156,12 @@ class Keys:
         return sorted(found, key=lambda device: (device.seen, device.name), reverse=True)
 
     def forget(self, name: str | None = None) -> int:
-        """Forget a device, or all (None), and replace the token, which they may have seen.
+        """Forget a device, or all (None), and replace the token, which they may know.
 
-        Return how many were forgotten.
+        Return the number of devices that were forgotten.
 
-        Raises
-        ------
-        InputError
-            There is no such device, or the folder is not a partner's.
-        OutputError
-            The folder cannot be written to.
+        Raises InputError if there is no such device, or the folder is not a partner's; OutputError
+        if the folder cannot be written to.
         """
         folder = self._token.parent
         if not self._token.is_file():
@@ -197,7 +187,7 @@ class Keys:
 
 
 class _Kept(NamedTuple):
-    """What a device's file holds."""
+    """The content of a device's file."""
 
     kind: str
     paired: float
@@ -209,7 +199,6 @@ class _Kept(NamedTuple):
 
 
 def _kept(path: Path) -> _Kept | None:
-    """Read a device's file; None if it is missing or malformed."""
     try:
         kept = json.loads(_read(path))
     except (ValueError, RecursionError):
@@ -223,7 +212,7 @@ def _kept(path: Path) -> _Kept | None:
 
 
 def _kind(agent: str) -> str:
-    """Name the machine and the browser in our own words, never in the browser's."""
+    """Name the machine and the browser in our own words."""
     machine = next((word for sign, word in _MACHINES.items() if sign in agent), "a device")
     browser = next((word for sign, word in _BROWSERS.items() if sign in agent), "")
     return f"{machine}, {browser}" if browser else machine

@@ -22,15 +22,15 @@ _NO_ANSWER = "the partner cannot be reached; as soon as it can, its body will st
 
 
 class Lane:
-    """Judges Stops, and sends them one at a time.
+    """Checks Stops, and sends them one at a time.
 
     Parameters
     ----------
     partner
-        The connection to the partner's process. It takes the time of a Stop and who pressed it, or
-        None as a heartbeat, and answers each message with None when it has been handled.
+        The connection to the partner's process. Each message has the time and the press of a Stop,
+        or is None as a heartbeat; None comes back once it has been handled.
     gate
-        Says who may stop the partner.
+        Decides who may stop the partner.
     answer
         Answers a client with a status and a message.
     clock
@@ -46,13 +46,13 @@ class Lane:
     ) -> None:
         self._partner, self._gate, self._answer, self._clock = partner, gate, answer, clock
         self._waiting: list[Guest] = []
-        self._press: Press | None = None  # since the last Stop was sent
+        self._press: Press | None = None  # presses since the last Stop was sent
         self._sent: list[Guest] = []
         self._asked = False  # whether the partner has yet to answer
-        self._told = -math.inf  # the first sign of life is due
+        self._told = -math.inf  # so that the first heartbeat is due
 
     def lets_in(self, guest: Guest, head: bytes) -> bool:
-        """Whether this is a Stop that the gate lets in; the server answers anything else."""
+        """Whether this is a Stop that the gate lets in; all else is for the server."""
         reader = h11.Connection(h11.SERVER, HEADERS)
         try:
             reader.receive_data(head)
@@ -63,7 +63,7 @@ class Lane:
             return False  # it brings a body
         headers = [*request.headers]
         if request.http_version != b"1.1" or not _WISHES.isdisjoint(dict(headers)):
-            return False  # the server handles a client that asks for more than a Stop
+            return False  # more than a Stop
         guest.ends = reader.their_state is h11.MUST_CLOSE
         known = {name: value.decode("latin-1") for name, value in headers}
         guest.origin = self._gate.origin_of(STOP, known)
@@ -82,14 +82,14 @@ class Lane:
             )
         except (RefusedError, OSError):
             return False
-        except Exception as error:  # the reception must survive whatever this is
+        except Exception as error:  # the reception must survive any error
             log_once("could not tell who pressed Stop", error)
             return False
         self._press = Press.both(self._press, came)
         return True
 
     def stop(self, guest: Guest) -> None:
-        """Send a client's Stop. If another Stop is on its way, both share the next message."""
+        """Send a client's Stop; Stops during an unanswered one share the next message."""
         self._waiting.append(guest)
         self._send()
 
@@ -106,7 +106,7 @@ class Lane:
         return True
 
     def tidy(self, now: float) -> None:
-        """Send a heartbeat, and answer clients that have waited for too long."""
+        """Send a heartbeat, and answer clients that have waited too long."""
         if not self._asked and now - self._told >= BEAT:
             self._tell(None)
         for waiting in (self._sent, self._waiting):

@@ -1,4 +1,4 @@
-"""Other origins whose pages may use the interface, as the user allows by the rules of CORS."""
+"""Other origins whose pages the user allows to use the interface, by CORS."""
 
 import re
 from collections.abc import Mapping
@@ -21,10 +21,7 @@ _NEAR = b"access-control-request-private-network"
 def check_origin(text: str) -> str:
     """Return an origin such as ``https://example.org`` or ``http://localhost:5173``.
 
-    Raises
-    ------
-    InputError
-        The text is not an origin, or it is ``*``, which would admit every page.
+    Raises InputError if the text is not an origin, or it is ``*``, which would admit every page.
     """
     origin = text.lower()
     if not _ORIGIN.fullmatch(origin):

@@ -1,4 +1,4 @@
-"""Pass open connections from one process to another, over a Unix socket that never blocks."""
+"""Pass open connections between processes, over a non-blocking Unix socket."""
 
 import errno
 import json
@@ -9,16 +9,16 @@ from typing import NamedTuple
 
 #: Whether the system can send open files between processes; Windows cannot.
 CAN_PASS = hasattr(socket, "send_fds")
-#: What a connection speaks: http, or https.
+#: A connection's protocol: http, or https.
 PLAIN, ENCRYPTED = b"p", b"e"
-#: The buffer of the receiver, or of the kernel, is full at the moment.
+#: Errors of sending when the receiver's or the kernel's buffer is full.
 _FULL = (errno.EAGAIN, errno.EWOULDBLOCK, errno.ENOBUFS, errno.ETOOMANYREFS)
 #: The size in bytes to which every note is padded; an IPv6 address with its zone has at most 62.
 _SIZE = 256
 
 
 class Note(NamedTuple):
-    """A connection: kind, time of its request's arrival in s, addresses of client and server."""
+    """A connection: protocol, its request's arrival, s, and addresses of client and server."""
 
     kind: bytes
     came: float
@@ -46,7 +46,7 @@ def pass_on(passage: socket.socket, line: int, note: Note) -> bool:
 
 
 def taken_in(passage: socket.socket, most: int) -> Iterator[Passed | None]:
-    """Yield up to ``most`` connections that wait in a socket; None once its other end is closed."""
+    """Yield up to ``most`` connections that wait in a socket; None if its other end is closed."""
     for _ in range(most):
         try:
             words, lines, _, _ = socket.recv_fds(passage, _SIZE, 1)

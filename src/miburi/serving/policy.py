@@ -1,8 +1,8 @@
 """The content security policy of our pages.
 
 The studio is NiceGUI's page, which needs inline scripts and ``eval`` (Vue compiles its templates in
-the browser). Every other page is our own: it may run its inline scripts, known by their hashes, and
-those in our folder, and nothing else.
+the browser). Every other page may run only its inline scripts, known by their hashes, and those in
+our folder.
 """
 
 import re
@@ -20,7 +20,7 @@ _SHARED = (
     "font-src 'self' data:; connect-src 'self'; frame-ancestors 'none'; base-uri 'self'; "
     "form-action 'self'"
 )
-#: For every response that does not set its own policy.
+#: The default policy.
 NICEGUI = _SHARED.format(
     scripts="script-src 'self' 'unsafe-inline' 'unsafe-eval' blob:",
     styles="style-src 'self' 'unsafe-inline'",
@@ -37,8 +37,7 @@ def own_page(html: str, status: int = 200) -> "HTMLResponse":
         digest = b64encode(sha256(text.encode()).digest()).decode()
         known[kind].append(f"'sha256-{digest}'")
     policy = _SHARED.format(
-        # The neural networks of the camera's sense are WebAssembly, and run in a worker that their
-        # library creates.
+        # The camera's neural networks are WebAssembly, in a worker that their library creates.
         scripts=" ".join(["script-src 'self' 'wasm-unsafe-eval' blob:", *known["script"]]),
         styles=" ".join(["style-src 'self'", *known["style"]]),
     )

@@ -1,25 +1,25 @@
 """Who presses Stop, and who may end it.
 
-A Stop counts as a person's unless it says that a program pressed it, so a home-made button can send
-a bare Stop. A release counts as a program's unless it comes from a page, or from another place
-where a person acts.
+A Stop counts as a person's unless it names a program, so a home-made button can send a bare Stop. A
+release counts as a program's unless it comes from a page, or from another place where a person
+acts.
 """
 
 from typing import Literal, NamedTuple, get_args
 
 from miburi.errors import BodyError
 
-#: The header by which a request says who presses.
+#: The header that tells who presses.
 BY = "miburi-by"
 #: The header with the id of a press that a page sends twice, so that the copy is recognised.
 PRESS = "miburi-press"
-#: The length of the id, whose characters are random so that no two presses share one (our choice).
+#: The length of the random id (our choice).
 _DRAWN = range(16, 65)
-#: Who presses: a person at a page or a terminal; a smart home; an agent (MCP); ROS; a program that
-#: uses :mod:`miburi.client.remote`; or the partner itself, when nobody can reach it.
+#: A person at a page or a terminal; a smart home; an agent (MCP); ROS; a program that uses
+#: :mod:`miburi.client.remote`; or the partner itself, when nobody can reach it.
 By = Literal["person", "home", "agent", "ros", "program", "partner"]
-#: Programs may release a Stop that one of these pressed. Agents and ROS cannot release anything: if
-#: a Stop came through them, people expect somebody to look at the body before it is released.
+#: Programs may release a Stop by one of these. They may not release a Stop by an agent or ROS,
+#: after which people expect somebody to look at the body.
 _PROGRAMS_MAY_END = ("program", "partner")
 _HELD = (
     "a person pressed Stop, so only a person can release the body: in the studio or on the "
@@ -29,7 +29,7 @@ _HELD = (
 
 
 def who(claim: str) -> By:
-    """Return who presses Stop, as a request says; an unknown claim counts as a person's."""
+    """Return who presses Stop, by a request's claim; an unknown claim counts as a person's."""
     for known in get_args(By):
         if claim == known != "partner":
             return known  # type: ignore[no-any-return]
@@ -39,17 +39,17 @@ def who(claim: str) -> By:
 class Press(NamedTuple):
     """One press of Stop, or several that are handled as one.
 
-    A page sends each press by two routes, because one of them may be blocked. The second copy to
-    arrive must not count as a Stop that came after the person's release.
+    A page sends each press by two routes, because one may be blocked. The second copy must not
+    count as a Stop after the person's release.
     """
 
     by: By = "person"
-    #: The ids of the presses that are joined here; None if one of them has no id.
+    #: The ids of the presses; None if one of them has no id.
     names: frozenset[str] | None = None
 
     @staticmethod
     def both(before: "Press | None", later: "Press") -> "Press":
-        """Return two presses, one after the other, as one."""
+        """Return two presses in a row as one."""
         if before is None:
             return later
         by = outlasting(before.by, later.by)
@@ -58,12 +58,12 @@ class Press(NamedTuple):
         return Press(by, before.names | later.names)
 
 
-#: A press by somebody unknown.
+#: A press without details.
 PRESSED = Press()
 
 
 def press(by: str = "person", name: str = "") -> Press:
-    """Return a press as a request describes it."""
+    """Return the press that a request describes."""
     return Press(who(by), frozenset({name}) if len(name) in _DRAWN else None)
 
 
@@ -83,7 +83,7 @@ class Hold:
 
     def __init__(self, *, programs_may_release: bool = False) -> None:
         self._programs_may_release = programs_may_release
-        self._by: By | None = None  # while nobody has pressed
+        self._by: By | None = None  # None without a press
 
     def press(self, by: By) -> bool:
         """Record a press; return whether it changes who holds the body."""
@@ -91,17 +91,14 @@ class Hold:
         return self._by != before
 
     def end(self, *, by_person: bool) -> By:
-        """Forget the Stop after a release; return who pressed it."""
+        """Forget the Stop after a release; return who released it."""
         self._by = None
         return "person" if by_person else "program"
 
     def check(self, *, by_person: bool) -> None:
-        """Refuse a program's release of a person's Stop.
+        """Check whether a release is allowed.
 
-        Raises
-        ------
-        BodyError
-            A program tries to release a person's Stop.
+        Raises BodyError if a program tries to release a person's Stop.
         """
         free = self._by is None or self._by in _PROGRAMS_MAY_END
         if not (free or by_person or self._programs_may_release):

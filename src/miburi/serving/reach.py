@@ -1,4 +1,4 @@
-"""How other devices reach the server, as addresses or a code to scan; needs no web library."""
+"""The server's addresses for other devices, also as a code to scan; needs no web library."""
 
 from dataclasses import dataclass
 from io import StringIO
@@ -11,26 +11,26 @@ from miburi.serving.keys import Keys
 
 @dataclass
 class Reach:
-    """How other devices reach the server; it is updated in place while the server runs.
+    """The server's addresses for other devices; updated in place while the server runs.
 
     Without keys, the server listens only to this computer.
     """
 
-    addresses: tuple[str, ...] = ()  # those most likely to work first
-    keys: Keys | None = None  # one for each device
+    addresses: tuple[str, ...] = ()  # the likeliest first
+    keys: Keys | None = None
     authority: bytes | None = None  # the local authority's certificate, PEM, if there is https
     fingerprint: str = ""  # its SHA-256, as phones show it
 
     @property
     def token(self) -> str | None:
-        """The token that pairs a device now; None if the server listens only to this computer."""
+        """The present pairing token; None if the server listens only to this computer."""
         return None if self.keys is None else self.keys.token
 
 
 def pairing_url(address: str, token: str, page: str = "/") -> str:
     """Return the address that pairs a device and opens ``page``.
 
-    The token comes after the ``#``. Browsers do not send that part, so no log can keep it.
+    Browsers do not send the token, after the ``#``, so no log can keep it.
     """
     return f"{address}{PAIRING}#{token}{page}"
 

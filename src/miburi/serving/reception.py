@@ -1,15 +1,13 @@
 """The reception: holds all connections, answers Stop itself, and relays the rest to the server.
 
-The server may be busy with pages, requests or a long computation, or it may hang. So a separate
-process accepts connections, and reads the head of each request over plain http. A Stop goes from
-here to the partner's process, past the server (:mod:`miburi.serving.lane`). Any other request is
-relayed to the server, and the server's answer to the client (:mod:`miburi.serving.relay`); this
-process keeps the connection. So a Stop never waits for the server, whether it comes over a new
-connection or over one that was kept open; and connections that say nothing cost the server nothing.
-If there are too many connections, the reception closes one (:mod:`miburi.serving.crowd`).
+The server may be busy, or it may hang. So a separate process accepts connections, and reads the
+head of each request over plain http. A Stop goes from here to the partner's process, past the
+server (:mod:`miburi.serving.lane`). Any other request is relayed to the server, and the answer to
+the client (:mod:`miburi.serving.relay`); this process keeps the connection. So a Stop never waits
+for the server, even over a connection that was kept open, and silent connections cost the server
+nothing. If there are too many connections, the reception closes one (:mod:`miburi.serving.crowd`).
 
-Over https only the server, which has the keys, can read a head, so a Stop waits there like any
-other request.
+Over https only the server can read a head, so a Stop waits there like any other request.
 
 Windows cannot send open files to another process; there the server itself listens.
 """
@@ -38,8 +36,8 @@ from miburi.serving.relay import Guest, answer_of
 
 #: The number of this process's files other than connections.
 _OWN_FILES = 64
-#: How many connections are accepted, and how many are passed on, before other connections get a
-#: turn, one of which may carry a Stop.
+#: How many connections are accepted, and how many passed on, before other connections, which may
+#: carry a Stop, get a turn.
 _AT_ONCE, _PASSED_AT_ONCE = 64, 16
 _GLANCE = 0.25
 _END = re.compile(rb"\n\r?\n")
@@ -56,12 +54,9 @@ def receive(
     keys: Keys | None,
     origins: frozenset[str],
 ) -> None:
-    """Run the reception, in its own process, until the partner's process has ended.
-
-    The parameters are those of :class:`Reception` and of its gate.
-    """
+    """Run the reception, in its own process, until the partner's process has ended."""
     come_first(apart=True)
-    import resource  # there is none on Windows, where nobody receives
+    import resource  # absent on Windows, which has no reception
 
     gate = Gate(_nobody, keys, https=encrypted is not None, origins=origins)
     most = resource.getrlimit(resource.RLIMIT_NOFILE)[0] - _OWN_FILES
@@ -72,25 +67,24 @@ def receive(
 
 
 async def _nobody(scope: Scope, receive: Receive, send: Send) -> None:
-    """Stands in for the application: only the gate's decision about access is used."""
+    """Stand in for the application: only the gate's decisions are used."""
 
 
 class Reception:
-    """Accepts connections and handles them.
+    """Accepts and handles connections.
 
     Parameters
     ----------
     plain, encrypted
         The non-blocking sockets that listen for http and https.
     passage
-        Leads to the server; a Unix socket that never blocks.
+        The non-blocking Unix socket to the server.
     stopping
-        The connection to the partner's process. Each message to it is the time of a Stop and who
-        pressed it, or None as a heartbeat; it answers None once the message has been handled.
+        The connection to the partner's process: see :class:`~miburi.serving.lane.Lane`.
     gate
-        Says who may stop the partner.
+        Decides who may stop the partner.
     most
-        The greatest number of open files: one for each connection, and two for a relayed one.
+        The most open files: one for each connection, and two for a relayed one.
     clock
         Returns the time in s, on the clock that all processes share.
     """
@@ -111,7 +105,7 @@ class Reception:
         )
         self._lane = Lane(stopping, gate, self._answer, clock)
         self._waiting: deque[Guest] = deque()  # for the server
-        self._full = False  # whether it takes nothing now
+        self._full = False  # whether the server takes nothing now
         self._tidied = -math.inf
         self._over = False
         self._selector = selectors.DefaultSelector()
@@ -148,7 +142,7 @@ class Reception:
         self._selector.register(what, selectors.EVENT_READ, do)
 
     def _attend(self, guest: Guest) -> None:
-        """Register what a connection, and its relay if there is one, waits for next."""
+        """Register the events for which a connection and its relay wait next."""
         if guest.closed:
             return
         self._await(guest.line, guest.line_wants, partial(self._hear, guest))
@@ -175,11 +169,11 @@ class Reception:
                 return
             except OSError as error:
                 self._crowd.make_room(error)
-                return  # there are no files left, or the client has left
+                return  # no files are left, or the client has left
             line.setblocking(False)
             guest = Guest(line, (address[0], address[1]), kind, self._clock())
             self._crowd.enter(guest)
-            # The first request in data that has been read is handled at once; further ones wait.
+            # A request that has arrived already is handled at once.
             self._hear(guest, selectors.EVENT_READ)
             self._attend(guest)
 
@@ -223,7 +217,7 @@ class Reception:
         self._go_on(guest, gone=gone)
 
     def _go_on(self, guest: Guest, *, gone: bool) -> None:
-        """Close a finished connection, or register what it waits for next."""
+        """Close a finished connection, or register its next events."""
         if not guest.silent:
             self._crowd.has_spoken(guest)
         if gone or (guest.ends and guest.resting):
@@ -241,7 +235,7 @@ class Reception:
             return True
         except OSError:
             return False
-        if len(head) == guest.seen:  # nothing has come but the end
+        if len(head) == guest.seen:  # only the end has come
             return False
         guest.seen, new = 0, guest.relay is None and not guest.waits
         guest.line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVLOWAT, 1)
@@ -251,7 +245,7 @@ class Reception:
         end = _END.search(head)
         may_be_stop = head.startswith(_STOP) or _STOP.startswith(head)
         if end is None and len(head) < HEADERS and (head[:1].isupper() if new else may_be_stop):
-            guest.seen = len(head)  # look again when more has come
+            guest.seen = len(head)  # look again after more bytes
             guest.line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVLOWAT, len(head) + 1)
         elif may_be_stop and end is not None and self._lane.lets_in(guest, head[: end.end()]):
             guest.stop, guest.silent, guest.since = end.end(), False, self._clock()
@@ -275,14 +269,13 @@ class Reception:
         self._over = not self._lane.hear() or self._over
 
     def _answer(self, guest: Guest, status: int, words: str = "") -> None:
-        """Answer a Stop, or a bad request."""
         if guest.closed:
             return
         stop, guest.stop = guest.stop, 0
         answer = b""
         if guest.waits or guest.relay is not None:  # the client did not wait for an earlier answer
             if guest.begun:
-                return  # it is also sent after the requests before it, and stops the body once more
+                return  # the server gets it, too, and stops the body once more
             bare = guest.head.startswith(b"HEAD ")
             if guest.relay is not None:
                 self._crowd.give_file()
@@ -299,7 +292,7 @@ class Reception:
         self._go_on(guest, gone=gone)
 
     def _pass_on(self) -> None:
-        """Pass waiting requests on to the server, a few at a time, as it accepts them."""
+        """Pass a few waiting requests on to the server, as it accepts them."""
         for _ in range(_PASSED_AT_ONCE):
             while self._waiting and not self._waiting[0].waits:  # closed, or overtaken
                 self._waiting.popleft()
@@ -308,7 +301,7 @@ class Reception:
             guest = self._waiting[0]
             try:
                 ours, theirs = socket.socketpair()
-            except OSError:  # there are no files left
+            except OSError:  # no files are left
                 self._crowd.make_room()
                 return
             here = guest.line.getsockname()
@@ -329,7 +322,7 @@ class Reception:
             self._attend(guest)
 
     def _hear_passage(self, events: int) -> None:
-        """Handle the passage's events: the server can accept more, or has ended."""
+        """Handle the passage's events: the server accepts more, or has ended."""
         self._full = bool(events & selectors.EVENT_READ)
         if self._full:
             self._selector.unregister(self._passage)
@@ -337,7 +330,7 @@ class Reception:
             self._selector.modify(self._passage, selectors.EVENT_READ, self._hear_passage)
 
     def _tidy(self, now: float) -> None:
-        """Send a heartbeat, answer Stops that waited too long, and close the silent."""
+        """Send a heartbeat, answer Stops that waited too long, and close silent connections."""
         self._lane.tidy(now)
         for guest in self._crowd.everybody():
             if guest.silent and now - guest.since > HEADER_TIME:

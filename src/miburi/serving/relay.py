@@ -1,14 +1,13 @@
 """A guest of the reception: one open connection, and how it is relayed to the server.
 
-The connection itself never leaves the reception, so that a Stop on it can always be read. For each
-request the server gets the other end of a pair of Unix sockets, answers there, and closes it::
+The connection never leaves the reception, so that a Stop on it can always be read. For each request
+the server gets one end of a pair of Unix sockets, answers there, and closes it::
 
     client ══ line ══ Guest ══ relay ══ server
 
-Up to 64 KiB of a response are held back until the server has closed its side. So once a client has
-its response, the relay has ended, and the client's next request is read here. A request that lasts,
-or whose end cannot be seen from here (https, WebSockets, bodies in chunks), is relayed with all
-that follows as raw bytes until either side closes.
+Up to 64 KiB of a response are held back until the server has closed its side, so that the client's
+next request is read here. A connection whose request lasts, or has no visible end (https,
+WebSockets, bodies in chunks), is relayed as raw bytes until either side closes.
 """
 
 import json
@@ -26,7 +25,7 @@ from miburi.serving.access import EVENTS, HEADERS, SAFE_HEADERS
 from miburi.serving.origins import cors
 from miburi.serving.passing import ENCRYPTED
 
-#: The size of a read, and the most of a response that is held back, bytes (our choice).
+#: The most bytes of a read, and of a response that is held back (our choice).
 _PIECE = 65_536
 _WISHES = {b"upgrade", b"expect", b"transfer-encoding"}
 
@@ -51,7 +50,7 @@ def frame(head: bytes) -> Framing:
         reader.receive_data(head)
         request = reader.next_event()
     except h11.RemoteProtocolError:
-        request = None  # the server says what is wrong with it
+        request = None  # the server answers it
     if not isinstance(request, h11.Request):
         return Framing(math.inf, ends=True)
     headers = dict(request.headers)
@@ -70,34 +69,33 @@ class Guest:
     line: socket.socket  # the client's, which never blocks
     client: Address
     kind: bytes  # what the client speaks
-    since: float  # when the connection opened, or last began or ended a request, s
-    #: Whether it has not yet sent the head of a request or, over https, the message that ends the
-    #: handshake.
+    since: float  # the time when it opened, or last began or ended a request, s
+    #: Whether the head of a request or, over https, the end of the handshake is still to come.
     silent: bool = True
-    known: bool = False  # whether it has been answered before
-    stop: int = 0  # length of a Stop that has not been answered, bytes; it is still in the socket
+    known: bool = False  # whether it was answered before
+    stop: int = 0  # length of an unanswered Stop, which is still in the socket, bytes
     ends: bool = False  # whether the connection will be closed after the response
     origin: str | None = None  # the cross-site origin of a Stop, if it may press Stop
-    apart: bool = False  # a WebSocket or a stream of events: it is counted by the gate
+    apart: bool = False  # a WebSocket or a stream of events, which the gate counts
     seen: int = 0  # bytes of a head that has not ended yet
     head: bytes = b""  # bytes of a request that waits for the server
     waits: bool = False  # whether a request waits for the server
     relay: socket.socket | None = None
     begun: bool = False  # whether a part of the present answer has been sent
-    body: float = 0.0  # bytes of the request that are still to come
-    looked: bool = False  # whether what comes after the request has been looked at
+    body: float = 0.0  # bytes of the request still to come
+    looked: bool = False  # whether the bytes after the request have been inspected
     _back: bytearray = field(default_factory=bytearray)  # for the server
     _held: bytearray = field(default_factory=bytearray)  # of the answer
     _out: bytearray = field(default_factory=bytearray)  # for the client
 
     @property
     def closed(self) -> bool:
-        """Whether it has been closed."""
+        """Whether the connection is closed."""
         return self.line.fileno() < 0
 
     @property
     def resting(self) -> bool:
-        """Whether everything has been answered, and the client has the answer."""
+        """Whether the client has all its answers."""
         return self.relay is None and not (self._out or self.stop or self.body or self.waits)
 
     @property
@@ -117,12 +115,12 @@ class Guest:
         return not self._out, bool(self._back)
 
     def wait(self, head: int) -> None:
-        """Keep a request's head of ``head`` bytes for the server; 0 if it cannot be read."""
+        """Keep a head of ``head`` bytes for the server; 0 if it cannot be read."""
         self.head = (_receive(self.line, head) if head else None) or b""
         self.waits, self.looked, self.begun = True, False, False
 
     def begin(self, relay: socket.socket) -> None:
-        """Relay the request that waits, and what follows it."""
+        """Start to relay the waiting request."""
         relay.setblocking(False)
         framing = frame(self.head) if self.head else Framing(math.inf, ends=True)
         self.relay, self.waits, self.apart = relay, False, framing.lasts
@@ -137,7 +135,7 @@ class Guest:
         self.drop()
 
     def drop(self) -> None:
-        """Close the relay to the server; the rest of the request is discarded."""
+        """Close the relay to the server, and discard the rest of the request."""
         if self.relay is not None:
             self.relay.close()
             self.relay = None
@@ -148,7 +146,7 @@ class Guest:
         self.begun = False
 
     def forward(self) -> bool:
-        """Take in more of a request; False if the client has gone."""
+        """Receive more of a request; return False if the client has disconnected."""
         if (piece := _receive(self.line, int(min(self.body, _PIECE)))) is None:
             return True
         if self.kind == ENCRYPTED and self.begun:
@@ -161,10 +159,10 @@ class Guest:
     def push(self) -> None:
         """Send the server as many waiting bytes as its socket accepts."""
         if self.relay is None or not _send(self.relay, self._back):
-            self._back.clear()  # it has answered already, and needs no more
+            self._back.clear()  # it has answered already
 
     def fetch(self) -> None:
-        """Take in more of an answer; at its end, close the relay to the server."""
+        """Receive more of an answer; at its end, close the relay."""
         while self.relay is not None and not self._out:
             if (piece := _receive(self.relay, _PIECE)) is None:
                 return
@@ -185,7 +183,7 @@ class Guest:
                 self.drop()
 
     def tell(self, answer: bytes) -> bool:
-        """Send the reception's own answer; False if the client has gone."""
+        """Send the reception's own answer; return False if the client has disconnected."""
         self._out += answer
         return self.flush()
 
@@ -195,7 +193,7 @@ class Guest:
 
 
 def _receive(line: socket.socket, most: int) -> bytes | None:
-    """Return received bytes, b"" at the end; None if there are none yet."""
+    """Return received bytes, b"" at the end; None without any yet."""
     try:
         return line.recv(most)
     except BlockingIOError:
@@ -218,7 +216,7 @@ def _send(line: socket.socket, waiting: bytearray) -> bool:
 
 
 def answer_of(status: int, words: str, *, ends: bool, origin: str | None = None) -> bytes:
-    """Return an answer that the reception itself gives."""
+    """Return the bytes of the reception's own answer."""
     body = json.dumps({"detail": words}).encode() if words else b""
     headers = [(b"date", formatdate(usegmt=True).encode()), *SAFE_HEADERS]
     if origin is not None:

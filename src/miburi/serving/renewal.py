@@ -1,8 +1,8 @@
 """Keep the server reachable while addresses change and certificates expire.
 
-At the start, and every minute while the server runs, this module checks the computer's addresses.
-If they have changed, or the certificate is near its end, the certificate is renewed; the pages'
-codes and links follow, and connections that begin from then on get the new certificate.
+The computer's addresses are checked at the start and every minute. If they have changed, or the
+certificate is near its end, the certificate is renewed; the pages' codes and links change with it,
+and new connections get the new certificate.
 """
 
 import ssl
@@ -23,12 +23,9 @@ EVERY = 60.0
 def reach_of(listeners: Listeners, folder: Path, now: datetime) -> tuple[Reach, Path | None]:
     """Return the addresses, with keys and authority, and with https the certificate's file.
 
-    Token and certificates are kept in ``folder``; missing ones are made.
+    The token and certificates in ``folder`` are made if missing.
 
-    Raises
-    ------
-    InputError, OutputError
-        See :func:`miburi.serving.authority.kept_certificates`.
+    Raises the errors of :func:`miburi.serving.authority.kept_certificates`.
     """
     if not listeners.open_to_others:
         return Reach(), None
@@ -38,7 +35,7 @@ def reach_of(listeners: Listeners, folder: Path, now: datetime) -> tuple[Reach, 
         return Reach(addresses, keys), None
     from miburi.serving.authority import is_at_home, kept_certificates, own_names
 
-    if listeners.encrypted.getsockname()[0] in EVERYWHERE:  # some may lead to the internet
+    if listeners.encrypted.getsockname()[0] in EVERYWHERE:  # some may be on the internet
         addresses = tuple(each for each in addresses if is_at_home(urlsplit(each).hostname or ""))
     hosts = [urlsplit(each).hostname or "" for each in addresses]
     kept = kept_certificates(folder / "https", [*own_names(), *hosts], now)
@@ -51,7 +48,7 @@ def reach_of(listeners: Listeners, folder: Path, now: datetime) -> tuple[Reach, 
 class Renewal:
     """Keeps a running server's ``reach`` (in place) and certificate up to date.
 
-    ``context``, made from ``certificate``, encrypts new connections; both are None without https.
+    ``context``, from ``certificate``, encrypts new connections; both are None without https.
     """
 
     def __init__(
@@ -68,7 +65,7 @@ class Renewal:
         self._trouble = ""
 
     def look(self, now: datetime) -> None:
-        """Renew what is out of date at ``now``; what fails is reported once, and tried again."""
+        """Renew the addresses and certificate as of ``now``; report a repeated failure once."""
         try:
             self._renew(now)
         except (MiburiError, OSError) as error:

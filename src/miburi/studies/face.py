@@ -1,8 +1,8 @@
 """Pictures of the face on the phone, for films.
 
 The pictures come from one sheet, which ``tools/draw-faces`` draws with the face page's script and
-the faces that ship with Miburi; a test fails when the sheet is out of date. The sheet has only the
-paper's eight feelings: in a film, a user's own feeling is shown with the face at rest.
+the faces that ship with Miburi; a test checks that it is up to date. The sheet has only the paper's
+eight feelings: in a film, a user's own feeling has the face at rest.
 """
 
 import hashlib
@@ -27,7 +27,7 @@ SHEET = Path(__file__).parent / "faces.png"
 def face(shown: Expression | None) -> NDArray[np.uint8]:
     """Return the face on the sheet nearest to an expression, (SIZE, SIZE, 3).
 
-    For None, and for a feeling that is not on the sheet, it is the face at rest.
+    It is the face at rest for None, and for a feeling that is not on the sheet.
     """
     if shown is None or shown.feeling not in PAPER or shown.mood < MOODS[0] / 2:
         row = column = 0
@@ -38,7 +38,7 @@ def face(shown: Expression | None) -> NDArray[np.uint8]:
 
 
 def source_digest() -> str:
-    """Return the checksum of everything that the sheet is drawn from; the sheet stores it too."""
+    """Return the checksum of the sheet's sources, which the sheet stores, too."""
     faces = json.dumps(SHIPPED.faces())
     return hashlib.sha256((SOURCE.read_text(encoding="utf-8") + faces).encode()).hexdigest()
 

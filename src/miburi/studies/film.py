@@ -30,14 +30,14 @@ Picture = NDArray[np.uint8]
 BLANK: Picture = np.full((FACE_PIXELS, FACE_PIXELS, 3), (212, 228, 228), dtype=np.uint8)
 #: The view of a person at the table, a little to the robot's left, degrees (our choice).
 AZIMUTH, ELEVATION = 212.0, -8.0
-#: The camera looks at a point this far below the shoulders, m. The camera's distance is the larger
-#: of two values, so that raised arms fit: a factor times the largest reach of a hand from the
-#: body's axis, and a factor times its largest height above the base (our choice).
+#: The camera looks at a point this far below the shoulders, m. So that raised arms fit, its
+#: distance is the larger of ``_BACK_OF_REACH`` times a hand's largest reach from the body's axis
+#: and ``_BACK_OF_HEIGHT`` times its largest height above the base (our choice).
 _BELOW, _BACK_OF_REACH, _BACK_OF_HEIGHT = 0.01, 0.70 / 0.19, 0.70 / 0.26
 
 
 class DrawingError(OutputError):
-    """Pictures cannot be drawn on this machine; everything else works."""
+    """Pictures cannot be drawn on this machine."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Scene:
 
 
 class Camera:
-    """Draw the robot from one viewpoint; open a camera with :func:`camera`."""
+    """Draws the robot from one viewpoint; see :func:`camera`."""
 
     def __init__(self, robot: Robot, width: int, height: int) -> None:
         meshes, files = _real_shapes(robot)
@@ -75,7 +75,7 @@ class Camera:
         self._renderer.close()
 
     def picture(self, scene: Scene) -> Picture:
-        """Draw one scene: (height, width, 3)."""
+        """Return a picture of a scene, (height, width, 3)."""
         data = self._data
         data.qpos[self._qpos] = scene.angles
         hand = scene.hand if scene.hand is not None else np.array([*HAND_AWAY, 1.0, 0, 0, 0])
@@ -104,11 +104,11 @@ class Camera:
 
 
 def _real_shapes(robot: Robot) -> tuple[dict[tuple[str, str], str] | None, dict[str, bytes]]:
-    """Return the robot's shapes, as names and contents of files, if it can be built."""
+    """Return the names and contents of the robot's shape files, if it can be built."""
     solids = shapes_if_it_can_be_built(robot)
     if not solids:
         return None, {}
-    from miburi.hardware.exports import stl  # imported here because it needs the extra ``hardware``
+    from miburi.hardware.exports import stl  # which needs the extra ``hardware``
 
     names = {key: f"{'-'.join(key)}.stl" for key in solids}
     return names, {names[key]: stl(solid) for key, solid in solids.items()}
@@ -122,7 +122,7 @@ def camera(robot: Robot, width: int = 640, height: int = 480) -> Iterator[Camera
     """
     try:
         opened = Camera(robot, width, height)
-    except Exception as error:  # each graphics layer raises errors of its own
+    except Exception as error:  # each graphics layer has its own errors
         why = "no EGL" if os.environ.get("MUJOCO_GL") == "off" else error
         advice = (
             "On Debian: apt install libegl1 libegl-mesa0 libgl1-mesa-dri"
@@ -147,8 +147,8 @@ def write_film(
 ) -> Path:
     """Write an MP4 film of scenes with ``rate`` frames per second; ``size`` is in pixels.
 
-    Return the file: ``path`` with the suffix ``.mp4``; without ffmpeg a sheet of twelve pictures,
-    with the suffix ``.sheet.png``.
+    Return the file: ``path`` with the suffix ``.mp4`` or, for a sheet of twelve pictures without
+    ffmpeg, ``.sheet.png``.
 
     Raises DrawingError if this machine cannot draw; OutputError if ffmpeg fails.
     """
@@ -187,7 +187,7 @@ def write_film(
 
 
 def contact_sheet(pictures: Sequence[Picture], columns: int) -> Picture:
-    """Lay pictures of one size out in rows of ``columns``; empty places stay white."""
+    """Return pictures of one size in rows of ``columns``; empty places are white."""
     blank = np.full_like(pictures[0], 255)
     padded = [*pictures, *[blank] * (-len(pictures) % columns)]
     rows = [np.hstack(padded[i : i + columns]) for i in range(0, len(padded), columns)]

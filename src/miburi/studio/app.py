@@ -1,4 +1,4 @@
-"""Put the web application together: the interface, the live WebSocket, and the pages."""
+"""The whole web application: the interface, the live WebSocket, and the pages."""
 
 from pathlib import Path
 
@@ -29,7 +29,7 @@ def make_app(
 ) -> FastAPI:
     """Return the application for a live partner; NiceGUI allows one studio in a process.
 
-    ``folder`` keeps what the partner knows about people; None: it forgets that when it ends.
+    The partner's knowledge of people is in ``folder``, or lost at the end without one.
     """
     app = make_api(runner, doors.talk, doors.care, doors.seed, folder)
     app.include_router(live_router(runner))
@@ -49,7 +49,7 @@ def make_app(
 
 
 def _nothing(app: FastAPI) -> APIRouter:
-    """Return routes that answer unknown addresses under ``/api`` with JSON, not with a page."""
+    """Return routes that answer unknown addresses under ``/api`` in JSON."""
     router = APIRouter(include_in_schema=False)
     methods = ["GET", "HEAD", "POST", "DELETE"]  # the gate refuses others
 

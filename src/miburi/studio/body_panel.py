@@ -22,12 +22,11 @@ from miburi.studio.elements import Choice
 from miburi.studio.parts import attempt, button, heading, refusals_shown, set_label
 from miburi.studio.words import Words
 
-#: A motor is shown as warm from this many °C below the limit.
+#: A motor is marked as warm from this many °C below the limit.
 _WARM = 5.0
 #: Interval between checks of the recordings, s, and the length of their list.
 _LOOK, _LISTED = 0.5, 20
-#: Bodies with simulated servos; and, by the standing of the servo's constants, the key of the text
-#: that says where they come from.
+#: Bodies with simulated servos; and the keys of the texts about the source of a servo's constants.
 _SIMULATED = ("simulated", "emulated-card")
 _STANDINGS = {
     "identified by others": "servo_identified",
@@ -38,7 +37,7 @@ Update = Callable[[State], None]
 
 
 def body_panel(runner: LivePartner, words: Words, updates: list[Update]) -> None:
-    """Add the panel; ``updates`` gets the functions to call with each new state."""
+    """Add the panel; its functions to call with each new state go to ``updates``."""
     with ui.element("div").classes("panel"):
         with ui.element("div"):
             _body(runner, words["body"], updates)
@@ -81,7 +80,7 @@ def _body(runner: LivePartner, say: dict[str, str], updates: list[Update]) -> No
 
 
 def _follow(choice: Choice, value: Callable[[State], str], updates: list[Update]) -> None:
-    """Show what another page or a program has chosen."""
+    """Show the choice of another page or a program."""
     shown = choice.value
 
     def update(state: State) -> None:
@@ -166,7 +165,7 @@ def _recordings(runner: LivePartner, say: dict[str, str], updates: list[Update])
 def _add_recording(recordings: Recordings, one: Kept, say: dict[str, str], sure: set[str]) -> None:
     """Add a recording to the list, with a button that deletes it when pressed twice.
 
-    ``sure`` has the names of those whose button was pressed once, and outlives the list.
+    ``sure`` has the names of recordings whose button was pressed once.
     """
     with ui.element("li"):
         ui.link(one.name, f"/api/v1/recordings/{one.name}").props("download")
@@ -190,7 +189,7 @@ def _add_recording(recordings: Recordings, one: Kept, say: dict[str, str], sure:
 
 
 async def _try(act: Callable[[], None]) -> None:
-    """Run ``act``, which may wait for the disk, in a thread; show the reason if it is refused."""
+    """Run ``act``, which may wait for the disk, in a thread; show a refusal."""
     with refusals_shown():
         await asyncio.to_thread(act)
 

@@ -1,4 +1,4 @@
-"""The studio's panel for contacts: why the body is stopped, what was measured, and the log."""
+"""The studio's panel for contacts: the reason for a stop, the measurements, and the log."""
 
 from collections.abc import Callable
 from html import escape
@@ -16,19 +16,18 @@ from miburi.studio.parts import heading
 from miburi.studio.words import Words
 
 _LOG_LINES = 60
-#: N; the largest force that is shown. Above it the page says "more than", because the simulated
-#: hand can be pushed through an arm, and such a force is no measure of the motors. In trials, hands
-#: that move as people's do felt 51 N at most (docs/safety.md).
+#: The largest force shown, N; above it the page says "more than", because a simulated hand that is
+#: pushed through an arm does not measure the motors. In trials, hands that move as people's do felt
+#: 51 N at most (docs/safety.md).
 _FIRM = 60.0
-#: The log's line for a stimulus lists at most this many reasons; opened, it shows all with their
-#: weights.
+#: The most reasons in the log's line for a stimulus, before it is opened.
 _WHYS = 3
 
 
 def contact_panel(
     runner: LivePartner, words: Words, updates: list[Callable[[State], None]]
 ) -> None:
-    """Add the panel; ``updates`` gets the function to call with each new state."""
+    """Add the panel; its function to call with each new state goes to ``updates``."""
     say = words["contact"]
     with ui.element("div").classes("panel"):
         with ui.element("div"):
@@ -86,12 +85,12 @@ def why(state: State, words: Words) -> tuple[str, str]:
 
 
 def why_ended(reason: EndReason, detail: str | None, words: Words) -> str:
-    """Return the reason why a recording ended by itself, in words."""
+    """Return why a recording ended by itself, in words."""
     return words["recording"][reason].format(detail=detail)
 
 
 def facts(state: State, entries: list[LiveEvent], words: Words) -> str:
-    """Return the measurements of the present contact, or of the latest one, as HTML."""
+    """Return the measurements of the present or latest contact, as HTML."""
     stop = state.stop
     if stop is not None:
         contact = stop.reason is StopReason.CONTACT
@@ -109,7 +108,7 @@ def facts(state: State, entries: list[LiveEvent], words: Words) -> str:
 
 
 def measurements(stop: StopOut, limit: float | None, words: Words) -> str:
-    """Return what was measured at a contact stop, as HTML."""
+    """Return the measurements of a contact stop, as HTML."""
     say = words["contact"]
     rows = []
     if stop.measured is not None and stop.expected is not None:
@@ -139,7 +138,6 @@ def measurements(stop: StopOut, limit: float | None, words: Words) -> str:
 
 
 def _shows(event: LiveEvent, words: Words) -> bool:
-    """Whether an event is shown to people on the page."""
     if event.kind == "wish_dropped":
         return event.name == "lapsed"
     return event.kind == "stop" or event.kind in words["log"]
@@ -156,7 +154,7 @@ def _log(entries: list[LiveEvent], words: Words) -> str:
 
 
 def _entry_html(entry: LiveEvent, words: Words) -> str:
-    """Return an entry as HTML; it opens to show the reasons for it, with their weights."""
+    """Return an entry as HTML, which opens to show its reasons with their weights."""
     text = escape(line(entry, words))
     if not entry.why:
         return f"<span>{text}</span>"
@@ -171,7 +169,7 @@ def _entry_html(entry: LiveEvent, words: Words) -> str:
 
 
 def _sign(part: Brought, entry: LiveEvent, words: Words) -> str:
-    """Return one reason for a stimulus: a word as it was said, or what happened, in words."""
+    """Return one reason for a stimulus: a quoted word, or an occurrence, in words."""
     if part.what == RAISED:
         return words["talk"]["raised"]
     if entry.source == "speech":

@@ -17,7 +17,7 @@ from miburi.studio.preferences import Preferences
 from miburi.studio.words import words
 from miburi.wire.messages import Message
 
-#: Where the page releases the body; not for programs, which have ``/api/v1/release``.
+#: The page's path for a release; programs have ``/api/v1/release``.
 RELEASE = "/api/page/release"
 
 
@@ -28,10 +28,7 @@ class _Shown(Message):
 
 
 def add_face_page(app: FastAPI, runner: LivePartner, sounded: Sequence[str] = ()) -> None:
-    """Add the face at ``/face``.
-
-    ``sounded`` are the languages for which the partner's computer has a voice of its own.
-    """
+    """Add the face at ``/face``; ``sounded`` are the languages of the partner's own voice."""
 
     @app.get("/face", include_in_schema=False)
     async def face(request: Request) -> HTMLResponse:
@@ -51,8 +48,8 @@ def add_face_page(app: FastAPI, runner: LivePartner, sounded: Sequence[str] = ()
 
     @app.post(RELEASE, status_code=204, include_in_schema=False)
     async def release(shown: _Shown, origin: Annotated[str | None, Header()] = None) -> None:
-        # Browsers send the origin of the page that asks, and the gate has compared that origin with
-        # this server's. A program that also sends an ``Origin`` header poses as a page on purpose.
+        # The gate has checked a browser's origin. A program that sends an ``Origin`` header poses
+        # as a page on purpose.
         if origin is None:
             raise BodyError("only a person on one of the partner's own pages can release it here.")
         await granted(runner, Release(by_person=True, seen=shown.seen))

@@ -20,13 +20,13 @@ from miburi.wire.messages import Message
 
 
 class StopIn(Message):
-    """The partners to stop."""
+    """The partner to stop, or all."""
 
     name: Annotated[str, Field(max_length=81)] = ALL
 
 
 def make_fleet_app(fleet: Fleet) -> FastAPI:
-    """Return the app with a fleet's page and routes; it connects the fleet while it runs."""
+    """Return the app of a fleet's page, which connects the fleet while it runs."""
     app = FastAPI(openapi_url=None)
     refuse_in_words(app)
 

@@ -14,9 +14,9 @@ _SIGNED = ("ears", "eyes")
 
 
 def senses_form(words: Words, *names: str, sounded: Sequence[str] = ()) -> str:
-    """Return the switches for the voice and senses as HTML; ``static/senses.js`` acts on them.
+    """Return the switches for the voice and senses as HTML; ``static/senses.js`` handles them.
 
-    ``sounded`` are the languages for which the partner's computer has a voice of its own.
+    ``sounded`` are the languages of the partner's own voice.
     """
     say = words["senses"]
     voices = {**CATALOGUE.voices(), "sounded": sounded}
@@ -40,7 +40,7 @@ def senses_form(words: Words, *names: str, sounded: Sequence[str] = ()) -> str:
 
 
 def signs(words: Words) -> str:
-    """Return as HTML the signs shown while the partner listens or watches."""
+    """Return the signs that the partner listens or watches, as HTML."""
     return "".join(
         f'<p class="sign sign-{name}">{escape(words["senses"][f"{name}_on"])}</p>'
         for name in _SIGNED
@@ -48,7 +48,7 @@ def signs(words: Words) -> str:
 
 
 def talk_form(words: Words) -> str:
-    """Return a field for typing to the partner, as HTML; ``static/page.js`` sends what is typed."""
+    """Return a field for words to the partner, as HTML; ``static/page.js`` sends them."""
     say = words["talk"]
     told = escape(
         json.dumps({**say, "feelings": words["feeling"], "distresses": words["distress"]})

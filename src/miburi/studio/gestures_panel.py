@@ -59,7 +59,6 @@ def gestures_panel(runner: LivePartner, words: Words) -> None:
 
 
 def _title(function: MovementFunction, words: Words) -> str:
-    """Return a gesture's feeling, and its own name where it has one."""
     feeling = words["feeling"][function.feeling]
     return feeling if function.name == function.feeling else f"{feeling}: {function.name}"
 

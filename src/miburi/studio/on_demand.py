@@ -1,8 +1,6 @@
-"""Load the studio when a browser first asks for it, and answer addresses where there is no page.
+"""Load the studio when a browser first requests it, and answer addresses without a page.
 
-NiceGUI takes a second of processor time (several on a Raspberry Pi) and 50 MB. A partner that only
-programs, homes and phones at ``/face`` use never loads it, and every partner starts that much
-sooner.
+NiceGUI takes a second of processor time (several on a Raspberry Pi) and 50 MB.
 """
 
 import asyncio
@@ -17,7 +15,7 @@ from miburi.live.view import LivePartner
 from miburi.serving.reach import Reach
 from miburi.studio.pages import missing_page
 
-#: The addresses of the studio: its page, and where NiceGUI's files and WebSocket begin.
+#: The studio's pages, and the prefix of NiceGUI's files and WebSocket.
 _PAGES, _FILES = ("/", "/favicon.ico"), "/_nicegui"
 
 
@@ -32,7 +30,7 @@ class OnDemand:
 
     @asynccontextmanager
     async def while_served(self) -> AsyncIterator[None]:
-        """End the studio, if it was loaded, together with the server."""
+        """End the studio, if loaded, with the server."""
         async with self._served:
             yield
 
@@ -53,7 +51,7 @@ class OnDemand:
                 await self._served.enter_async_context(
                     self._studio.router.lifespan_context(self._studio)
                 )
-                gc.freeze()  # else the next collection, which a Stop may wait for, scans all of it
+                gc.freeze()  # else a Stop may wait for a garbage collection of all this
             return self._studio
 
     def _load(self) -> FastAPI:

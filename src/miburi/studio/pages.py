@@ -1,4 +1,4 @@
-"""Pages that are made of a template and words alone, in the visitor's language and light."""
+"""Pages from a template and words, in the visitor's language and colour scheme."""
 
 from pathlib import Path
 
@@ -14,10 +14,10 @@ _FOLDER = Path(__file__).parent
 
 
 def page(request: Request, name: str, status: int = 200, **values: object) -> HTMLResponse:
-    """Return the page that the template ``{name}_page.html`` makes of ``values``.
+    """Return the page from the template ``{name}_page.html`` and ``values``.
 
-    It gets all words, by section, as ``say``, those of its own section as ``words``, and the
-    visitor's ``language`` and ``scheme`` of colours; ``values`` may replace them.
+    The template also gets all words by section as ``say``, its own section as ``words``, and the
+    visitor's ``language`` and colour ``scheme``; ``values`` may replace them.
     """
     preferences = Preferences.of(request)
     say = words(preferences.language)
@@ -28,14 +28,13 @@ def page(request: Request, name: str, status: int = 200, **values: object) -> HT
 
 
 async def missing_page(request: Request, _error: Exception | None = None) -> HTMLResponse:
-    """Answer 404 for an address without a page, with links back."""
+    """Return the page for an unknown address, with status 404."""
     return page(request, "missing", 404)
 
 
 async def people_page(request: Request) -> HTMLResponse:
-    """Return ``/people``: the people whom the partner knows, and when it may speak first.
+    """Return ``/people``: permissions to remember people and to speak first, and all facts.
 
-    Here a person allows the partner to remember people, and can see, correct, download and delete
-    everything that it knows. The page's script asks the interface for what is known.
+    The page's script loads the facts from the interface.
     """
     return page(request, "people")

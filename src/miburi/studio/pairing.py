@@ -1,4 +1,4 @@
-"""Pair a phone: it scans a QR code, a page sends the token, and a cookie keeps the phone's key."""
+"""Pair a phone: it scans a QR code, a page sends the token, and a cookie keeps the key."""
 
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import JSONResponse, RedirectResponse
@@ -24,11 +24,7 @@ class PairIn(Message):
 
 
 def pairing_router(reach: Reach) -> APIRouter:
-    """Return the routes of the pairing page, the only ones that answer without a token.
-
-    A device that opens the page has no token yet, so it can load little else here. ``reach`` holds
-    the keys for pairing, and the certificate of the partner's own authority.
-    """
+    """Return the routes of the pairing page, which need no token."""
     router = APIRouter(include_in_schema=False)
     wrong = Allowance(_RATE, _BURST)
     keys = reach.keys
@@ -55,7 +51,7 @@ def pairing_router(reach: Reach) -> APIRouter:
             return JSONResponse({"detail": _WRONG}, 401)
         earlier = request.cookies.get(COOKIE, "")
         key = keys.pair(request.headers.get("user-agent", ""), earlier)
-        if not keys.is_token(wish.token):  # all devices were forgotten in the meantime
+        if not keys.is_token(wish.token):  # devices were forgotten meanwhile
             keys.drop(key)
             return JSONResponse({"detail": _WRONG}, 401)
         answer = Response(status_code=204)
@@ -79,7 +75,7 @@ def pairing_router(reach: Reach) -> APIRouter:
 
 
 def _onward(reach: Reach, request: Request) -> str | None:
-    """Return the https address to redirect a visitor to; None if the page is right as it is."""
+    """Return the https address for a visitor over http, if there is one."""
     if reach.authority is None or request.url.scheme == "https" or not reach.addresses:
         return None
     found = str((request.scope.get("server") or ("",))[0])

@@ -16,7 +16,7 @@ from miburi.live.wishes import Wish
 
 @contextmanager
 def refusals_shown() -> Iterator[None]:
-    """End the block where something is refused, and show the reason."""
+    """End the block at a refusal, and show the reason."""
     try:
         yield
     except MiburiError as error:
@@ -24,7 +24,7 @@ def refusals_shown() -> Iterator[None]:
 
 
 async def attempt(partner: LivePartner, wish: Wish[Any]) -> None:
-    """Ask a partner for something; show the reason if it is refused."""
+    """Send a partner a request; show the reason if it is refused."""
     with refusals_shown():
         await granted(partner, wish)
 

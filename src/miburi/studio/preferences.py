@@ -1,4 +1,4 @@
-"""What a visitor's browser remembers in cookies, and the JavaScript that keeps it there."""
+"""A visitor's preferences in cookies, and the JavaScript that sets them."""
 
 from dataclasses import dataclass
 
@@ -22,7 +22,7 @@ class Preferences:
 
     @classmethod
     def of(cls, request: Request) -> "Preferences":
-        """Read a request's cookies; values that make no sense are ignored."""
+        """Read a request's cookies; invalid values are ignored."""
         cookies = request.cookies
         wish = request.query_params.get("lang")
         accepted = request.headers.get("accept-language")

@@ -1,7 +1,6 @@
 """The privacy page (``/privacy``): what is on, what leaves a page or the computer, what is kept.
 
-It shows the switches as they are now, and needs no token: anybody in front of the partner may read
-it before pairing.
+It needs no token, so that anybody in front of the partner can read it.
 """
 
 from typing import NamedTuple
@@ -18,16 +17,15 @@ from miburi.studio.pages import page
 from miburi.studio.preferences import Preferences
 from miburi.studio.words import words
 
-#: The kinds of data that are kept; each is the stem of two keys in the page's texts (``_kept``,
-#: ``_about``).
+#: The stored kinds of data; each has two texts on the page (``_kept``, ``_about``).
 _KEPT = ("memory", "people", "feelings", "recordings", "keys", "browser", "delete")
 
 
 class Switch(NamedTuple):
-    """A switch that shares something with others, and whether it is on now.
+    """A switch that shares data, and whether it is on now.
 
-    ``name`` is the key of its text on the page; with ``_on`` or ``_off``, that of the text for that
-    state. ``where`` is the host or origins with which it shares; empty if its text names them.
+    ``name`` is the key of its text on the page and, with ``_on`` or ``_off``, of the text for that
+    state. ``where`` has the hosts or origins that get the data, if the text needs them.
     """
 
     name: str
@@ -36,7 +34,7 @@ class Switch(NamedTuple):
 
 
 def switches(doors: Doors, reach: Reach, *, said: bool, recording: bool) -> list[Switch]:
-    """Return all switches of a partner's computer, as they are."""
+    """Return the present switches of a partner's computer."""
     encrypted, broker, talk = reach.authority is not None, doors.broker, doors.talk
     return [
         Switch("https", encrypted),

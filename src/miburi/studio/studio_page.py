@@ -1,7 +1,7 @@
 """The studio (``/``): the robot, its feelings, and the panels.
 
-The browser draws what changes many times a second, from the live WebSocket
-(:mod:`miburi.studio.elements`). This module builds the rest and updates it four times a second.
+The browser draws fast changes from the live WebSocket (:mod:`miburi.studio.elements`). This module
+builds the rest, and updates it four times a second.
 """
 
 import time
@@ -35,15 +35,14 @@ from miburi.studio.parts import attempt, button, heading, set_label
 from miburi.studio.preferences import TABS, Preferences, keep
 from miburi.studio.words import own_name, page_languages, words
 
-#: s between checks for pages that no browser has connected to; each takes about 0.8 MB. NiceGUI
-#: keeps them for 60 s, because a slow computer needs that long.
+#: Interval between checks for pages that no browser has connected to, s. Each takes about 0.8 MB;
+#: NiceGUI keeps it for 60 s, which a slow computer needs.
 _LOOKS = 5.0
-#: If more pages than the first number are waiting, those older than the second number, in s, are
-#: dropped.
+#: If more pages than this are waiting, pages older than this, s, are dropped.
 _MANY, _FLOODED = 20, 10.0
-#: Seconds between two updates of what changes slowly.
+#: Interval between two updates, s.
 _LOOK = 0.25
-#: Where the hand appears, m: low in front of the robot, in the way of neither arm.
+#: The hand's first position, m: low in front of the robot, clear of both arms.
 HAND_START = (0.22, 0.0, 0.05)
 _TOGGLE_DARK = f"""() => {{
     const dark = !document.body.classList.contains("body--dark");
@@ -51,7 +50,7 @@ _TOGGLE_DARK = f"""() => {{
     {keep("dark", "dark ? 1 : 0")}
     emit(dark);
 }}"""
-#: Releases only Stops that the page shows; a newer Stop still holds.
+#: Sends the serial of the shown state, so that a newer Stop still holds.
 _RELEASE = "() => emit(Number(document.documentElement.dataset.serial))"
 _CHOOSE_LANGUAGE = f"""(event) => {{
     {keep("language", "event.target.value")}
@@ -64,16 +63,16 @@ _CHOOSE_LANGUAGE = f"""(event) => {{
 def make_studio(runner: LivePartner, reach: Reach, sounded: Sequence[str] = ()) -> FastAPI:
     """Return the studio as an application; NiceGUI allows one in a process.
 
-    ``sounded`` as in :func:`miburi.studio.face_page.add_face_page`.
+    ``sounded`` are the languages of the partner's own voice.
     """
 
     @ui.page("/", response_timeout=20.0)
     def studio(request: Request) -> None:
         _Studio(runner, Preferences.of(request), reach, sounded).build()
 
-    # Quasar would show an unlabelled bar at every request of its own.
+    # else Quasar shows an unlabelled bar at its own requests
     pages.config.quasar_config["loadingBar"]["skipHijack"] = True
-    # NiceGUI's own page would keep a client for each request, and log the visitor's URL.
+    # else NiceGUI keeps a client for each request, and logs the visitor's URL
     pages.add_exception_handler(404, missing_page)
     pages.timer(_LOOKS, forget_pages)
     app = FastAPI()
@@ -84,14 +83,14 @@ def make_studio(runner: LivePartner, reach: Reach, sounded: Sequence[str] = ()) 
         dark=None,
         binding_refresh_interval=None,
         show_welcome_message=False,
-        reconnect_timeout=30.0,  # a page that was busy for a while is not reloaded
+        reconnect_timeout=30.0,  # a page that was busy is not reloaded
         tailwind=False,
     )
     return app
 
 
 def forget_pages() -> None:
-    """Drop pages that no browser has connected to, if many were requested within a minute."""
+    """Drop pages without a browser if many were requested within a minute."""
     since = time.time() - 60
     waiting = (each for each in Client.instances.values() if not each.has_socket_connection)
     if sum(each.created > since for each in waiting) > _MANY:
@@ -113,7 +112,7 @@ class _Studio:
         self._words = words(preferences.language)
         self._reach, self._sounded = reach, sounded
         self._updates: list[Callable[[State], None]] = []
-        #: The updates that run only while their panel is open.
+        #: Updates that run only while their panel is open.
         self._panel_updates: dict[str, list[Callable[[State], None]]] = {tab: [] for tab in TABS}
 
     def build(self) -> None:
@@ -161,8 +160,7 @@ class _Studio:
                 face.props('popovertarget="more" popovertargetaction="hide"')
                 face.on("click", self._pairing().open)
                 self._languages()
-                # The element on the server is changed as well, or it would set its old value again
-                # at the next update.
+                # The server's element must change, too, or the next update would undo this.
                 dark = button(say["dark"], "")
                 dark.on(
                     "click", lambda event: self._dark.set_value(event.args), js_handler=_TOGGLE_DARK
@@ -197,7 +195,7 @@ class _Studio:
         self._updates.append(update)
 
     def _first_hint(self) -> None:
-        """Show what one can do here, until the visitor confirms having read it."""
+        """Show the first steps until the visitor confirms having read them."""
         say = self._words["studio"]
         with ui.element("div").classes("first"):
             steps = "".join(f"<li>{escape(say[f'first_{step}'])}</li>" for step in (1, 2, 3))
@@ -325,7 +323,6 @@ class _Studio:
         return dialog
 
     def _codes(self, token: str) -> None:
-        """Add a code to scan, and a choice of the network that the phone is on."""
         say = self._words["pair"]
         urls = {address: pairing_url(address, token, "/face") for address in self._reach.addresses}
         first = self._reach.addresses[0]
@@ -337,7 +334,7 @@ class _Studio:
             network.on_value_change(lambda event: code.set_content(qr_svg(urls[event.value])))
 
     async def _release(self, event: GenericEventArguments) -> None:
-        # A person at this button sees the body, and need not wait for the pause after a contact.
+        # A person here sees the body, and need not wait for the pause after a contact.
         seen = event.args if isinstance(event.args, int) else None
         await attempt(self._runner, Release(by_person=True, seen=seen))
 

@@ -1,4 +1,4 @@
-"""The words of the pages, from the languages' folders, and the feelings' own words."""
+"""The words of the pages, and of the feelings, by language."""
 
 import tomllib
 from functools import cache
@@ -18,7 +18,7 @@ FALLBACK = "en"
 
 @cache
 def page_languages() -> tuple[str, ...]:
-    """Return the languages in which there are pages."""
+    """Return the languages of the pages."""
     return tuple(name for name, each in folders().items() if (each / "pages.toml").is_file())
 
 
@@ -39,15 +39,10 @@ def _load(folder: Traversable) -> dict[str, Any]:
 
 @cache
 def words(language: str) -> Words:
-    """Return a language's words, by section and key; what it lacks is in English.
+    """Return a language's words, by section and key; missing ones are in English.
 
-    Raises
-    ------
-    InputError
-        There are no pages in that language.
-    DescriptionError
-        Its file is not TOML, or has a value that is not a text, or a {placeholder} that the English
-        text does not have.
+    Raises InputError if there are no pages in that language; DescriptionError if the file is not
+    TOML, or has a value that is not a text, or a {placeholder} that is not in the English text.
     """
     own, sections = _read(language), _load(resources.files("miburi.languages") / FALLBACK)
     sections = {key: value for key, value in sections.items() if isinstance(value, dict)}
@@ -79,9 +74,9 @@ def own_name(language: str) -> str:
 
 
 def preferred(*wishes: str | None) -> str:
-    """Return the available language that a visitor prefers most.
+    """Return the first available language among wishes.
 
-    A preference is a language's name, or an ``Accept-Language`` header.
+    A wish is a language's name, or an ``Accept-Language`` header.
     """
     for wish in wishes:
         for part in (wish or "")[:200].split(","):

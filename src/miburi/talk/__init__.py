@@ -1,1 +1,1 @@
-"""What the partner says: small answers, care in distress, and what a language model may add."""
+"""What the partner says: small answers, care in distress, and a language model's replies."""

@@ -2,8 +2,8 @@
 
 It takes somebody's words, the impression that they make and the partner's own feeling, and returns
 a short answer, chosen by the partner's seed. An intent is answered first ("what time is it?"), then
-a feeling, then what the words are about. Sentences are in a language's ``talk.toml``. The partner
-says nothing twice within ``UNREPEATED`` turns, as long as there is something else to say.
+a feeling, then a topic. The sentences are in a language's ``talk.toml``. None is repeated within
+``UNREPEATED`` turns unless there is no other.
 """
 
 from collections import Counter, deque
@@ -20,41 +20,39 @@ from miburi.talk.meaning import about, gives_way, is_surer, named_in, sayable, s
 from miburi.talk.remembering import SIGNS, announces, is_short, told_before
 from miburi.talk.script import Script, script
 
-#: Turns within which no sentence is said again.
 UNREPEATED = 20
 
-#: The number of turns after the partner has spoken of its own feeling in which it does not do so
-#: again (ours; judges of conversations found none of 12 such answers fitting).
+#: After speaking of its own feeling, the partner does not do so again for this number of turns
+#: (ours; judges of conversations found none of 12 such answers fitting).
 _OF_OTHERS = 6
-#: For how many remarks after an act was named "do it" may refer to it (our choice).
+#: For how many remarks "do it" may refer to an act that was named (our choice).
 _NAMED = 3
-#: Every second answer to a remark with both a feeling and a topic mentions the topic, too (our
-#: choice).
+#: The share of answers to a feeling that also mention the remark's topic (our choice).
 _TAKES_UP = 0.5
-#: A feeling less likely than ``_SPOKEN_OF`` changes the partner's state, but the partner does not
-#: mention it (our choice). Nearly half of those heard at 0.4 to 0.6 are wrong (bench/words.txt).
-#: Nor does it mention joy if the remark also has bad news.
+#: A feeling less likely than ``_SPOKEN_OF`` changes the partner's state, but is not mentioned (our
+#: choice): nearly half of the feelings heard at 0.4 to 0.6 are wrong (bench/words.txt). Nor is joy
+#: mentioned if the remark also has bad news.
 JOYS = ("happiness", "thrill")
 _GLAD, _SPOKEN_OF = (*JOYS, "surprise"), 0.6
-#: In a remark of more words than this, a single word does not reveal the topic: "supper" may be
-#: mentioned in passing. The answer then mentions only a person whom the remark names (our choice).
+#: In a remark of more words than this, "supper" may be mentioned in passing, so the answer takes up
+#: no topic except a person that the remark names (our choice).
 _RAMBLES = 16
 
 
 @dataclass(frozen=True)
 class SmallAnswer:
-    """An answer, and what it comes with.
+    """An answer, and the act that accompanies it.
 
     Attributes
     ----------
     text, language
         What is said.
     cue
-        What was meant, if that is known; it says what to perform.
+        The cue that matched, if any; it says what to perform.
     words
-        What it is about, as it was said: a name, or a fact to remember.
+        The subject in somebody's own words: a name, or a fact to remember.
     quotes
-        Whether somebody's own words are in it.
+        Whether the text contains somebody's own words.
     """
 
     text: str
@@ -65,7 +63,7 @@ class SmallAnswer:
 
     @property
     def do(self) -> Do | None:
-        """What the partner does while it says this."""
+        """The act that accompanies the words."""
         return None if self.cue is None else self.cue.do
 
 
@@ -75,10 +73,10 @@ def wants_stop(said: str, language: Language) -> bool:
 
 
 def is_needless(worry: str, wanted: Iterable[Match]) -> bool:
-    """Whether there is a better reply to words that may mean distress than to ask about it.
+    """Whether words that may mean distress have a better reply than a question about it.
 
-    That is so if somebody only wants to see or hear something ("And now just the left one"), or if
-    there is an answer to the words and no kind of distress is likely.
+    They do if somebody only wants to see or hear something ("And now just the left one"), or if
+    there is an answer and no particular kind of distress is suspected.
     """
     found = [match.cue for match in wanted]
     return any(cue.shows for cue in found) or (
@@ -87,13 +85,7 @@ def is_needless(worry: str, wanted: Iterable[Match]) -> bool:
 
 
 class Answerer:
-    """Chooses answers.
-
-    Parameters
-    ----------
-    seed
-        Chooses among the sentences: the same talk gets the same answers.
-    """
+    """Chooses answers; with the same ``seed``, the same conversation gets the same answers."""
 
     def __init__(self, seed: int = 0) -> None:
         self._random = np.random.default_rng(seed)
@@ -107,7 +99,7 @@ class Answerer:
         self._named: deque[Cue | None] = deque(maxlen=_NAMED)  # in the last remarks
 
     def wanted(self, said: str, language: Language, known: Mapping[str, str]) -> list[Match]:
-        """Return the intents of what was said at this point of the talk, the most urgent first."""
+        """Return the intents of a remark in this conversation, the most urgent first."""
         words = script(language)
         said = words.reword(said)
         filled = {"next", *known, *self._fun(), *self._further(said, words)}
@@ -118,14 +110,14 @@ class Answerer:
         return found or ([] if words.fits("heavy", said) else list(words.orders_of(said)))
 
     def _further(self, said: str, words: Script) -> dict[str, str]:
-        """Return slots: ``itself`` if it is about the partner, ``told`` for a follow-up."""
+        """Return the slot ``itself`` if it is about the partner, and ``told`` for a follow-up."""
         itself = {"itself": ""} if words.fits("itself", said) else {}
         if self._recalled and words.fits("further", said):
             return itself | {"told": self._recalled}
         return itself
 
     def _fun(self) -> list[str]:
-        """Return the slot for what the partner has lately done for fun, if anything."""
+        """Return the slot of the fun that the partner has lately had, if any."""
         return [] if self._stays is None else [f"after_{self._stays.cue.name}"]
 
     def answer(
@@ -137,12 +129,12 @@ class Answerer:
         now: datetime,
         known: Mapping[str, str] | None = None,
     ) -> SmallAnswer:
-        """Return what a partner answers.
+        """Return the answer to a remark.
 
         Parameters
         ----------
         said, heard
-            Somebody's words, and what they showed.
+            Somebody's words, and the impression that they make.
         felt
             What the partner itself feels, if anything.
         language
@@ -150,8 +142,8 @@ class Answerer:
         now
             The local time where it stands.
         known
-            What it knows for the slots of sentences, such as the person's ``name``; ``before`` is
-            the person's last remark, which "remember that" refers to.
+            The known slots of sentences, such as the person's ``name``; ``before`` is the person's
+            last remark, to which "remember that" refers.
         """
         words = script(language)
         said = words.reword(said)
@@ -159,7 +151,7 @@ class Answerer:
         slots |= self._further(said, words) | dict(known or {})
         match, glad = self._meant(said, words, slots)
         heavy = words.fits("heavy", said)
-        felt = None if heavy and felt in _GLAD else felt  # it does not speak of its own joy then
+        felt = None if heavy and felt in _GLAD else felt  # no mention of its own joy then
         topics = sayable(words.topics_of(said), slots)
         rambles = len(said.split()) > _RAMBLES
         topic = next((one for one in topics if _suits(one, heavy=heavy, rambles=rambles)), None)
@@ -189,8 +181,8 @@ class Answerer:
         if text is None:
             text = self._choose(words.gentle, slots, always=True) if heavy else None
         if text is None:
-            # While somebody tells a story or speaks of people, the partner does not speak of
-            # itself.
+            # The partner does not interrupt a story, or a remark about people, with its own
+            # feeling.
             idle = is_short(said, words) and not words.fits("people", said)
             text = self._remark(words, felt if idle else None, slots)
         cue = match.cue if match else None
@@ -201,9 +193,9 @@ class Answerer:
         return SmallAnswer(text, language, cue, kept, quotes=bool(kept or echo))
 
     def _meant(self, said: str, words: Script, slots: dict[str, str]) -> tuple[Match | None, bool]:
-        """Return the intent that patterns find, and whether joy that was heard may be mentioned.
+        """Return the intent that patterns find, and whether the answer may mention joy.
 
-        It adds slots for the words to remember, and for what the partner lately did for fun.
+        The slots gain the words to remember and the partner's latest fun.
         """
         told, asks, after = told_before(said, words)
         earlier = slots.pop("before", "").strip(SIGNS)
@@ -238,7 +230,7 @@ class Answerer:
         return match, True
 
     def _refer(self, match: Match, words: Script, said: str) -> Match:
-        """Return the match, or what "do it" means: something that was lately named."""
+        """Return the match, or for "do it", the act that was last named."""
         lately = [named_in(said, words), *reversed(self._named)] if match.cue.refers else []
         named = next((cue for cue in lately if cue is not None), None)
         return match if named is None else Match(named, None, None)
@@ -246,7 +238,7 @@ class Answerer:
     def _keep_to(
         self, match: Match | None, words: Script, said: str, *, felt: bool
     ) -> Match | None:
-        """Return the match, or that of an earlier turn if the words may refer to it."""
+        """Return the match, or an earlier turn's match if the words may refer to that."""
         acts = match is not None and match.cue.acts
         if (before := self._stays) is not None:
             if before.cue.stays == 1:
@@ -263,11 +255,11 @@ class Answerer:
         return match
 
     def spoke(self, text: str) -> None:
-        """Note a sentence that was not said by ``answer``, so that it can be repeated."""
+        """Note a sentence from elsewhere than ``answer``, so that it can be repeated."""
         self._last = text
 
     def forget(self) -> None:
-        """Forget what was said last."""
+        """Forget the sentences and acts to which a remark could refer."""
         self._last, self._stays, self._recalled = "", None, None
         self._named.clear()
 
@@ -288,8 +280,7 @@ class Answerer:
         text = self._choose(row, slots) or self._choose(words.feelings.lines(heard, None), slots)
         if text is None or topic is None or self._random.random() >= _TAKES_UP:
             return text
-        # Not "That is sad. Do you like it like that?": only a question that names its subject can
-        # follow.
+        # Only a question that names its subject may follow: not "That is sad. Do you like it?"
         naming = [line for line in topic.cue.say if "it" in slots_in(line)]
         more = self._choose(naming, slots | about(topic))
         return text if more is None else f"{text} {more}"
@@ -300,7 +291,7 @@ class Answerer:
         return text or self._choose(usual, slots, always=True) or "…"
 
     def _own(self, felt: str | None) -> str | None:
-        """Return what it may say of itself; after that, it speaks of the person for a while."""
+        """Return the feeling it may mention now; after one, none for ``_OF_OTHERS`` turns."""
         if felt is None or self._of_others < _OF_OTHERS:
             self._of_others += 1
             return None
@@ -310,7 +301,7 @@ class Answerer:
     def _choose(
         self, lines: Iterable[str], slots: Mapping[str, str], *, always: bool = False
     ) -> str | None:
-        """Return the sentence that was said least often, but not of late; None if there is none."""
+        """Return the least used sentence that was not said lately; None if there is none."""
         known = [line for line in lines if slots_in(line) <= slots.keys()]
         now = self._times.total()
         recent = {line for line, when in self._when.items() if now - when <= UNREPEATED}
@@ -329,13 +320,13 @@ class Answerer:
 
 
 def _suits(topic: Match, *, heavy: bool, rambles: bool) -> bool:
-    """Return whether the answer may take up a topic although the remark is also sad, or is long."""
+    """Return whether the answer may take up this topic in a sad or long remark."""
     named = topic.it and any("it" in slots_in(line) for line in topic.cue.say)
     return (topic.cue.heavy or not heavy) and bool(named or not rambles)
 
 
 def _kept(match: Match | None, said: str, slots: Mapping[str, str]) -> str | None:
-    """Return the words that an answer refers to, or that are to be remembered."""
+    """Return the words that an answer refers to, or that the partner is to remember."""
     if match is None or match.cue.do == "amend":
         return None if match is None else said
     kept = "before" if match.cue.within is None else match.cue.within
@@ -343,7 +334,7 @@ def _kept(match: Match | None, said: str, slots: Mapping[str, str]) -> str | Non
 
 
 def _time(words: Script, now: datetime) -> dict[str, str]:
-    """Return the time in slots, as the language writes it: ``clock``, ``date``, ``tomorrow``."""
+    """Return the slots ``clock``, ``date`` and ``tomorrow``, as the language writes them."""
     parts = {
         "hour": str(now.hour),
         "hour12": str((now.hour - 1) % 12 + 1),

@@ -1,4 +1,4 @@
-"""Find what patterns miss: the intent of a question, and whether words tell a lasting fact.
+"""Models for what patterns miss: the intent of a question, and statements of lasting facts.
 
 Intents come from a linear model and a neural network, facts from a linear model.
 ``tools/train_intents.py``, ``tools/train_network.py`` and ``tools/train_facts.py`` train them on
@@ -19,14 +19,13 @@ from miburi.senses.network import agreed, load_network
 #: The name of the intent for remarks that request nothing.
 NOTHING = "nothing"
 _INTENTS, _FACTS = (resources.files(__package__) / f"{name}.npz" for name in ("intents", "facts"))
-#: The likelihood from which words count as a fact. The number is ours: of the facts by writers
-#: whose lines were not in the training, 79 to 90 % score above it, and of their other lines 7 to 12
-#: %.
+#: Words above this likelihood count as a fact. The number is ours: of lines by writers who are not
+#: in the training data, 79 to 90 % of the facts exceed it, and 7 to 12 % of the others.
 _LIKELY = 0.6
 
 
 def asked_for(said: str, language: Language) -> tuple[str, float]:
-    """Return the name of a sentence's likeliest intent, and how likely it is."""
+    """Return the name of a sentence's likeliest intent, and its likelihood."""
     likelihoods = _model(language)
     if likelihoods is None:
         return NOTHING, 1.0

@@ -1,4 +1,4 @@
-"""Let the partner speak first: every few seconds it checks for a reason, and seldom speaks."""
+"""Let the partner speak first when there is a reason, which it checks every few seconds."""
 
 import asyncio
 from collections.abc import Callable
@@ -28,16 +28,10 @@ class Beginning:
 
     Parameters
     ----------
-    partner
-        The partner.
-    memory
-        The people it knows.
-    answerer
-        Chooses what it says.
     clock
         Returns the local time where the partner stands.
     path
-        The file of the settings; with None, they are lost when the program ends.
+        The file of the settings; None: they are lost when the program ends.
     """
 
     def __init__(
@@ -62,10 +56,7 @@ class Beginning:
     def behave(self, manners: Manners) -> None:
         """Replace the settings, and save them if there is a file.
 
-        Raises
-        ------
-        OutputError
-            The file cannot be written.
+        Raises OutputError if the file cannot be written.
         """
         if self._path is not None:
             try:
@@ -80,7 +71,7 @@ class Beginning:
         self._language = language or self._language
 
     def hush(self) -> None:
-        """Do not speak first for an hour: somebody wants quiet."""
+        """Do not speak first for an hour."""
         self._hushed = self._clock() + _HUSHED
 
     async def live(self) -> None:
@@ -93,7 +84,7 @@ class Beginning:
                 log_once("the partner could not start a conversation", error)
 
     async def look(self) -> None:
-        """Speak first if there is a reason; the log gives the reason with the sentence."""
+        """Speak first if there is a reason, which the log gives with the sentence."""
         state, now = self._partner.snapshot.state, self._clock()
         busy = state.paused or state.stop is not None or state.distress is not None
         if busy or now < self._hushed:
@@ -112,7 +103,7 @@ class Beginning:
 
 
 def _read(path: Path | None) -> Manners:
-    """Read the settings from a file; without a valid one, the partner never speaks first."""
+    """Read the settings; without a valid file, the partner never speaks first."""
     if path is not None and path.exists():
         try:
             return Manners.model_validate_json(path.read_bytes())

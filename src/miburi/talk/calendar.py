@@ -22,22 +22,21 @@ class Calendar(Table):
     Attributes
     ----------
     words
-        Parts that patterns share, by name.
+        Named parts that patterns share.
     weekdays, months, days, clock, date
-        Words for the time: weekdays from Monday, months from January; ``days`` maps words such as
-        "tomorrow" to a number of days.
+        Names of weekdays from Monday, and of months from January; ``days`` maps words such as
+        "tomorrow" to a number of days; ``clock`` and ``date`` are the formats of times and dates.
     away
-        How to say how far away a day is: today, tomorrow, or {days} days away.
+        Phrases for the distance of a day: today, tomorrow, or {days} days away.
     ordinals, dated
         Ordinal names of the days of a month, from the first, and regular expressions of a {day} of
         a {month} that use them. Without them, only digits are understood.
     later
-        Regular expressions with a weekday in them ("a week on {day}"), and how many days after that
-        weekday they mean.
+        Regular expressions with a weekday ("a week on {day}"), and the days that each adds to it.
     times, numbers, afternoon, span
         Regular expressions of a time of day (groups ``hour``, ``past`` and ``to`` for minutes, and
-        ``half`` of the day); the numbers for number words; the word for the half of the day after
-        noon, such as "pm"; and how to say how long it is until that time.
+        ``half`` of the day); the values of number words; the word for the afternoon, such as "pm";
+        and phrases for the time that is left.
     sums
         Regular expressions of the words between two numbers, by operation.
     """
@@ -61,7 +60,7 @@ class Calendar(Table):
     sums: dict[Sign, str] = Field(default_factory=dict)
 
     def times_in(self, words: str) -> Iterator[dict[str, str | None]]:
-        """For each time of day in normalised text, yield its parts."""
+        """Yield the parts of each time of day in normalised text."""
         for pattern in self._times:
             for found in pattern.finditer(words):
                 yield found.groupdict()
@@ -72,7 +71,7 @@ class Calendar(Table):
 
     @cached_property
     def plain_days(self) -> list[tuple[re.Pattern[str], int]]:
-        """Patterns of the words in ``days``, the longest first, and the days until then."""
+        """Patterns of the words in ``days``, the longest first, with their numbers of days."""
         words = sorted(self.days, key=len, reverse=True)
         return [(self._word(plain(word, self.language)), self.days[word]) for word in words]
 
@@ -97,7 +96,7 @@ class Calendar(Table):
         return self.date.format(weekday=weekday, day=when.day, month=month)
 
     def number(self, word: str | None) -> int | None:
-        """Return the number that a word or digits stand for."""
+        """Return the number for a number word or digits; None if there is none."""
         if word is None:
             return None
         return int(word) if word.isdecimal() else self.numbers.get(word)

@@ -1,8 +1,8 @@
-"""What a partner says to somebody in distress, and what a language model may not make it say.
+"""What a partner says to somebody in distress, and words that no language model may say.
 
 For a kind of distress, a language and the user's region, :class:`Care` gives a calm sentence with
-the help that fits. The words, and what must not be said, are in a language's ``care.toml``; the
-numbers are in ``regions.toml``, beside this module.
+the appropriate help. The words are in a language's ``care.toml``, and the telephone numbers in
+``regions.toml``, beside this module.
 """
 
 import re
@@ -48,18 +48,19 @@ class WordsOfCare(Table):
     Attributes
     ----------
     unknown, listener
-        Words to use when no emergency number, or no helpline, is known for the region.
+        Words to use where no emergency number, or no helpline, is known.
     help, after
         Advice, by kind of distress, and lines for the ten minutes afterwards, used in turn.
     ask, yes, wonder, no
         Questions about possible distress, by kind, and regular expressions for a yes; questions
-        after a slight sign, and regular expressions for a no. They are empty in a language without
-        a model of distress.
+        after a slight sign, and regular expressions for a no. All are empty in a language without a
+        model of distress.
     untrue, besides, misheard
-        Regular expressions of clauses that say that nothing has happened, and of harmless clauses
-        after them; and the replies.
+        Regular expressions of clauses that deny distress, and of harmless clauses after them; and
+        the replies.
     never, words
-        Regular expressions of words that no language model may say; parts that expressions share.
+        Regular expressions of words that no language model may say; named parts that expressions
+        share.
     """
 
     unknown: str
@@ -79,7 +80,7 @@ class WordsOfCare(Table):
 
 @dataclass(frozen=True)
 class Care:
-    """How a partner cares for somebody in distress.
+    """Chooses what a partner says to somebody in distress.
 
     Attributes
     ----------
@@ -94,19 +95,19 @@ class Care:
         return self._fill(words_of_care(language).help[kind], language, turn)
 
     def ask(self, kind: Distress, language: Language, turn: int) -> str:
-        """Return a question that asks if somebody needs help, with advice in case they do."""
+        """Return the question of whether somebody needs help, with advice in case they do."""
         return self._fill(words_of_care(language).ask[kind], language, turn)
 
     def wonder(self, language: Language, turn: int) -> str:
-        """Return a question that asks whether somebody is all right."""
+        """Return the question of whether somebody is all right."""
         return self._fill(words_of_care(language).wonder, language, turn)
 
     def give_way(self, language: Language, turn: int) -> str:
-        """Return the answer to somebody who says that nothing has happened."""
+        """Return the answer to a denial of distress."""
         return self._fill(words_of_care(language).misheard, language, turn)
 
     def stay(self, language: Language, turn: int) -> str:
-        """Return a line for the ten minutes after distress was heard."""
+        """Return a line for the ten minutes after distress."""
         return self._fill(words_of_care(language).after, language, turn)
 
     def _fill(self, lines: list[str], language: Language, turn: int) -> str:
@@ -121,10 +122,7 @@ class Care:
 def find_region(name: str) -> str:
     """Return a region's name as ``regions.toml`` spells it.
 
-    Raises
-    ------
-    InputError
-        No region has that name.
+    Raises InputError if no region has that name.
     """
     if name.upper() not in regions():
         raise InputError(
@@ -145,9 +143,9 @@ def denies(text: str, language: Language) -> bool:
 
 
 def takes_back(text: str, language: Language) -> bool:
-    """Whether a remark says that nothing has happened, and ends with that.
+    """Whether a remark ends by denying distress.
 
-    "You misheard me, I said that he isn't breathing" ends with something else.
+    "You misheard me, I said that he isn't breathing" does not.
     """
     if "?" in text or "？" in text:  # "Do you think it is a joke?"
         return False
@@ -159,7 +157,7 @@ def takes_back(text: str, language: Language) -> bool:
 
 
 def may_be_said(text: str) -> bool:
-    """Whether a language model's words may be spoken: no distress, nothing harmful or hurtful."""
+    """Whether a language model's words may be spoken: they neither harm nor tell of distress."""
     languages = {language_of(text), FALLBACK}
     harm = any(find_phrase(_pattern("never", each), plain(text, each), each) for each in languages)
     return not harm and hear_distress(text) is None
@@ -167,14 +165,14 @@ def may_be_said(text: str) -> bool:
 
 @cache
 def words_of_care(language: Language) -> WordsOfCare:
-    """Return a language's ``care.toml``, or else the English one; it is read once."""
+    """Return a language's ``care.toml``, or else the English one."""
     found = read(WordsOfCare, language, "care")
     return words_of_care(FALLBACK) if found is None else found
 
 
 @cache
 def regions() -> dict[str, Numbers]:
-    """Return the regions' numbers; they are read once."""
+    """Return each region's numbers."""
     file = resources.files(__package__) / "regions.toml"
     numbers = tomllib.loads(file.read_text(encoding="utf-8"))
     return TypeAdapter(dict[str, Numbers]).validate_python(numbers)

@@ -1,13 +1,12 @@
-"""Conversation via a language model: somebody's words go to an endpoint, and a reply comes back.
+"""Conversation via a language model on an endpoint.
 
-It takes a remark and the partner's state, and returns words and a feeling. If the endpoint is slow,
-fails or returns nonsense, it returns nothing, and the partner uses its own answers. Whatever the
-endpoint sends, a reply is a short text and a feeling with a strength. The words are only spoken;
-the feeling is a stimulus among others. Nothing in a reply can move or stop a body.
+A remark and the partner's state go to the endpoint; a short text and a feeling with a strength come
+back. If the endpoint is slow, fails or sends nonsense, the partner uses its own answers. The words
+are only spoken, and the feeling is a stimulus among others: no reply can move or stop a body.
 
-Only one sentence at a time, the latest, is sent to the model. A request that is only slow stays
-open for a while: the server may be loading its model, which closing the request would interrupt.
-Only the last few exchanges are kept, and only in memory.
+A new remark replaces the request for the previous one. A slow request stays open for a while: the
+server may be loading its model, which closing the request would interrupt. Only the last few
+exchanges are kept, and only in memory.
 """
 
 import asyncio
@@ -32,7 +31,7 @@ PATIENCE = 8.0
 #: The largest answer of an endpoint, bytes.
 LARGEST_REPLY = 65_536
 
-#: How long a slow request stays open, s: as long as a model may take to load (our choice).
+#: How long a slow request stays open while a model may be loading, s (our choice).
 _LOADING = 120.0
 #: Time to find the server, s.
 _CONNECTING = 3.0
@@ -68,7 +67,7 @@ _FORMAT = {
 }
 #: The statuses of servers that do not accept a field of the request, such as the response format.
 _UNKNOWN_WISH = (400, 422)
-#: What a status most often means.
+#: The most likely causes of a status.
 _HINTS = {
     401: f"the server rejects the key in {KEY}",
     403: f"the server rejects the key in {KEY}",
@@ -95,7 +94,7 @@ class _SilentError(Exception):
 
 
 class Conversation:
-    """A conversation with whoever speaks to the partner; it belongs to one event loop.
+    """A conversation with people at the partner; it belongs to one event loop.
 
     Parameters
     ----------
@@ -116,30 +115,25 @@ class Conversation:
         self._plainly = False
 
     def forget(self) -> None:
-        """Forget what was said."""
+        """Forget all exchanges."""
         self._said.clear()
 
     def overtake(self) -> None:
-        """Drop the pending reply to what was said before."""
+        """Drop the pending reply to an earlier remark."""
         if self._thinking is not None:
             self._thinking.cancel()
 
     async def reply(self, said: str, felt: Iterable[Stimulus], state: State) -> Content | None:
-        """Return a reply, or None if none has come in time; then ``trouble`` says why.
+        """Return a reply; None without a usable one in time, and then ``trouble`` says why.
+
+        Raises OvertakenError if somebody has made another remark meanwhile.
 
         Parameters
         ----------
-        said
-            What somebody said.
         felt
             The stimuli that the remark caused.
         state
             The partner's present state.
-
-        Raises
-        ------
-        OvertakenError
-            Somebody has said something else meanwhile.
         """
         self.overtake()
         said = said.encode(errors="ignore").decode()  # half a character cannot be sent
@@ -162,7 +156,7 @@ class Conversation:
         return content
 
     def answered(self, answer: str) -> None:
-        """Remember what the partner answered by itself, so that the model can follow the talk."""
+        """Remember an answer of the partner's own, for the model's next request."""
         if self._said:
             self._remember(self._said[-1][0], Content(answer, None, 0.0))
 
@@ -176,7 +170,7 @@ class Conversation:
             self._said[-1] = (said, json.dumps(told, ensure_ascii=False))
 
     def _trouble(self, task: asyncio.Task[Content]) -> str | None:
-        """Return why a request brought no reply, so that the partner answers alone; or None."""
+        """Return why a request brought no reply; None if it brought one."""
         if not task.done():
             return f"no reply within {self._patience:g} s."
         match task.exception():
@@ -221,7 +215,6 @@ class Conversation:
             return _content(status, answer)
 
     async def _post(self, request: dict[str, Any]) -> tuple[int, bytes]:
-        """Return status and body of a response; redirects are not followed."""
         headers = {"Accept-Encoding": "identity", "User-Agent": f"miburi/{__version__}"}
         if self.endpoint.key is not None:
             headers["Authorization"] = f"Bearer {self.endpoint.key}"
@@ -241,7 +234,6 @@ class Conversation:
 
 
 def _prompt(felt: Iterable[Stimulus], state: State) -> str:
-    """Return a description of the partner and of its present state."""
     now = ["You feel nothing in particular now."]
     if state.felt is not None:
         now = [
@@ -258,7 +250,6 @@ def _prompt(felt: Iterable[Stimulus], state: State) -> str:
 
 
 def _content(status: int, answer: bytes) -> Content:
-    """Return what the model wrote."""
     if httpx.codes.is_redirect(status):
         raise _SilentError("a redirect, which is not followed; give its address with --talk.")
     if status in _HINTS:

@@ -1,4 +1,4 @@
-"""A cue: something that people say, and the answers to it; and the answers to a feeling."""
+"""A cue with its answers, and the answers to a feeling."""
 
 from collections.abc import Container
 from functools import cached_property
@@ -11,7 +11,7 @@ from miburi.feelings.catalogue import FeelingName
 from miburi.ground.tables import Table
 from miburi.talk.moves import MOVES
 
-#: What a cue does besides its answer.
+#: The acts, other than movements and tunes, that can accompany an answer.
 Do = Literal["stop", "repeat", "name", "remember", "amend", "recall", "forget"]
 
 
@@ -32,37 +32,37 @@ class Cue(Table):
     Attributes
     ----------
     name, when
-        What is meant, such as ``greeting``, and regular expressions over a sentence's plain words;
-        the group ``it`` captures the subject. Without any, only :mod:`miburi.talk.asking` finds it.
+        The intent or topic, such as ``greeting``, and regular expressions over a sentence's plain
+        words; the group ``it`` captures the subject. Without any, only :mod:`miburi.talk.asking`
+        finds the cue.
     say, echo
-        Answers, with slots such as ``{it}``; whether the partner first repeats the question,
-        because the answer is a general one.
+        Answers, with slots such as ``{it}``; whether the partner repeats the question before a
+        general answer.
     do, move, show, look, tune
-        What comes with the answer: an act, a move of ``moves.toml``, the gesture of a feeling, a
-        direction to look in, [Hz, s] notes that a page plays instead of the words.
+        The act with the answer: one of ``Do``, a move of ``moves.toml``, the gesture of a feeling,
+        a direction to look in, [Hz, s] notes that a page plays instead of the words.
     stays
-        The number of turns in which words may still refer to this cue. If it is 1, a question that
-        matches the script's ``again`` refers to this cue, unless the question asks for an act. If
-        it is more, words that match ``more`` do.
+        The number of turns for which words may refer to this cue: if 1, a question that matches the
+        script's ``again`` and asks for no act; if more, words that match ``more``.
     broad, aside
         Whether :mod:`miburi.talk.asking` may overrule its broad patterns; whether a question or a
         request in another sentence takes priority.
     light, heavy
-        Whether a wrong match would be out of place: the model must be surer than elsewhere, and
-        ``heavy`` words rule this cue out. Whether a topic is taken up even after a greeting or
+        Whether a wrong match would be out of place, so that the model must be surer than elsewhere,
+        and ``heavy`` words rule the cue out. Whether a topic is taken up even after a greeting or
         thanks.
     mine, capital
-        Whether this topic needs words about the speaker, and its subject a capital, as a name has.
+        Whether this topic needs words about the speaker, and its subject a capital letter.
     wish
         Whether it can be requested without a question ("Keep me company"), although it triggers no
         movement. A wrong match would do no harm.
     without, within
-        Names of a slot that must be empty, and of one that must be filled. Once the speaker's name
-        is known, "it is Toby" does not change it; "I do not get it" is about a joke only after a
-        joke (``after_joke``).
+        Names of a slot that must be empty, and of a slot that must be filled. For example, "it is
+        Toby" gives a name only while none is known, and "I do not get it" is about a joke only
+        after a joke (``after_joke``).
     named, refers
-        Regular expression of words that name this cue's act, so that a later "do it" means this
-        cue; and whether this cue is such a "do it".
+        Regular expression of words that name this cue's act for a later "do it"; and whether this
+        cue is such a "do it".
     """
 
     name: Annotated[str, Field(pattern=r"^[a-z][a-z_]*$")]
@@ -89,7 +89,7 @@ class Cue(Table):
 
     @property
     def acts(self) -> bool:
-        """Whether the answer comes with something besides words."""
+        """Whether an act accompanies the words."""
         return bool(self.do or self.shows)
 
     @cached_property
@@ -99,7 +99,7 @@ class Cue(Table):
 
     @cached_property
     def orders(self) -> bool:
-        """Whether it asks for an act that can be seen or heard, or for more of some fun."""
+        """Whether it asks for a visible or audible act, or for fun that can be repeated."""
         return self.shows or self.stays > 1
 
     @cached_property
@@ -108,7 +108,7 @@ class Cue(Table):
         return self.shows or self.do == "recall"
 
     def fits(self, filled: Container[str]) -> bool:
-        """Return whether ``without`` and ``within`` hold where these slots are filled."""
+        """Return whether ``without`` and ``within`` allow these filled slots."""
         return self.without not in filled and (self.within is None or self.within in filled)
 
 
@@ -128,7 +128,7 @@ class Answers(
         ]
     ]
 ):
-    """Sentences by the feeling that was heard, then by what the partner feels."""
+    """Sentences by the feeling that was heard, then by the partner's own feeling."""
 
     @model_validator(mode="after")
     def _check_complete(self) -> Self:
@@ -143,6 +143,6 @@ class Answers(
         return self
 
     def lines(self, heard: str | None, felt: str | None) -> list[str]:
-        """Return the sentences for the feeling heard and the one felt; either may be None."""
+        """Return the sentences for a feeling heard and a feeling felt; either may be None."""
         row = self.root.get(heard or "none", self.root["any"])
         return row.get(felt or "any", row["any"])

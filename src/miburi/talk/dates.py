@@ -1,4 +1,4 @@
-"""Find when something that somebody mentioned is due: "tomorrow", "on Sunday", "on May 2nd"."""
+"""Find the days and times in remarks: "tomorrow", "on Sunday", "on May 2nd", "at half two"."""
 
 import re
 from datetime import datetime, time, timedelta
@@ -6,7 +6,7 @@ from datetime import datetime, time, timedelta
 from miburi.languages import Language, compile_phrases, plain
 from miburi.talk.script import Script, script
 
-#: From this time of day on, the partner speaks of what is due (our choice).
+#: The time of day at which a fact about a day is due (our choice).
 _MORNING = time(9)
 _NUMBER = re.compile(r"(?<!\d)([12]?\d|3[01])(?:st|nd|rd|th|er|日)?(?!\d)")
 
@@ -37,7 +37,7 @@ def due_of(said: str, language: Language, now: datetime) -> datetime | None:
 
 
 def date_of(said: str, told: str | None, language: Language, now: datetime) -> str | None:
-    """Return the date that a remark names, or else the date in a fact; None if neither names one.
+    """Return the date in a remark, or else in a fact; None if neither names one.
 
     >>> date_of("What date is a week on Saturday?", None, "en", datetime(2026, 11, 25))
     'Saturday, December 5'
@@ -47,9 +47,7 @@ def date_of(said: str, told: str | None, language: Language, now: datetime) -> s
 
 
 def away(said: str, told: str | None, language: Language, now: datetime) -> str | None:
-    """Return how far away the day or time is that a remark names, or else that a fact names.
-
-    None: neither names one.
+    """Return how far away the day or time in a remark, or else in a fact, is; None without one.
 
     >>> away("How long is it till Sunday?", None, "en", datetime(2026, 11, 25))
     '4 days away'
@@ -73,10 +71,9 @@ def away(said: str, told: str | None, language: Language, now: datetime) -> str 
 
 
 def _left(said: str, language: Language, now: datetime) -> timedelta | None:
-    """Return the time left until the next time of day that a sentence names; None: it names none.
+    """Return the time left until the time of day in a sentence; None if it names none.
 
-    A time such as "half past two" can be before or after noon, so the one within the next 12 hours
-    is taken.
+    "Half past two" can be before or after noon: the next one is meant.
     """
     rules = script(language)
     for found in rules.times_in(plain(said, language)):
@@ -101,7 +98,7 @@ def _span(left: timedelta, language: Language) -> str:
 
 
 def _later(text: str, weekday: str, words: Script) -> int:
-    """Return how many days after a weekday a text means: "a week on Saturday"."""
+    """Return the days to add to a weekday, as in "a week on Saturday"."""
     for phrase, days in words.later.items():
         if compile_phrases([phrase], words.language, {"day": weekday}).search(text):
             return days
@@ -109,7 +106,6 @@ def _later(text: str, weekday: str, words: Script) -> int:
 
 
 def _day_of(month: str, text: str, words: Script) -> int | None:
-    """Return the day of a month that a text names, if it names both."""
     if (place := text.find(month)) < 0:
         return None
     for day, name in reversed([*enumerate(words.ordinals, 1)]):  # "twenty first" before "first"

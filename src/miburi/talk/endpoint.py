@@ -1,7 +1,6 @@
-"""A language model's endpoint: address of an OpenAI-compatible server, model's name, and key.
+"""A language model's endpoint: the address of an OpenAI-compatible server, a model, and a key.
 
-The key comes from the environment, never from the command line, where every user of the computer
-could read it.
+The key comes from the environment: every user of the computer could read a command line.
 """
 
 import os
@@ -14,7 +13,7 @@ from urllib.parse import urlsplit
 
 from miburi.errors import InputError, MiburiError
 
-#: The variable with the key.
+#: The environment variable with the key.
 KEY = "MIBURI_TALK_KEY"
 #: Suffixes of host names in home networks (RFC 6762, RFC 8375, and those that routers use).
 _AT_HOME = (".local", ".home.arpa", ".lan", ".home", ".internal", ".localhost")
@@ -22,7 +21,7 @@ _LONGEST = 200
 
 
 class OvertakenError(MiburiError):
-    """Somebody has since said something else, which is answered instead."""
+    """A newer remark is answered instead."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +36,7 @@ class Endpoint:
     model
         The model's name there.
     key
-        Sent as a bearer token; None: the server asks for none.
+        Sent as a bearer token; None if the server asks for none.
     """
 
     url: str
@@ -49,27 +48,23 @@ class Endpoint:
 
     @cached_property
     def tls(self) -> ssl.SSLContext:
-        """The certificates to trust: those of the system."""
+        """The system's trusted certificates."""
         return ssl.create_default_context()
 
 
 def find_endpoint(url: str, model: str, environment: Mapping[str, str] = os.environ) -> Endpoint:
-    """Return the endpoint at an address, with the key that the environment gives.
+    """Return the endpoint at an address, with the key from the environment.
 
-    Within the home ``http://`` will do. Elsewhere it must be ``https://``: otherwise others on the
-    network could read the conversation and the key.
+    Outside private networks the address must be ``https://``, or others could read the conversation
+    and the key.
+
+    Raises InputError if the address is not valid or not safe, or the model or the key is not
+    allowed.
 
     Parameters
     ----------
     url
         The base address; one without a path gets ``/v1``.
-    model
-        The model's name.
-
-    Raises
-    ------
-    InputError
-        The address is not valid or not safe, or the model or the key is not allowed.
     """
     try:
         parts = urlsplit(url)

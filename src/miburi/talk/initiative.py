@@ -1,7 +1,7 @@
-"""When the partner speaks first: a greeting, a question after silence, a date that it was told.
+"""When the partner speaks first: a greeting, a question after silence, a date in a fact.
 
-:class:`Initiative` finds a reason to speak first, or None, from the times at which somebody was
-seen and heard, from what is due, and from the clock. The partner never speaks first in quiet hours,
+:class:`Initiative` finds a reason to speak first, if any, from the times at which somebody was seen
+and heard, the facts that are due, and the clock. The partner never speaks first in quiet hours,
 seldom otherwise, and half as often after two remarks that nobody answered. All numbers are our
 choice.
 """
@@ -12,20 +12,18 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-#: The reason for speaking first.
 Reason = Literal["greeting", "date", "question"]
 REASONS: tuple[Reason, ...] = ("greeting", "date", "question")
 
-#: The shortest absence after which it greets, and the shortest silence after which it asks.
+#: The shortest absence before a greeting, and the shortest silence before a question.
 _ABSENCE, _SILENCE = timedelta(hours=3), timedelta(minutes=45)
-#: A person counts as present if they were noticed within the first of these times. Within the
-#: second of these times, the partner greets a person who came, and puts a question to a person whom
-#: it noticed.
+#: How long a person counts as present after being noticed; and how soon after an arrival the
+#: partner greets, and how soon after noticing somebody it asks.
 _THERE, _GLIMPSED = timedelta(minutes=10), timedelta(seconds=10)
-#: The shortest time between two occasions on which the partner speaks first, and the time without
-#: an answer after which one counts as ignored.
+#: The shortest time between two first remarks, and the time after which one without an answer
+#: counts as ignored.
 _APART, _PATIENCE = timedelta(minutes=30), timedelta(minutes=10)
-#: Each time this many first remarks in a row were ignored, the daily limit is halved.
+#: The daily limit is halved after each run of this many ignored first remarks.
 _IGNORED = 2
 
 
@@ -53,7 +51,7 @@ class Manners(BaseModel):
 
 @dataclass
 class Presence:
-    """When somebody was there.
+    """When somebody was present.
 
     Attributes
     ----------
@@ -68,7 +66,7 @@ class Presence:
     came: datetime | None = None
 
     def notice(self, now: datetime, *, words: bool = False) -> None:
-        """Note that somebody is there."""
+        """Note that somebody is present; with ``words`` if they spoke."""
         if self.seen is None or now - self.seen > _ABSENCE:
             self.came = now
         self.seen = now
@@ -87,14 +85,14 @@ class Initiative:
     """
 
     manners: Manners = field(default_factory=Manners)
-    _begun: list[datetime] = field(default_factory=list)  # today
-    _ignored: int = 0  # how many in a row were ignored
+    _begun: list[datetime] = field(default_factory=list)  # the first remarks of today
+    _ignored: int = 0  # in a row
     _open: datetime | None = None  # the latest first remark that nobody has answered yet
     _greeted: datetime | None = None  # when the latest person to be greeted came
 
     @property
     def allowance(self) -> int:
-        """How many times it may speak first today; fewer after several that were ignored."""
+        """How many times it may speak first today; fewer after ignored first remarks."""
         return max(1, self.manners.most >> (self._ignored // _IGNORED))
 
     def look(self, now: datetime, presence: Presence, due: bool) -> Reason | None:
@@ -104,10 +102,8 @@ class Initiative:
         ----------
         now
             The local time where the partner stands.
-        presence
-            When somebody was there.
         due
-            Whether a fact from the person present is about today.
+            Whether a fact from the person present is due today.
         """
         self._take_up(now, presence)
         self._begun = [one for one in self._begun if one.date() == now.date()]
@@ -136,7 +132,7 @@ class Initiative:
         return "question" if there and now - silent_since > _SILENCE else None
 
     def _take_up(self, now: datetime, presence: Presence) -> None:
-        """Record whether the latest remark with which it spoke first was answered or ignored."""
+        """Record whether the latest first remark was answered or ignored."""
         if self._open is None:
             return
         if presence.heard is not None and presence.heard > self._open:

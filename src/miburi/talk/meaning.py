@@ -1,4 +1,4 @@
-"""Choose which of the intents in a remark to answer."""
+"""Choose the intent in a remark that the partner answers."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import chain
@@ -23,10 +23,10 @@ def settled(
     heavy: bool,
     told: bool,
 ) -> Match | None:
-    """Return the intent to answer: the patterns', or the model's if surer or if they find none.
+    """Return the intent to answer: the patterns' match, or the model's guess if surer or alone.
 
-    ``shown`` tells whether a feeling was heard, and ``told`` whether a topic was. The function may
-    add a slot with the words to remember.
+    ``shown`` tells whether a feeling was heard, and ``told`` whether a topic was heard. The slots
+    may gain the words to remember.
     """
     how_are_you, found = heard.topic == "asked", match
     # The model may be sure that what looks like "How are you" asks something else ("May I be
@@ -43,13 +43,13 @@ def settled(
         grave = words.asked_of(said, None, felt=shown, told=told)
         others = sayable(chain(words.intents_of(said, slots), grave), slots)
         match = next((one for one in others if not one.cue.light), None)
-    # "How are you" does not ask how something is done, so a broad match of that is dropped.
+    # "How are you" does not ask how something is done, so a broad match is dropped.
     weak = match is not None and (match.cue.broad or match.cue.aside)
     return None if how_are_you and weak and match is found else match
 
 
 def named_in(said: str, words: Script) -> Cue | None:
-    """Return the last act named in a remark that the partner can perform."""
+    """Return the act that a remark names last, if any."""
     text = plain(said, words.language)
     ends = [
         (found.end(), cue)
@@ -61,7 +61,7 @@ def named_in(said: str, words: Script) -> Cue | None:
 
 
 def sayable(matches: Iterable[Match], slots: dict[str, str]) -> Iterator[Match]:
-    """Yield the matches that have an answer whose slots are known."""
+    """Yield the matches with an answer whose slots are all known."""
     for match in matches:
         known = slots | about(match)
         if match.cue.fits(slots) and any(slots_in(line) <= known.keys() for line in match.cue.say):
@@ -74,17 +74,17 @@ def is_surer(cue: Cue, slots: Mapping[str, str]) -> bool:
 
 
 def gives_way(match: Match | None, fun: list[str]) -> bool:
-    """Return whether words that match this cue may in fact ask for a repetition."""
+    """Return whether words with this match may in fact ask for a repetition."""
     if match is None or match.cue.broad or match.cue.within in fun:
         return True
     return match.cue.acts and match.cue.do != "recall"
 
 
 def about(match: Match) -> dict[str, str]:
-    """Return the slots for what an intent is about."""
+    """Return the slots for an intent's subject."""
     return {} if not match.it or not match.words else {"it": match.it, "words": match.words}
 
 
 def slots_in(line: str) -> set[str]:
-    """Return the names of the slots of a sentence."""
+    """Return the names of a sentence's slots."""
     return {name for _, name, _, _ in Formatter().parse(line) if name}

@@ -1,4 +1,4 @@
-"""Check the languages in a folder of your own before a partner hears and speaks them."""
+"""Check the languages in a user's own folder before a partner uses them."""
 
 import re
 from importlib import resources
@@ -16,10 +16,7 @@ from miburi.talk.script import script
 def check_languages(own: Path) -> list[str]:
     """Read every language in a folder; return a warning for each that hears no distress.
 
-    Raises
-    ------
-    DescriptionError
-        A file is missing, cannot be read, or is wrong; the message names it.
+    Raises DescriptionError if a file is missing, cannot be read, or is wrong; the message names it.
     """
     mine = [one for one in folders() if (own / one / "language.toml").is_file()]
     if FALLBACK in mine:
@@ -50,7 +47,7 @@ def check_languages(own: Path) -> list[str]:
 
 
 def _use(language: Language) -> None:
-    """Use all that a language's files have: nothing may fail when somebody needs help."""
+    """Use everything in a language's files, so that nothing fails when somebody needs help."""
     talk, said = script(language), "?"
     talk.asks(said)
     talk.tells(said)

@@ -1,4 +1,4 @@
-"""Find what somebody asks to have remembered, in the words around the request."""
+"""Find the words that the partner is to remember, around the request or in a remark."""
 
 import re
 
@@ -6,8 +6,8 @@ from miburi.languages import is_spaced
 from miburi.talk.asking import tells_a_fact
 from miburi.talk.script import Script
 
-#: Patterns for the punctuation around a sentence, for everything after the first sentence, and for
-#: a clause with its punctuation.
+#: The punctuation around a sentence, and patterns for the text after the first sentence and for a
+#: clause with its punctuation.
 SIGNS = " ,.;!?、。！？"
 _REST = re.compile(r"(?<=[.!?。！？]).+$", re.DOTALL)
 #: One-word sentences, such as "Right.", at the beginning of a fact.
@@ -16,11 +16,11 @@ _CLAUSE = re.compile(r"[^,.;!?、。！？]+[,.;!?、。！？]*")
 
 
 def told_before(said: str, words: Script) -> tuple[str, str, str]:
-    """Split a remark into what precedes "remember this", that clause, and what follows.
+    """Split a remark into the words before "remember this", that clause, and the words after it.
 
-    The third part is what follows, provided that it states a fact and is not a question: further
-    sentences, or the rest of the sentence after an announcement ("Remember one thing for me, ...").
-    A part that tells too little is empty, and the clause is if both others are.
+    The words after it are further sentences, or the rest of the sentence after an announcement
+    ("Remember one thing for me, ..."), unless they ask something. A part that tells too little is
+    empty, and so is the clause between two empty parts.
     """
     clauses = _CLAUSE.findall(said)
     places = [n for n, clause in enumerate(clauses) if _asks_to_remember(clause, words)]
@@ -43,7 +43,7 @@ def told_before(said: str, words: Script) -> tuple[str, str, str]:
 def facts_in(said: str, words: Script) -> list[str]:
     """Return the sentences that tell something about the person, and ask nothing.
 
-    If no sentence does so alone, but all together do, they are returned as one.
+    If only all sentences together do, they are returned as one.
     """
     sentences = words.told_in(said)
     facts: list[str] = []
@@ -60,13 +60,13 @@ def facts_in(said: str, words: Script) -> list[str]:
 
 
 def is_short(told: str, words: Script) -> bool:
-    """Return whether words are too few to tell a fact."""
+    """Return whether there are too few words for a fact."""
     spaced = is_spaced(words.language)
     return len(told.split()) < 4 if spaced else len(told) < 6
 
 
 def announces(said: str, words: Script) -> bool:
-    """Return whether somebody is about to tell something that is to be remembered."""
+    """Return whether somebody announces something to remember."""
     remembers = words.intents_of(said, {"next"}, do="remember")
     return any(match.cue.within == "next" for match in remembers)
 

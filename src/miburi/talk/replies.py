@@ -1,9 +1,9 @@
-"""Read a language model's reply, whatever shape the model gave it.
+"""Read a language model's reply in any form.
 
-It turns the text that a model wrote into the words to say, a feeling and its strength. Servers
-that know the schema return one JSON object. Small local models often do not: they add reasoning,
-code fences or a second object, quote a number, name a feeling of their own, forget a brace, or
-answer in plain text. All of these are understood; only a text without words is not.
+It turns the text that a model wrote into the words to say, a feeling and its strength. Servers that
+know the schema return one JSON object. Small local models often add reasoning, code fences or a
+second object, quote a number, invent a feeling, forget a brace, or answer in plain text. All of
+these are understood, but not a text without words.
 """
 
 import ast
@@ -15,12 +15,12 @@ from dataclasses import dataclass
 
 from miburi.feelings import FEELINGS
 
-#: The most characters that the partner says at once; a longer text is cut at a sentence's end.
+#: The longest reply, characters; a longer text is cut at a sentence's end.
 LONGEST_REPLY = 300
 
-#: Characters that are read, and braces that are tried as the beginning of an object (our choice).
+#: The most characters read, and braces tried as the beginning of an object (our choice).
 _READ, _TRIES = 8000, 64
-#: The strength of a feeling whose strength is missing or unusable (our choice).
+#: The strength of a feeling for which the model gives no usable one (our choice).
 _USUAL = 0.5
 #: Names that models use for the eight feelings; any other name counts as no feeling.
 _SYNONYMS = {
@@ -49,7 +49,7 @@ _MARKUP = re.compile(r"[*_`#]{1,3}(?=\S)|(?<=\S)[*_`]{1,3}")
 
 @dataclass(frozen=True)
 class Content:
-    """What a model wants said, and the feeling behind it; None: no feeling."""
+    """The words of a model's reply, and the feeling behind them, if any."""
 
     text: str
     feeling: str | None
@@ -57,7 +57,7 @@ class Content:
 
 
 def read_reply(written: str) -> Content | None:
-    """Return what a model wrote, or None if there is nothing in it to say.
+    """Return the content of a model's text; None if it has no words to say.
 
     >>> read_reply('Sure! {"reply": "Hello.", "feeling": "joy", "strength": "0.5"}')
     Content(text='Hello.', feeling='happiness', strength=0.5)
@@ -95,7 +95,7 @@ def _has_words(text: str) -> bool:
 
 
 def _objects(written: str) -> list[dict[str, object]]:
-    """Return the objects in a text that have words in ``reply``, the last one first."""
+    """Return the objects in a text that have a text in ``reply``, the last one first."""
     found, decoder, start = [], json.JSONDecoder(), len(written)
     for _ in range(_TRIES):
         start = written.rfind("{", 0, start)

@@ -1,7 +1,4 @@
-"""A language's script: what people say to a partner, and what it answers.
-
-A language's ``talk.toml`` becomes a :class:`Script`, whose cues find what was meant.
-"""
+"""A language's script: what people say to a partner, and its answers."""
 
 import re
 from collections.abc import Container, Iterator
@@ -18,17 +15,17 @@ from miburi.talk.cue import Answers, Cue, Do, Line, Lines, Match
 from miburi.talk.initiative import Reason
 from miburi.talk.wording import Turner, as_written
 
-#: The name of the intent of a question whose intent is not known.
+#: The name of the intent of a question without a known intent.
 OPEN = "open"
 
-#: Least likelihoods of an intent from the model: where a wrong guess shows at once, because the
-#: answer repeats what was asked or told; for a wish or an order that is not put as a question; and
-#: where the model must be sure (our choice).
+#: Least likelihoods of an intent from the model: where the answer repeats words, so that a wrong
+#: guess shows at once; for a wish, and for an order, that is not put as a question; and where the
+#: model must be sure (our choice).
 _GUESSED, _WISHED, _ORDERED, _SURE = 0.25, 0.45, 0.5, 0.65
-#: The least number of words in an order that matches no pattern, and of words or letters in a
-#: question that is answered although its intent is unknown (our choice).
+#: The fewest words, and in a language without spaces the fewest letters, of an order that matches
+#: no pattern, or of a question that is answered without a known intent (our choice).
 _WORDS, _LETTERS = 3, 6
-#: Characters that are read; the rest tells no more about what is wanted (our choice).
+#: The most characters read; the rest seldom changes the intent (our choice).
 _READ = 300
 _SENTENCE, _CLAUSE = re.compile(r"[^.!?;。！？\n]+"), re.compile(r"[^,.!?;、。！？\n]+")
 _WHOLE = re.compile(r"[^.!?。！？\n]+[.!?。！？]*")
@@ -37,41 +34,40 @@ _WHOLE = re.compile(r"[^.!?。！？\n]+[.!?。！？]*")
 class Script(Calendar):
     """One language's ``talk.toml``, with the fields of a calendar.
 
-    A regular expression that is missing matches nothing, or anything where that is the safe guess.
+    A missing regular expression matches nothing, or anything where that is safer.
 
     Attributes
     ----------
     turned, echoed, echo
-        The data of a :class:`Turner`; by default it echoes no question.
+        The data of a :class:`Turner`, which by default echoes no question.
     intent, topic, feelings
         Requests to the partner, the most urgent first; topics of conversation; answers to a feeling
         that was heard.
     again, itself, further
-        Regular expressions for words that refer to what was said before, for a question about the
-        partner, and for one that goes on about what was just recalled ("And which was it?").
+        Regular expressions for words that refer to the previous remark, for a question about the
+        partner, and for a question about the fact just recalled ("And which was it?").
     more, enough
-        The same for requests to repeat what was done for fun, and for remarks by somebody who wants
-        no more of it.
+        Regular expressions for requests to repeat something fun, and for remarks that want no more
+        of it.
     repeated, altered, alters
-        Answers when a movement or a song is repeated; answers when somebody wants it done another
-        way; and the regular expression of such a wish ("again, but slower").
+        Answers to a repeated request for a movement or song; answers to a wish to have it in
+        another way; and the regular expression of such a wish ("again, but slower").
     rephrased
-        Regular expressions on what was said, and replacements: "You like dogs?" becomes "Do you
-        like dogs?".
+        Regular expressions and their replacements: "You like dogs?" becomes "Do you like dogs?".
     unwanted
-        Regular expression for remarks that contain the words of an order but are none ("Why do you
+        Regular expression for remarks with the words of an order that order nothing ("Why do you
         look up?", "Do not dance yet").
     grave, heavy, people, oneself
-        The same for words of a question that may be grave, for words that rule out a ``light``
-        answer, for remarks about people and for calls ("Hello?"), for words about the speaker.
+        Regular expressions for questions that may be grave, for words that rule out a ``light``
+        answer, for remarks about people or calls ("Hello?"), and for words about the speaker.
     fact, question, belongs
-        The same for sentences that tell something to remember, for questions, and for a sentence
-        that belongs to the fact before it.
+        Regular expressions for facts, for questions, and for a sentence that belongs to the fact
+        before it.
     begin, stopped, paused, gentle
-        What the partner says when it speaks first, for each reason; when the body cannot move; and
-        in answer to ``heavy`` words that have no other answer (by default, the usual answers).
+        Sentences for speaking first, by reason; for a body that cannot move; and for ``heavy``
+        words without another answer (by default, the usual answers).
     likely
-        The least likelihood of a question's intent that only the model finds.
+        The least likelihood of a question's intent without a pattern.
     """
 
     turned: dict[str, str] = Field(default_factory=dict)
@@ -126,16 +122,16 @@ class Script(Calendar):
     def intents_of(
         self, said: str, filled: Container[str] = (), *, do: Do | None = None
     ) -> Iterator[Match]:
-        """Yield the intents of what was said, the most urgent first.
+        """Yield the intents of a remark, the most urgent first.
 
-        ``filled`` has the names of the slots that are filled: some intents need one, or need it
-        to be empty. With ``do``, only intents that do this are looked for.
+        ``filled`` has the names of the filled slots, on which some intents depend. With ``do``,
+        only intents with this act are found.
         """
         intents = self._doing[do] if do else self._intents
         return self._find([one for one in intents if one[0].fits(filled)], said)
 
     def topics_of(self, said: str) -> Iterator[Match]:
-        """Yield the topics of what was said."""
+        """Yield the topics of a remark."""
         mine = self.fits("oneself", said)
         return self._find([one for one in self._topics if mine or not one[0].mine], said)
 
@@ -162,7 +158,7 @@ class Script(Calendar):
 
     @cached_property
     def _single(self) -> dict[str, re.Pattern[str]]:
-        """The compiled regular expressions that belong to no cue, by field."""
+        """The compiled regular expressions outside of cues, by field."""
         one = "again itself further alters more enough unwanted grave heavy people oneself belongs"
         written = {name: [getattr(self, name)] for name in one.split()}
         written |= {"fact": self.fact, "question": self.question}
@@ -175,7 +171,6 @@ class Script(Calendar):
         return self._says(name, plain(said[:_READ], self.language))
 
     def _says(self, name: str, words: str) -> bool:
-        """Return whether plain words fit one of the regular expressions."""
         return bool(self._single[name].search(words))
 
     def asked_of(
@@ -183,9 +178,9 @@ class Script(Calendar):
     ) -> Iterator[Match]:
         """Yield the intents of words that match no pattern, or only the broad pattern of ``than``.
 
-        If a feeling was heard, or a topic in a remark that is not clearly a question, the model
-        must be sure. If it knows nothing, the intent is ``open``. If the question may be grave, the
-        model is not asked, and the intent is ``grave``.
+        The model must be sure if a feeling was heard (``felt``), or a topic in a remark that is not
+        clearly a question (``told``). A question without a known intent has the intent ``open``,
+        and one that may be grave the intent ``grave``.
         """
         sentences = [*_WHOLE.findall(said[:_READ]), said[:_READ]]
         asking = [each for each in sentences if self.asks(each)]
@@ -212,9 +207,9 @@ class Script(Calendar):
             yield from (Match(cue, None, None) for cue in self._named.get(OPEN, ()))
 
     def orders_of(self, said: str) -> Iterator[Match]:
-        """Yield the orders in words that match no pattern and ask no question.
+        """Yield the model's guesses at orders in words that match no pattern and ask no question.
 
-        "Lift your left one up slow for me" is found in this way, by the model.
+        An example is "Lift your left one up slow for me".
         """
         text = said[:_READ]
         whole = [*_WHOLE.findall(text), text]
@@ -238,7 +233,7 @@ class Script(Calendar):
         return named
 
     def asks(self, said: str) -> bool:
-        """Return whether something is put as a question."""
+        """Return whether a remark is a question."""
         return _is_written_as_a_question(said) or self.fits("question", said)
 
     def asks_clearly(self, said: str) -> bool:
@@ -246,19 +241,19 @@ class Script(Calendar):
         return _is_written_as_a_question(said) or self.turner.echo(said) is not None
 
     def reword(self, said: str) -> str:
-        """Return a remark in standard form, such as "Do you like dogs?"."""
+        """Return a remark with the replacements of ``rephrased``."""
         for pattern, instead in self.rephrased.items():
             said = re.sub(pattern, instead, said, flags=re.IGNORECASE)
         return said
 
     def says_again(self, cue: Cue, said: str) -> list[str]:
-        """Return the answers to somebody who wants to see or hear something once more."""
+        """Return the answers to a repeated request for this cue."""
         if not cue.shows or not self.repeated:
             return cue.say
         return self.altered if self.altered and self.fits("alters", said) else self.repeated
 
     def goes_on(self, said: str) -> bool:
-        """Whether this is a question about what was said before."""
+        """Whether this is a question about the previous remark."""
         return self.asks(said[:_READ]) and self.fits("again", said)
 
     def point_of(self, said: str, filled: Container[str] = ()) -> str | None:
@@ -276,7 +271,7 @@ class Script(Calendar):
         return self.fits("heavy", last) or any(one.cue.heavy for one in self.topics_of(last))
 
     def wants_more(self, said: str) -> bool:
-        """Return whether somebody only wants a repeat of what was done for fun."""
+        """Return whether somebody only wants a repetition of something fun."""
         text = said[:_READ]
         each = [*_SENTENCE.findall(text), *_CLAUSE.findall(text), text]
         if any(self.fits("more", part) for part in each):
@@ -285,7 +280,7 @@ class Script(Calendar):
         return name == "again" and likely > _ORDERED and not self.fits("enough", said)
 
     def told_in(self, said: str) -> list[str]:
-        """Return the sentences that ask nothing."""
+        """Return a remark's sentences that ask nothing."""
         sentences = (found.strip() for found in _WHOLE.findall(said[:_READ]))
         return [each for each in sentences if each and not self.asks(each)]
 
@@ -295,18 +290,15 @@ class Script(Calendar):
 
     @cached_property
     def turner(self) -> Turner:
-        """Turns somebody's words into those of the partner."""
+        """The turner with this language's data."""
         return Turner(self.turned, self.echoed, self.echo, self.language)
 
 
 @cache
 def script(language: Language) -> Script:
-    """Return a language's script; it is read once.
+    """Return a language's script.
 
-    Raises
-    ------
-    DescriptionError
-        There is no ``talk.toml``, or it is wrong.
+    Raises DescriptionError if there is no ``talk.toml``, or it is wrong.
     """
     written = read(Script, language, "talk")
     if written is None:
@@ -324,12 +316,12 @@ def _is_written_as_a_question(said: str) -> bool:
 
 
 def _least(cue: Cue, *, whole: bool, tells: bool, short: bool) -> float:
-    """Return the least likelihood of a cue in a remark that is no question; 1 means never."""
+    """Return the least likelihood of a cue outside questions; 1 rules it out."""
     if short:
         return _SURE if cue.wish and whole else 1.0
     if cue.wish:
         return _WISHED if whole and not tells else _ORDERED
-    if cue.do == "remember":  # which may be written
+    if cue.do == "remember":  # the fact may be written to the disk
         return _SURE
     if tells or not cue.orders:
         return 1.0

@@ -1,4 +1,4 @@
-"""Handle what is said to the partner: recognise the feeling, share it, and answer."""
+"""Respond to words: recognise their feeling, share it, and answer."""
 
 import asyncio
 import threading
@@ -37,33 +37,29 @@ if TYPE_CHECKING:
     from miburi.talk.conversation import Conversation
 
 
-#: Duration of a requested look, s, and the mood (strength) of a requested gesture (our choice).
+#: Duration of a requested look, s, and mood of a requested gesture (our choice).
 _LOOKED, _SHOWN = 2.0, 0.8
-#: How long the partner waits after the server is up before it loads what answers need, s (our
-#: choice).
+#: The delay before loading the data of answers, s (our choice).
 _SETTLED = 2.0
-#: The least likelihood of joy to share in a sentence that also mentions illness or death (our
-#: choice).
+#: Joy in a sentence that also has heavy words counts from this likelihood on (our choice).
 _SURE_OF_JOY = 0.9
 
 
 class Speech:
-    """Takes what is said to a partner, and lets it answer.
+    """Lets a partner respond to words.
 
     Parameters
     ----------
-    partner
-        The partner.
     endpoint
         The language model that thinks of its answers; None: it answers by itself.
     care
-        How it cares for somebody in distress.
+        Chooses the words for somebody in distress.
     clock
         Returns the local time where the partner stands.
     seed
         The seed for choosing among the partner's own answers.
     folder
-        The folder for what the partner knows about people; None: it forgets that when it ends.
+        The folder for the partner's knowledge of people; None: it is lost when the program ends.
     """
 
     def __init__(
@@ -76,10 +72,8 @@ class Speech:
         folder: Path | None = None,
     ) -> None:
         self._partner, self._clock = partner, clock
-        #: The people it knows.
         self.memory = Memory(folder and folder / "people.json", partner.own_temperament, clock)
         self._answerer, self._language = Answerer(seed), FALLBACK
-        #: Lets it speak first.
         self.beginning = Beginning(
             partner, self.memory, self._answerer, clock, folder and folder / "manners.json"
         )
@@ -91,17 +85,16 @@ class Speech:
         self._deleted = 0  # the memory's count of deletions, when last checked
 
     async def live(self) -> None:
-        """Load what answers need, then check for reasons to speak first, until cancelled."""
+        """Load the data of answers, then check for reasons to speak first, until cancelled."""
         await asyncio.sleep(_SETTLED)
         # Ctrl-C does not wait for a daemon.
         threading.Thread(target=self.get_ready, name="get ready", daemon=True).start()
         await self.beginning.live()
 
     def get_ready(self) -> None:
-        """Load what an answer needs, so that the first words do not wait for it.
+        """Load the data of answers, so that the first words, perhaps a cry for help, do not wait.
 
-        They may be a cry for help. Loading takes about 1.5 s, and several times that on a small
-        computer.
+        This takes about 1.5 s, and several times as long on a small computer.
         """
         from miburi.senses.words import hear
 
@@ -111,21 +104,19 @@ class Speech:
         words_of_care(self._language)
 
     async def take(self, said: str, *, tone: Tone = "plain", by: str = "person") -> SayOut:
-        """Respond to what was said, in feelings and words; return the result.
+        """Respond to a remark in feelings and words; return the result.
 
-        "Stop" stops the body before anything else. A sentence gets no answer if a newer one arrives
-        first. Distress is answered with the help for its kind. During that, and for ten minutes
-        afterwards, no language model is asked, and the partner does not mention its own feelings.
-        :class:`Comfort` says what follows from possible distress and slight signs of it.
+        "Stop" stops the body before anything else. A newer remark cancels a model's pending answer.
+        Distress is answered with the appropriate help; during it, and for ten minutes afterwards,
+        no language model is asked, and the partner does not mention its own feelings.
+        :class:`Comfort` handles possible distress and slight signs of it.
 
         Parameters
         ----------
-        said
-            The sentence.
         tone
-            The tone of voice, which strengthens or weakens the words' feeling.
+            The tone of voice, which strengthens or weakens the feeling.
         by
-            Who says it, as for :func:`miburi.serving.press.who`.
+            The speaker, as for :func:`miburi.serving.press.who`.
         """
         from miburi.senses.words import hear
 
@@ -142,10 +133,10 @@ class Speech:
         heard = self._comfort.weigh(heard, said, language, wanted, after=after)
         acts = any(match.cue.acts for match in wanted)
         if not grave and heard.worry is None and acts:
-            heard = Impression(None, 0.0, "speech")  # an order says nothing about feelings
+            heard = Impression(None, 0.0, "speech")  # an order shows no feeling
         doubtful = heard.feeling in JOYS and heard.strength < _SURE_OF_JOY
         if doubtful and script(language).fits("heavy", said):
-            # "Great, I've got cancer" must not make it glad.
+            # "Great, I've got cancer" must not please it.
             heard = Impression(None, 0.0, "speech")
         if (grave or heard.worry is not None) and self._conversation is not None:
             self._conversation.overtake()
@@ -186,7 +177,6 @@ class Speech:
         )
 
     def _forget_deleted(self) -> None:
-        """Forget the conversation if anything was deleted from memory since the last remark."""
         if self._deleted != self.memory.deleted:
             self._deleted = self.memory.deleted
             self._answerer.forget()
@@ -220,7 +210,7 @@ class Speech:
         return text, None if answer.cue is None else answer.cue.name
 
     async def count(self, felt: tuple[Stimulus, ...]) -> None:
-        """Record how somebody treats the partner: what they did, and contacts since last time."""
+        """Add stimuli, and the contacts since the last call, to the present person's attachment."""
         events = self._partner.history.after(self._counted)
         self._counted = self._partner.history.number
         contacts = sum(one.kind == "stop" and one.name == StopReason.CONTACT for one in events)
@@ -231,7 +221,6 @@ class Speech:
             await granted(self._partner, Lean(leaning))
 
     def _known(self, said: str, language: Language) -> dict[str, str]:
-        """Return the facts that fill the slots in its answers."""
         present, told = self.memory.present, self.memory.recall(said, language)
         latest = self.memory.remarks.last_told()
         known = {
@@ -270,7 +259,7 @@ class Speech:
         return answer
 
     async def _perform(self, answer: SmallAnswer) -> str:
-        """Perform the act of an answer; return the words to say, even if it cannot move."""
+        """Perform the act of an answer; return the words, which differ if the body cannot move."""
         cue = answer.cue
         if answer.quotes and not await asyncio.to_thread(may_be_said, answer.text):
             words = script(answer.language)
@@ -321,7 +310,7 @@ class Speech:
 
 
 def _converse(endpoint: Endpoint) -> "Conversation":
-    # It is imported here because it loads the libraries of an HTTP client.
+    # The import loads an HTTP client's libraries.
     from miburi.talk.conversation import Conversation
 
     return Conversation(endpoint)

@@ -1,8 +1,7 @@
 """A voice on the partner's own computer: it turns a sentence into sound.
 
 A synthesizer runs as a separate process: it does not delay the partner, it is killed if it takes
-too long, and its licence does not extend to Miburi. No web library is loaded here, so that a
-partner starts sooner.
+too long, and its licence does not extend to Miburi.
 """
 
 import asyncio
@@ -19,16 +18,15 @@ from miburi.errors import InputError
 from miburi.feelings.catalogue import Voice
 from miburi.languages.rhythm import Rhythm, rhythm_of_sound
 
-#: What flite speaks.
+#: The languages of flite.
 LANGUAGES = ("en",)
-#: Pattern for flite's names of vowels, and its name of silence.
+#: Pattern of flite's names of vowels, and its name of silence.
 _VOWEL = re.compile(r"a[aehowxy]|axr|e[hry]|i[hy]|o[wy]|u[hw]")
 _SILENCE = "pau"
-#: Which of flite's voices; its pitch, Hz, which a feeling raises or lowers; and the lowest pitch,
-#: Hz (our choice).
+#: A voice of flite; its neutral pitch, Hz; and the lowest pitch, Hz (our choice).
 _VOICE, _PITCH, _LOWEST = "slt", 172.0, 60.0
 _PHONE = re.compile(r"([a-z]+):(\d+\.\d+)")
-#: Typographic characters that it cannot read, and the plain ones to use instead.
+#: Plain characters for typographic ones, which flite cannot read.
 _PLAIN = str.maketrans({"‘": "'", "’": "'", "“": '"', "”": '"', "–": ",", "—": ",", "…": "..."})
 
 
@@ -41,7 +39,7 @@ class Sound:
     wave
         A WAV file.
     rhythm
-        When its prominent syllables are heard.
+        The times of its prominent syllables.
     """
 
     wave: bytes
@@ -57,23 +55,14 @@ class Synthesizer:
     program
         The path of its executable.
     patience
-        The longest time for a sentence, s (our choice); 25 s of speech take 0.5 s of processor
-        time.
+        The longest time for a sentence, s (our choice); 25 s of speech take 0.5 s to compute.
     """
 
     program: str
     patience: float = 5.0
 
     async def sound(self, text: str, voice: Voice) -> Sound | None:
-        """Return the sound of a sentence; None if it took too long, or if there is nothing to say.
-
-        Parameters
-        ----------
-        text
-            What to say; only English can be spoken.
-        voice
-            How fast and how high.
-        """
+        """Return the sound of an English sentence; None if it took too long, or has no words."""
         words = unicodedata.normalize("NFKD", text.translate(_PLAIN))
         words = words.encode("ascii", "ignore").decode()
         if not any(letter.isalnum() for letter in words):
@@ -106,15 +95,14 @@ class Synthesizer:
             finally:
                 with suppress(ProcessLookupError):
                     process.kill()
-                # When the server ends, this task is cancelled twice, so it waits again for the
-                # killed process, which ends soon.
+                # The server's end cancels this task twice; the killed process must be reaped.
                 while process.returncode is None:
                     with suppress(asyncio.CancelledError):
                         await process.wait()
 
 
 def _rhythm(words: str, phones: str) -> Rhythm:
-    """Return the rhythm of a sound from its phones, each a name and its end, as ``ay:0.392``.
+    """Return the rhythm of a sound from its phones, each a name and its end, s: ``ay:0.392``.
 
     flite prints one line per sentence, with times since that sentence's start.
     """
@@ -136,10 +124,7 @@ def _rhythm(words: str, phones: str) -> Rhythm:
 def find_synthesizer(name: str) -> Synthesizer:
     """Return the synthesizer of the given name.
 
-    Raises
-    ------
-    InputError
-        There is no such synthesizer, or it is not installed.
+    Raises InputError if there is no such synthesizer, or it is not installed.
     """
     if name != "flite":
         raise InputError(f"--voice must be flite, got {name!r}.")

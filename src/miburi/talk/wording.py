@@ -48,10 +48,10 @@ class Turner:
     ----------
     turned
         Regular expressions of words that change with the speaker, and their replacements: ``my``
-        becomes ``your``. The first that matches is used.
+        becomes ``your``. The first match is used.
     echoed
-        Regular expression of a written question that the partner can repeat; its group is the part
-        to repeat. An empty one matches nothing.
+        Regular expression of a question that the partner can repeat; its group is the part to
+        repeat. An empty expression matches nothing.
     echo
         The form of the repeated question, with the slot ``it``.
     language
@@ -80,7 +80,7 @@ class Turner:
         return found.group()
 
     def echo(self, said: str) -> str | None:
-        """Return the last question of a remark as the partner says it back; None if it cannot."""
+        """Return the last question of a remark as the partner repeats it; None if it cannot."""
         asked = [found.group(1) for found in self._echoed.finditer(said)]
         if not asked:
             return None

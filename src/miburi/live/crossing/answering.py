@@ -1,4 +1,4 @@
-"""The partner's side of the pipes: answers what the server's process asks of the runner."""
+"""The partner's side of the pipes: it answers the requests from the server's process."""
 
 import math
 import sys
@@ -31,7 +31,7 @@ from miburi.live.watchdog import Watchdog
 from miburi.live.wishes import Release
 from miburi.serving.press import Press
 
-#: How long the server, or the process that receives Stops, may hang, s (our choice).
+#: How long the server, or the reception, may hang, s (our choice).
 UNSERVED = 3.0
 _SLOW_THREADS = 4
 
@@ -39,18 +39,13 @@ _SLOW_THREADS = 4
 class Answering:
     """Answers the server in separate threads, until it disconnects.
 
-    If the server hangs after its start, nobody can watch the body on a page. If the process that
-    receives Stops (the reception) hangs, nobody can press Stop. After 3 s of either, the body is
-    stopped.
+    If the server hangs after its start, nobody can watch the body on a page. If the reception, the
+    process that receives Stops, hangs, nobody can press Stop. The body stops after 3 s of either.
 
     Parameters
     ----------
-    runner
-        The partner.
-    ends
-        The partner's ends of the pipes.
     on_ready
-        Called once the server is listening and the reception takes Stops.
+        Called when the server listens and the reception takes Stops.
     on_hang
         Called when the server, or the reception, has hung for another 10 s.
     reception
@@ -99,7 +94,7 @@ class Answering:
         self._runner.stop(Press("partner"))
 
     def _stop_all(self, stopping: Connection) -> None:
-        """Stop the body when a message says so; a None is only a heartbeat."""
+        """Stop the body at each message with a press; None is a heartbeat."""
         watchdog = None
 
         def tell(_done: Future[None] | None = None) -> None:
@@ -123,7 +118,7 @@ class Answering:
                     self._watch("reception", watchdog)
 
     def _watch(self, who: str, watchdog: Watchdog) -> None:
-        """Watch a process ``who`` that has started; the partner is ready once all have started."""
+        """Watch a process that has started; the partner is ready once all have started."""
         threading.Thread(target=watchdog.watch, args=(self._over,), daemon=True).start()
         with self._arriving:
             self._awaited.discard(who)
@@ -132,7 +127,6 @@ class Answering:
             self._on_ready()
 
     def _answer_all(self) -> None:
-        """Handle the server's messages in order."""
         with suppress(OSError, EOFError):
             while True:
                 match self._ends.asking.recv():
@@ -181,7 +175,7 @@ class Answering:
 
     def _granted(self, ask: Ask) -> Future[Any]:
         wish, runner = ask.wish, self._runner
-        # A Stop overtakes everything else, so a release that came before it is outdated.
+        # A Stop overtakes all else, so a release that came before it is outdated.
         if isinstance(wish, Release) and wish.seen is None and ask.came <= self._pressed:
             raise BodyError(STOP_SINCE)
         if wish.slow:
@@ -196,7 +190,7 @@ class Answering:
         self._tell(number, future.result() if error is None else None, error)
 
     def _tell(self, number: int, result: object, error: BaseException | None) -> None:
-        """Send a result, or an error as a class that the other side knows."""
+        """Send a result, or an error of a class that the other side knows."""
         if error is not None and not isinstance(error, MiburiError):
             error = MiburiError(f"{type(error).__name__}: {error}")
         self._post.send(Answer(number, result, error, self._runner.snapshot.serial))

@@ -36,28 +36,22 @@ from miburi.serving.press import PRESSED, Press
 #: The partner counts as unreachable after this time without an answer, s (our choice).
 SILENCE = 1.0
 #: The partner counts as silent after this many waits in a row without news. If this process itself
-#: sleeps, as on a closed laptop, only one wait has passed, and its request may not even have been
-#: sent.
+#: has slept, as on a closed laptop, only one wait has passed.
 _WAITS = 10
 
 
 class FarPartner(LivePartner):
     """A live partner in another process.
 
+    Raises UnreachableError if the partner's process ended before its first message.
+
     Parameters
     ----------
-    ends
-        The server's ends of the pipes.
     clock
         Returns the time in s, the same in all processes.
     open_store
-        Opens the store of events once the partner runs; without it, only the latest events are
+        Opens the store of events when the partner runs; by default, only the latest events are
         known.
-
-    Raises
-    ------
-    UnreachableError
-        The partner's process ended before it said anything.
     """
 
     def __init__(
@@ -73,11 +67,11 @@ class FarPartner(LivePartner):
         self._number = self._beats = 0
         self._silent = False
         self._pressed = 0.0
-        self._press: Press | None = None  # since the last Stop was sent
+        self._press: Press | None = None  # presses since the last Stop was sent
         self._ticks = deque([clock()], maxlen=2)
         self._sent_stop: Future[None] | None = None
         self._next_stop: Future[None] | None = None
-        #: Set when the partner's process has ended.
+        #: Set once the partner's process has ended.
         self.over = threading.Event()
         self._post = Post(ends.asking)
         try:
@@ -105,21 +99,17 @@ class FarPartner(LivePartner):
     def stop(self, press: Press = PRESSED) -> Future[None]:
         """Stop the body before anything else is done.
 
-        At most one Stop is on its way: requests made meanwhile share the next one, which goes out
-        as soon as the first is answered. So a flood of Stops cannot fill the pipe, and no Stop is
-        lost.
+        At most one Stop is unanswered: later presses share the next one, which is sent after the
+        answer. So a flood of Stops cannot fill the pipe, and no Stop is lost.
 
-        Raises
-        ------
-        UnreachableError
-            The partner does not answer. If it recovers later, it will stop then.
+        Raises UnreachableError if the partner does not answer; the body stops if it recovers.
         """
         with self._lock:
             self._pressed = self._clock()
             self._press = Press.both(self._press, press)
             if self._next_stop is None:
                 self._next_stop = Future()
-                self._next_stop.set_running_or_notify_cancel()  # nobody can take it back
+                self._next_stop.set_running_or_notify_cancel()  # now it cannot be cancelled
             future = self._next_stop
             if self._sent_stop is None:
                 self._send_stop()
@@ -127,12 +117,9 @@ class FarPartner(LivePartner):
         return future
 
     def ask(self, wish: Wish[Granted]) -> Future[Granted]:
-        """Send the runner a request; the future resolves to the answer.
+        """Send the runner a request; return a future for the answer.
 
-        Raises
-        ------
-        UnreachableError
-            The partner does not answer.
+        Raises UnreachableError if the partner does not answer.
         """
         came = self._clock()
         if isinstance(wish, Release):
@@ -140,7 +127,7 @@ class FarPartner(LivePartner):
         return self._send(lambda number: Ask(number, wish, came))
 
     def ask_recordings(self, what: str, *with_: str) -> Any:
-        """Call a method of the recordings, wait, and return its answer."""
+        """Call a method of the recordings, and return its answer."""
         return self._send(lambda number: AskRecordings(number, what, with_)).result(LONG)
 
     def _send(self, message: Callable[[int], object]) -> Future[Any]:
@@ -155,7 +142,7 @@ class FarPartner(LivePartner):
         return future
 
     def tell_ready(self) -> None:
-        """Tell the partner's process that the server is listening."""
+        """Tell the partner's process that the server listens."""
         self._post.send(Ready())
 
     def beat(self) -> None:
@@ -192,22 +179,22 @@ class FarPartner(LivePartner):
         self._steps.extend(Snapshot(json=json, serial=serial) for serial, json in news.steps)
         if news.serial > known:
             self._steps.append(latest)
-        self.snapshot = latest  # set last, so that readers of this find the entries, too
+        self.snapshot = latest  # last, so that its readers find the entries above
         self._serial = news.serial
         if news.motors is not None:
             self.motors = news.motors
 
     def _listen(self) -> None:
-        """Take in what the partner says, and ask it for news every step.
+        """Receive the partner's messages, and request news at every step.
 
         An answer is held back until the state that shows its effect has arrived.
         """
         asking, stopping = self._ends
         ends = DefaultSelector()
-        asked = False  # whether the partner was asked for news that has not come yet
+        asked = False  # whether requested news has not arrived yet
         due = time.monotonic()
         told: list[Answer] = []
-        waits = 0  # in a row, for news that did not come
+        waits = 0  # in a row, without the requested news
         try:
             for end in self._ends:
                 ends.register(end, EVENT_READ)
@@ -260,7 +247,7 @@ class FarPartner(LivePartner):
             future.set_exception(error)
 
     def _lose(self) -> None:
-        """Fail all waiting requests because the partner has ended."""
+        """Fail all open requests because the partner has ended."""
         self.over.set()
         with self._lock:
             left = [*self._open]

@@ -1,16 +1,16 @@
-"""The crossing between the partner's process and the others: its pipes and its messages.
+"""The pipes and messages between the partner's process and the others.
 
-The partner's loop has a process of its own, so that no page and no request can starve it. The
-server's process holds a :class:`~miburi.live.crossing.far.FarPartner`, which sends requests; in the
-runner's process, :class:`~miburi.live.crossing.answering.Answering` replies to them. Two pipes
-lie between them, one for Stop alone::
+The partner's loop has a process of its own, so that no page and no request can starve it. A
+:class:`~miburi.live.crossing.far.FarPartner` in the server's process sends requests, and
+:class:`~miburi.live.crossing.answering.Answering` in the runner's process replies. Two pipes
+connect them, one for Stop alone::
 
     FarPartner ── Ask, Cancel, Look ─▶ Answering ──▶ Runner
                ◀── Answer, Latest ──────
                ═══ Stop ═════════════▶
 
-The server asks for news at every step, and news is sent only on request, so that none piles up
-while it is busy. Neither side waits for the other: each sends from a thread of its own.
+The server requests news at every step; it is sent only on request, so that none piles up while the
+server is busy. Neither side waits for the other: each sends from a separate thread.
 """
 
 import pickle
@@ -27,7 +27,7 @@ from miburi.live.state import MotorsOut, Sample
 from miburi.live.wishes import Wish
 from miburi.robot import Robot
 
-#: How long to wait for slow operations, such as making a body or writing to a disk, s.
+#: How long slow operations may take, such as making a body or writing to a disk, s.
 LONG = 60.0
 
 
@@ -38,13 +38,13 @@ class Lanes(NamedTuple):
     stopping: Connection
 
     def close(self) -> None:
-        """Close both."""
+        """Close both pipes."""
         self.asking.close()
         self.stopping.close()
 
 
 class Hello(NamedTuple):
-    """The partner's first message: everything that does not change later."""
+    """The partner's first message: the facts that never change."""
 
     robot: Robot
     repertoire: Repertoire
@@ -56,7 +56,7 @@ class Hello(NamedTuple):
 
 
 class Ask(NamedTuple):
-    """A request; ``came`` is its time of arrival in s, on the clock that all processes share."""
+    """A request; ``came`` is its time of arrival, s on the clock that all processes share."""
 
     number: int
     wish: Wish[Any]
@@ -64,7 +64,7 @@ class Ask(NamedTuple):
 
 
 class AskRecordings(NamedTuple):
-    """A call of a method of the recordings, by name; it does not pass through the loop."""
+    """A call of a method of the recordings, by name; it bypasses the loop."""
 
     number: int
     what: str
@@ -72,13 +72,13 @@ class AskRecordings(NamedTuple):
 
 
 class Cancel(NamedTuple):
-    """Cancels a request whose answer nobody awaits any more."""
+    """Cancels a request."""
 
     number: int
 
 
 class Answer(NamedTuple):
-    """The result of a request, and the serial number of the first state that shows its effect."""
+    """The result of a request, and the serial of the first state that shows its effect."""
 
     number: int
     result: Any
@@ -87,13 +87,13 @@ class Answer(NamedTuple):
 
 
 class Ready(NamedTuple):
-    """The server is up."""
+    """The server listens."""
 
 
 class Look(NamedTuple):
-    """Ask for news: everything after the numbers given here is new.
+    """A request for all news after the given numbers.
 
-    ``beats`` counts up while the server is alive; if it stops rising, the server has hung.
+    ``beats`` counts up unless the server has hung.
     """
 
     event: int
@@ -103,9 +103,9 @@ class Look(NamedTuple):
 
 
 class Latest(NamedTuple):
-    """The latest state as JSON, and other news; ``motors`` is None if it has not changed.
+    """The latest state as JSON, and other news; ``motors`` is None if unchanged.
 
-    ``steps`` are the states before it that were not sent earlier, with their serial numbers.
+    ``steps`` has the earlier states that were not sent yet, with their serials.
     """
 
     serial: int
@@ -117,13 +117,13 @@ class Latest(NamedTuple):
 
 
 def lanes() -> tuple[Lanes, Lanes]:
-    """Return the ends of the pipes on the partner's side and on the server's."""
+    """Return the partner's ends of the pipes, and the server's."""
     (asking, asked), (stopping, stopped) = Pipe(), Pipe()
     return Lanes(asked, stopped), Lanes(asking, stopping)
 
 
 class Post:
-    """Sends from a thread of its own: the caller never waits."""
+    """Sends messages from a separate thread, so that the caller never waits."""
 
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
@@ -131,7 +131,7 @@ class Post:
         threading.Thread(target=self._run, name="post", daemon=True).start()
 
     def send(self, message: object) -> None:
-        """Hand a message over."""
+        """Send a message."""
         self._waiting.put(pickle.dumps(message))
 
     def _run(self) -> None:

@@ -33,7 +33,7 @@ def _iso(moment: datetime) -> str:
 #: A moment in UTC; in JSON as ISO 8601 with milliseconds.
 Wall = Annotated[AwareDatetime, PlainSerializer(_iso, return_type=str, when_used="json")]
 
-#: Kinds that tell what was said to the partner.
+#: Kinds of events with words that were said to the partner.
 _SAID = ("heard", "distress")
 #: What a cursor looks like.
 CURSOR = r"^(?:([0-9a-f]{8}):)?([0-9]{1,15})$"
@@ -52,10 +52,7 @@ class Cursor(NamedTuple):
     def of(cls, text: str) -> "Cursor":
         """Return the cursor in a text, ``BOOT:NUMBER`` or ``NUMBER``.
 
-        Raises
-        ------
-        InputError
-            The text is not a cursor.
+        Raises InputError if the text is not a cursor.
         """
         found = re.match(CURSOR, text.strip())
         if found is None:
@@ -134,17 +131,14 @@ def without_words(event: LiveEvent) -> LiveEvent:
 
 
 class EndOfWish:
-    """Finds the event that ends a wish, among those that follow it.
+    """Finds the event that ends a wish.
+
+    Raises InputError if the text is not the id of a wish.
 
     Parameters
     ----------
     wish
         Its id, ``BOOT:NUMBER``.
-
-    Raises
-    ------
-    InputError
-        The string is not the id of a request.
     """
 
     def __init__(self, wish: str) -> None:
@@ -155,11 +149,8 @@ class EndOfWish:
     def is_in(self, event: LiveEvent) -> bool:
         """Whether this event ends the wish; pass the events in their order.
 
-        Raises
-        ------
-        BodyError
-            The partner was restarted, or no longer has these events: nobody knows how the wish
-            ended.
+        Raises BodyError if the end of the wish is unknown: the partner was restarted, or the events
+        are deleted.
         """
         if event.boot != self._boot:
             raise BodyError("the partner was restarted, so it is unknown how that request ended.")

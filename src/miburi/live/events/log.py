@@ -1,8 +1,7 @@
-"""The log of a live partner: what happened, by number, across restarts.
+"""The log of a live partner: numbered events, across restarts.
 
-The latest events are in memory, older ones in an :class:`~miburi.live.events.store.EventStore`. The
-partner's loop only adds events in memory; a thread writes them, so that a slow disk does not hold
-up the loop.
+The latest events are in memory, older ones in an :class:`~miburi.live.events.store.EventStore`. A
+thread writes events to the disk, so that a slow disk does not hold up the partner's loop.
 """
 
 import math
@@ -21,14 +20,14 @@ from miburi.ground.newer import newer
 from miburi.live.events.event import Cursor, LiveEvent, without_words
 from miburi.live.events.store import EventStore
 
-#: Events that are kept in memory.
+#: The number of events in memory.
 LOGGED = 300
 _LOST = "events before this one are no longer kept"
 _UNKNOWN = (
     "this partner does not know that event: it keeps its events in another folder, or has begun to "
     "keep them anew"
 )
-#: A note in the store: whether events may contain people's words.
+#: The store's note that tells whether events may contain people's words.
 _WORDS = "words"
 #: How long to wait for the disk, s.
 _PATIENCE = 2.0
@@ -39,14 +38,14 @@ def _now() -> datetime:
 
 
 class History:
-    """The events so far. One thread adds events, and any thread may read them.
+    """The events so far; one thread adds events, and any thread may read them.
 
     Parameters
     ----------
     boot, first
         The id of the current run, and the number of its first event.
     store
-        The store of older events; None if there is none.
+        The store of older events, if any.
     """
 
     def __init__(self, boot: str, first: int, store: EventStore | None = None) -> None:
@@ -67,7 +66,7 @@ class History:
 
     @property
     def latest(self) -> LiveEvent | None:
-        """The latest event of this start."""
+        """The latest event of this run."""
         return self._events[-1] if self._events else None
 
     def after(self, number: int) -> list[LiveEvent]:
@@ -75,15 +74,15 @@ class History:
         return newer(self._events, number, attrgetter("number"))
 
     def reaches(self, cursor: Cursor) -> bool:
-        """Whether all events after a cursor are in memory, so that no reader waits for the disk."""
+        """Whether all events after a cursor are in memory, so that reading needs no disk."""
         ours = cursor.boot in (None, self.boot) and cursor.number <= self.number
         return ours and cursor.number >= self._oldest - 1
 
     def since(self, cursor: Cursor, most: int) -> list[LiveEvent]:
         """Return at most ``most`` events after a cursor, the oldest first.
 
-        If events after the cursor are no longer kept, or the cursor is from another folder, the
-        list begins with a ``gap``.
+        A ``gap`` stands for events that are not kept any more; it also comes first if the cursor is
+        from another folder.
         """
         if self.reaches(cursor):
             return self.after(cursor.number)[:most]
@@ -106,12 +105,12 @@ class History:
         return told
 
     def recall(self, who: str) -> Cursor | None:
-        """Return the cursor up to which a reader has all events, or None if none was kept."""
+        """Return the stored cursor of a reader, if any."""
         kept = self._store.note(f"told {who}") if self._store else None
         return None if kept is None else Cursor.of(kept)
 
     def remember(self, who: str, cursor: Cursor) -> None:
-        """Keep the cursor up to which a reader has all events; this waits for the disk."""
+        """Store the cursor of a reader, who has all events up to it; this waits for the disk."""
         if self._store is not None:
             try:
                 self._store.set_note(f"told {who}", str(cursor))
@@ -119,7 +118,7 @@ class History:
                 log_once("events are not kept", error)
 
     def _resolve(self, cursor: Cursor, pruned: int) -> tuple[int, str | None]:
-        """Return the number after which a reader continues, and why earlier events are missing."""
+        """Return the number after which a reader continues, and why events are missing."""
         boot, number = cursor
         end = None
         if boot == self.boot or (boot is None and number <= self.number):
@@ -132,7 +131,6 @@ class History:
         return start if self._store else max(start, pruned), missing
 
     def _gap(self, number: int, after: LiveEvent | None, why: str) -> LiveEvent:
-        """Return an event that says that events up to a number are missing."""
         after = after or self.latest
         boot, wall = (after.boot, after.wall) if after is not None else (self.boot, _now())
         time = 0.0 if after is None else after.time
@@ -140,10 +138,10 @@ class History:
 
 
 class Log:
-    """Records what happens; only the loop's thread adds to it.
+    """Records events; only the loop's thread adds to it.
 
-    Events outlast the program in the ``store``, if there is one. ``boot`` is the id of this start,
-    8 hex digits, by default a new one; ``now`` gives the time by the computer's clock.
+    Events outlast the program in the ``store``, if there is one. ``boot`` is the id of this run, 8
+    hex digits, by default a new one; ``now`` returns the computer's time.
     """
 
     def __init__(
@@ -156,7 +154,6 @@ class Log:
         self._store, self._now = store, now
         #: Whether words said to the partner may be reported and stored.
         self.words = store is not None and store.note(_WORDS) == "1"
-        #: What has happened.
         self.history = History(boot, 1 if store is None else store.begin(boot), store)
         self._told: SimpleQueue[LiveEvent | threading.Event | None] = SimpleQueue()
         self._thread: threading.Thread | None = None
@@ -166,7 +163,7 @@ class Log:
             self._thread.start()
 
     def allow_words(self, allowed: bool) -> None:
-        """Allow people's words in events from now on, or delete them; waits for the disk."""
+        """Allow people's words in events from now on, or delete them; this waits for the disk."""
         self.words = allowed
         if self._store is not None:
             self._store.set_note(_WORDS, "1" if allowed else "0")
@@ -176,13 +173,13 @@ class Log:
                 self._store.forget_words()
 
     def holds(self, kind: str, name: str, seconds: float = math.inf) -> bool:
-        """Whether any of the latest events, at most ``seconds`` s old, has this kind and name."""
+        """Whether an event in memory, at most ``seconds`` s old, has this kind and name."""
         since = self._now() - timedelta(seconds=min(seconds, 1e9))
         events = self.history.after(0)
         return any(e.kind == kind and e.name == name and e.wall >= since for e in events)
 
     def note(self, time: float, kind: str, **content: Any) -> LiveEvent:
-        """Record an event with the fields of its kind and its time, s; return it."""
+        """Record an event with its time, s, and the fields of its kind; return it."""
         now = self._now()
         wall = now.replace(microsecond=now.microsecond // 1000 * 1000)
         stamp = {"boot": self.history.boot, "number": self.history.number + 1, "wall": wall}
@@ -193,7 +190,7 @@ class Log:
         return event
 
     def close(self, patience: float = _PATIENCE) -> None:
-        """Write the events that wait, and end the writing thread."""
+        """Write the queued events, and end the writing thread."""
         if self._thread is not None:
             self._told.put(None)
             self._thread.join(patience)
@@ -201,13 +198,13 @@ class Log:
 
 
 def _write(store: EventStore, told: "SimpleQueue[LiveEvent | threading.Event | None]") -> None:
-    """Write batches from the queue until a None arrives; set any flags that are queued."""
+    """Write batches from the queue until a None arrives; set the flags in it."""
     ended = False
     while not ended:
         waiting = [told.get(), *(told.get_nowait() for _ in range(told.qsize()))]
         try:
             store.write(one for one in waiting if isinstance(one, LiveEvent))
-        except sqlite3.Error as error:  # no room; there may be some for later events
+        except sqlite3.Error as error:  # no room; later there may be some
             log_once("events are not kept", error)
         for flag in waiting:
             if isinstance(flag, threading.Event):

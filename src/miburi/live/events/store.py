@@ -1,8 +1,8 @@
-"""The SQLite file of a partner's events: all from the last month, and stops from the last year.
+"""The SQLite file of a partner's events: those of the last month, and stops of the last year.
 
-The partner's process writes, the server's reads. Committed events survive if the program is killed;
-a power cut may lose the last moments. Besides events, the file holds the number of each run's first
-event, and small notes, such as the last event that a smart home has received.
+The partner's process writes, and the server's process reads. Committed events survive the killing
+of the program; a power cut may lose the last moments. The file also holds the number of each run's
+first event, and small notes, such as the last event that a smart home has received.
 """
 
 import sqlite3
@@ -21,8 +21,7 @@ from miburi.live.events.event import LiveEvent
 
 #: How many events are kept, and for how long; those about stops are kept for a year (our choice).
 KEPT, MONTH, YEAR = 100_000, timedelta(days=30), timedelta(days=365)
-#: The latest events are kept whatever the clock says: a computer may wake in 1970 and then learn
-#: the time.
+#: This many events are kept whatever their age: a computer's clock may start in 1970.
 SURE = 1_000
 #: Events written between two prunings.
 _PRUNED_EVERY = 1_000
@@ -48,15 +47,12 @@ UPDATE events SET content = json_remove(content, '$.text', '$.why', '$.detail')
 class EventStore:
     """The events of one folder; any thread may use it.
 
+    Raises OutputError if the file cannot be written.
+
     Parameters
     ----------
     path
-        The file; if it is not our database, it is put aside and a new one begun.
-
-    Raises
-    ------
-    OutputError
-        The file cannot be written.
+        The file; if it is not our database, it is renamed, and a new one is begun.
     """
 
     def __init__(self, path: Path) -> None:
@@ -68,14 +64,13 @@ class EventStore:
                 self._file = self._open()
             except sqlite3.DatabaseError as error:
                 if isinstance(error, sqlite3.OperationalError):
-                    raise  # no room, or no permission: the file itself may be good
+                    raise  # no room, or no permission: the file may be good
                 path.replace(path.with_name(f"{path.name}.bad"))
                 for suffix in ("-wal", "-shm"):
                     path.with_name(path.name + suffix).unlink(missing_ok=True)
                 self._file = self._open()
         except (sqlite3.Error, OSError) as error:
             raise OutputError(f"{path}: events cannot be kept there: {error}.") from error
-        # When a log is garbage-collected, its file is closed.
         weakref.finalize(self, self._file.close)
 
     def _open(self) -> sqlite3.Connection:
@@ -97,11 +92,11 @@ class EventStore:
 
     @property
     def pruned(self) -> int:
-        """The highest number of the events deleted because they were too old, or 0."""
+        """The highest number of an event deleted for its age, or 0."""
         return int(self.note("pruned") or 0)
 
     def begin(self, boot: str) -> int:
-        """Note that a new run of the partner begins here; return the number of its first event."""
+        """Note the start of a run; return the number of its first event."""
         with self._lock, self._file:
             kept = "SELECT max(number) FROM events UNION SELECT max(first) - 1 FROM boots"
             rows = self._file.execute(kept).fetchall()
@@ -112,7 +107,7 @@ class EventStore:
     def end_of(self, boot: str) -> int | None:
         """Return the last event number that a run may have used; None if the run is unknown.
 
-        For the latest run it is 2**53, above the number of any event.
+        It is 2**53, above any event's number, for the latest run.
         """
         with self._lock:
             first = self._file.execute("SELECT first FROM boots WHERE boot = ?", (boot,)).fetchone()
@@ -123,12 +118,9 @@ class EventStore:
         return int(then) - 1 if then is not None else 2**53
 
     def write(self, events: Iterable[LiveEvent]) -> None:
-        """Add events, all or none.
+        """Add all events, or none.
 
-        Raises
-        ------
-        sqlite3.Error
-            The file cannot be written.
+        Raises sqlite3.Error if the file cannot be written.
         """
         rows = [
             (
@@ -147,7 +139,7 @@ class EventStore:
                 self._prune()
 
     def read(self, after: int, most: int) -> list[LiveEvent]:
-        """Return at most ``most`` events above a number, the oldest first."""
+        """Return at most ``most`` events after a number, the oldest first."""
         query = "SELECT content FROM events WHERE number > ? ORDER BY number LIMIT ?"
         with self._lock:
             rows = self._file.execute(query, (after, most)).fetchall()
@@ -167,16 +159,13 @@ class EventStore:
     def set_note(self, name: str, value: str) -> None:
         """Keep a small note.
 
-        Raises
-        ------
-        sqlite3.Error
-            The file cannot be written.
+        Raises sqlite3.Error if the file cannot be written.
         """
         with self._lock, self._file:
             self._set(name, value)
 
     def forget_words(self) -> None:
-        """Delete people's words from all events; no byte of them stays in the file."""
+        """Delete people's words from all events, and every byte of them from the file."""
         with self._lock:
             with self._file:
                 self._file.execute(_FORGET)
@@ -203,7 +192,7 @@ class EventStore:
 
 
 def kept_events(folder: Path, *, quiet: bool = False) -> EventStore | None:
-    """Return a partner's event store, or None if it cannot be opened (logged unless ``quiet``)."""
+    """Return a partner's event store; None if it cannot be opened (reported unless ``quiet``)."""
     try:
         return EventStore(folder / "events.sqlite")
     except OutputError as error:

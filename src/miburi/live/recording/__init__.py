@@ -1,1 +1,1 @@
-"""Recordings: MCAP files of what the body did and the partner felt, and where they are kept."""
+"""Recordings: MCAP files of the body's motion and the partner's feelings, and their folder."""

@@ -1,9 +1,8 @@
 """Recordings of a live partner: a folder of numbered MCAP files.
 
-:class:`Archive` starts, ends, lists and deletes them. While one is on, the partner's loop hands
-over each step and never waits: a thread writes the file. If the disk is full, slow or gone, only
-the recording ends. The thread flushes every second, so if the program is killed the file can be
-read up to its last second.
+During a recording, the partner's loop hands over each step and never waits: a thread writes the
+file. If the disk is full, slow or gone, only the recording ends. The thread flushes every second,
+so if the program is killed, the file is readable up to its last second.
 """
 
 import errno
@@ -22,30 +21,20 @@ from miburi.live.recording.recorder import RecordedMessage, Recorder, RecordingA
 from miburi.live.state import EndReason
 
 _LOG = logging.getLogger(__name__)
-#: The largest recording, and the most that all of them may take together, bytes (our choice).
+#: The largest size of one recording, and of all together, bytes (our choice).
 LARGEST, LIMIT = 500_000_000, 5_000_000_000
-#: Steps that may wait for the disk: ten seconds of them.
+#: The most steps that may wait for the disk: ten seconds of them.
 WAITING = 500
 _STEPS_PER_FLUSH = 50
 #: How long to wait for the disk at the end of a recording, and then for the writing thread, s.
 _PATIENCE = 2.0
 _NAME = re.compile(r"miburi-(\d{4,})\.mcap")
-#: The file that keeps the latest number, so that a deleted recording's name is not used again.
+#: The file of the latest number, so that a deleted recording's name is not used again.
 _NUMBER = ".latest-number"
 
 
 class News(NamedTuple):
-    """A change among the recordings.
-
-    Attributes
-    ----------
-    kind
-        Whether the recording began, was ended, ended by itself, or was deleted.
-    name
-        Name of its file.
-    reason, detail
-        Why it ended by itself, and the system's message.
-    """
+    """A change among the recordings."""
 
     kind: Literal["recording", "recorded", "recording_ended", "deleted"]
     name: str
@@ -54,7 +43,7 @@ class News(NamedTuple):
 
 
 class Kept(NamedTuple):
-    """A recording in the folder; ``whole`` is false until it has ended properly."""
+    """A recording in the folder; ``whole`` once it has ended properly."""
 
     name: str
     bytes: int
@@ -65,7 +54,7 @@ class Archive:
     """The folder of recordings, and the present recording.
 
     The partner's loop calls only :meth:`write` and :meth:`news`, which never wait. The other
-    methods may wait for the disk: call them from other threads.
+    methods may wait for the disk, so call them from other threads.
 
     Parameters
     ----------
@@ -79,7 +68,7 @@ class Archive:
         self.limit = limit
         #: Describes the robot and the session of a recording.
         self.describe: Callable[[], RecordingAbout] = RecordingAbout
-        #: How the latest recording ended, if it ended by itself; as reported by :meth:`news`.
+        #: The end of the latest recording, if it ended by itself, as of the last :meth:`news`.
         self.ended: News | None = None
         self._folder = folder
         self._largest = largest
@@ -94,7 +83,7 @@ class Archive:
         return None if writing is None or writing.over else writing.name
 
     def write(self, step: Callable[[], list[RecordedMessage]]) -> None:
-        """Record what ``step`` returns; it is called only while recording."""
+        """Record the messages of ``step``, which is called only while recording."""
         writing = self._writing
         if writing is not None and not writing.over:
             writing.take(step)
@@ -112,7 +101,7 @@ class Archive:
         """Return all recordings, the oldest first."""
         recordings = []
         for path in self._paths():
-            with suppress(OSError), path.open("rb") as file:  # somebody may have deleted it
+            with suppress(OSError), path.open("rb") as file:  # it may have been deleted
                 whole = path.name != self.current and is_whole(file)
                 recordings.append(Kept(path.name, path.stat().st_size, whole))
         return recordings
@@ -120,10 +109,7 @@ class Archive:
     def find(self, name: str) -> Path:
         """Return the file of an ended recording.
 
-        Raises
-        ------
-        InputError
-            No ended recording has that name.
+        Raises InputError if no ended recording has that name.
         """
         path = self._folder / name
         if not _NAME.fullmatch(name) or name == self.current or not path.is_file():
@@ -133,10 +119,7 @@ class Archive:
     def start(self) -> None:
         """Begin a recording unless one is on.
 
-        Raises
-        ------
-        OutputError
-            The folder cannot be written to, or is at its limit.
+        Raises OutputError if the folder cannot be written to, or is at its limit.
         """
         with self._lock:
             if self.current is not None:
@@ -168,12 +151,8 @@ class Archive:
     def delete(self, name: str) -> None:
         """Delete an ended recording.
 
-        Raises
-        ------
-        InputError
-            No ended recording has that name.
-        OutputError
-            The folder cannot be written to.
+        Raises InputError if no ended recording has that name; OutputError if the folder cannot be
+        written to.
         """
         with self._lock:
             path = self.find(name)
@@ -208,7 +187,7 @@ def _number_of(path: Path) -> int:
 
 
 class _Writing:
-    """One recording, and the thread that writes it."""
+    """A recording in progress, and its writing thread."""
 
     def __init__(
         self,
@@ -231,19 +210,17 @@ class _Writing:
         self._thread.start()
 
     def take(self, step: Callable[[], list[RecordedMessage]]) -> None:
-        """Queue a step for writing."""
         if self._ending:
             return
         try:
             self._steps.put_nowait(step())
         except queue.Full:
             self._close(EndReason.SLOW)
-        except Exception as error:  # whatever it is, it concerns only the recording
+        except Exception as error:  # any failure concerns only the recording
             _LOG.exception("a step cannot be recorded")
             self._close(EndReason.FAILED, f"{type(error).__name__}: {error}")
 
     def end(self) -> None:
-        """Write the queued steps, and finish the file."""
         self._ending = True
         with suppress(queue.Full):
             self._steps.put(None, timeout=_PATIENCE)
@@ -252,7 +229,7 @@ class _Writing:
             self._close(EndReason.SLOW)
 
     def _close(self, reason: EndReason | None, detail: str = "") -> None:
-        """Record no more steps, and report why; only the first reason is reported."""
+        """End the recording; only the first reason is reported."""
         with self._once:
             if self.over:
                 return

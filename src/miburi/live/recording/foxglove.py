@@ -1,6 +1,6 @@
-"""The robot in Foxglove's standard schemas, so that a recording opens in 3D without configuration.
+"""The robot in Foxglove's schemas, so that a recording opens in 3D without configuration.
 
-``foxglove.json`` holds two of Foxglove's schemas, without their descriptions: see NOTICE.
+``foxglove.json`` has two of Foxglove's schemas, without their descriptions: see NOTICE.
 """
 
 import json
@@ -25,7 +25,7 @@ _KINDS = ("arrows", "cubes", "spheres", "cylinders", "lines", "triangles", "text
 
 
 class Transforms:
-    """Makes ``foxglove.FrameTransforms``: where each link of a robot is."""
+    """Makes ``foxglove.FrameTransforms``: the position and orientation of each link."""
 
     def __init__(self, robot: Robot) -> None:
         self._links, self._fixed = links(robot), fixed_frames(robot)

@@ -1,7 +1,7 @@
 """Record the body's motion and the partner's feelings in an MCAP file, and read it back.
 
-The messages are JSON with a schema, so any MCAP tool reads them. Each carries its time by the
-robot's clock (``time``, s); MCAP's own times are those of the computer's clock. The topics:
+The messages are JSON with a schema, so any MCAP tool reads them. Each has its time on the robot's
+clock (``time``, s); MCAP's own times are the computer's. The topics:
 
 - ``/joint_states``: names, positions in rad, velocities in rad/s, phase
 - ``/tf``, ``/scene``: the same in Foxglove's schemas, for 3D
@@ -14,7 +14,7 @@ robot's clock (``time``, s); MCAP's own times are those of the computer's clock.
   sound or pictures)
 
 To replay a recording in another emotional model, apply each stimulus at its time. No whole sentence
-that somebody said to the partner is recorded. The metadata names the robot.
+of a person is recorded. The metadata names the robot.
 """
 
 import json
@@ -43,7 +43,7 @@ from miburi.robot import JOINTS, Robot
 from miburi.senses import Impression
 from miburi.version import __version__
 
-#: What the reader raises at the end of a broken file, or for a file that is not MCAP.
+#: The reader's errors at the end of a broken file, or for a file that is not MCAP.
 _BROKEN = (McapError, struct.error, ZstdError, ValueError)
 _NUMBER, _NUMBERS = {"type": "number"}, {"type": "array", "items": {"type": "number"}}
 _TEXT, _NAMES = {"type": "string"}, {"type": "array", "items": {"type": "string"}}
@@ -88,14 +88,12 @@ class Felt(NamedTuple):
 
 
 class RecordedMessage(NamedTuple):
-    """One line of a recording.
+    """A message of a recording.
 
     Attributes
     ----------
     time
         s on the body's clock.
-    topic, content
-        Its topic, and its content.
     wall
         ns since 1970; if None, MCAP's times are those of the body's clock.
     """
@@ -107,7 +105,7 @@ class RecordedMessage(NamedTuple):
 
 
 class RecordingAbout(NamedTuple):
-    """What a recording is about: a robot, and details that distinguish it from others."""
+    """The metadata of a recording: its robot, and further details."""
 
     robot: Robot | None = None
     more: Mapping[str, str] = MappingProxyType({})
@@ -116,15 +114,13 @@ class RecordingAbout(NamedTuple):
 class Recorder:
     """Write an MCAP file; the same messages give the same bytes.
 
-    Use it as a context manager. The recording is completed when the block ends, even by an
-    exception; only an ``OSError`` from the disk leaves it incomplete.
+    Use it as a context manager. The end of the block completes the recording, even after an
+    exception, except an ``OSError`` from the disk.
 
     Parameters
     ----------
     file
         A file open for writing bytes; the recorder does not close it.
-    about
-        What the recording is about.
     """
 
     def __init__(self, file: IO[bytes], about: RecordingAbout | None = None) -> None:
@@ -160,7 +156,7 @@ class Recorder:
             self._writer.finish()  # type: ignore[no-untyped-call]  # mcap leaves it untyped
 
     def write(self, messages: Iterable[RecordedMessage]) -> None:
-        """Record what :func:`step_messages` returned."""
+        """Record messages."""
         for message in messages:
             wall = round(message.time * 1e9) if message.wall is None else message.wall
             self._add(message.topic, wall, {"time": message.time, **message.content})
@@ -179,7 +175,7 @@ class Recorder:
         )
 
     def flush(self) -> None:
-        """Pass everything to the operating system: from then on the file can be read up to here."""
+        """Pass everything to the operating system, so that the file is readable up to here."""
         self._writer.flush()  # type: ignore[no-untyped-call]  # mcap leaves it untyped
 
 
@@ -194,27 +190,24 @@ def step_messages(
     told: Iterable[LiveEvent] = (),
     wall: int | None = None,
 ) -> list[RecordedMessage]:
-    """Return the messages of one step, as a copy that later steps do not change.
+    """Return the messages of one step, which later steps do not change.
 
     Parameters
     ----------
-    state
-        The body's state.
     feelings
-        The emotional model whose three levels to record; None to leave them out.
+        The emotional model with the three levels to record; None to record none.
     events
         The events of the step; only moves and stops make messages.
     felt
-        What the partner felt before the step.
+        The stimuli before the step.
     touch
-        What touches the body, if that is known.
+        The touch of the body, if known.
     met
-        If the body stopped in this step: the largest force until then, and the part touched; else
-        None.
+        The largest force until a stop in this step, and the part touched; None without a stop.
     told
-        Events that the partner reported since the last step; what people said is left out here.
+        The reported events since the last step; people's words in them are not recorded.
     wall
-        When the step was, ns since 1970; None if only the body's clock is known.
+        The time of the step, ns since 1970; None if only the body's clock is known.
     """
     messages = [*map(_of_stimulus, felt), _of_state(state)]
     if feelings is not None:
@@ -300,12 +293,9 @@ def is_whole(file: IO[bytes]) -> bool:
 def read(path: Path | str, topics: list[str] | None = None) -> Iterator[RecordedMessage]:
     """Yield the messages of a recording in order of time; if it is broken, those before the break.
 
-    Topics that only repeat data in Foxglove's schemas are left out.
+    The topics in Foxglove's schemas, which repeat data, are left out.
 
-    Raises
-    ------
-    InputError
-        The file cannot be read, is not MCAP, or broke off within its first second.
+    Raises InputError if the file cannot be read, is not MCAP, or broke off within its first second.
     """
     try:
         file = Path(path).open("rb")  # noqa: SIM115  # closed below
@@ -332,7 +322,7 @@ def _up_to_the_break(file: IO[bytes]) -> list[tuple[Schema | None, Channel, Reco
     records = []
     try:
         for record in NonSeekingReader(file).iter_messages(log_time_order=False):
-            records.append(record)  # noqa: PERF402  # keep what came before the break
+            records.append(record)  # noqa: PERF402  # keep the messages before the break
     except _BROKEN:
         if not records:
             raise

@@ -1,4 +1,4 @@
-"""Pass a running partner's steps to its recording, with the times of the computer's clock."""
+"""Pass a running partner's steps to its recording, with the computer's times."""
 
 from collections.abc import Iterable
 
@@ -13,7 +13,7 @@ from miburi.partner import Event
 
 
 class Tape:
-    """Collects each step of a partner for its recordings; ``seed`` is that of its gestures."""
+    """Collects each step of a partner for its recordings; ``seed`` is the seed of its gestures."""
 
     def __init__(self, feelings: FeelingModel, history: History, seed: int) -> None:
         self._feelings, self._history, self._seed = feelings, history, seed

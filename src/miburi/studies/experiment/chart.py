@@ -1,4 +1,4 @@
-"""Draw the experiment's result as a figure that is readable in print."""
+"""Draw the experiment's result as a figure for print."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from miburi.studies.experiment.procedure import STEP, Experiment
 from miburi.studies.experiment.records import Healing, StopRecord, WindowRecord
 from miburi.studies.figures import BLUE, CORAL, GREY, INK, PRINT, figure_file
 
-#: How many stops are drawn close up.
+#: The number of stops drawn close up.
 _CLOSE_UPS = 4
 
 
@@ -87,7 +87,6 @@ def _draw_course(result: Experiment, mood: Axes, speed: Axes, extent: Axes) -> N
 def _draw_stop(
     stop: StopRecord, near: list[WindowRecord], axes: Axes, ratio: Axes, *, first: bool
 ) -> None:
-    """Draw the motor that stopped: its measured and commanded speed, and the rule's ratio."""
     times = [1e3 * (window.time - stop.time) for window in near]
     axes.plot(times, [w.commanded for w in near], color=GREY, label="commanded")
     axes.plot(times, [w.measured for w in near], color=BLUE, label="measured")

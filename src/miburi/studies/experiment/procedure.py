@@ -3,9 +3,9 @@
 :func:`conduct` takes a simulated body and a setup and returns an :class:`Experiment` with every
 stop and gesture. The robot makes a gesture every 2 s, and a human hand blocks an arm now and then.
 The paper claims that the robot stops when, and only when, it is blocked; that each encounter lowers
-the mood by 20 %; and that the gestures after it are smaller and slower. The loss "will be able to
-be erased within some time, at the same rhythm as the mood value" (Section 4). To show that, the
-feelings can continue after the gestures, together with those of a control that nobody touched.
+the mood by 20 %; and that the gestures after it are smaller and slower. The lost mood recovers
+"within some time, at the same rhythm as the mood value" (Section 4); to show that, the feelings can
+continue after the gestures, beside the feelings of an untouched control.
 """
 
 from collections import deque
@@ -36,14 +36,13 @@ from miburi.studies.experiment.setup import Setup
 from miburi.studies.experiment.visitor import Visitor
 from miburi.version import __version__
 
-#: The loop's period in s; the encoders are read twice per period.
+#: The loop's period, s; the encoders are read twice in it.
 STEP = 0.02
-#: A contact that no stop follows within this many seconds is missed (our choice).
+#: A contact without a stop within this time, s, counts as missed (our choice).
 PATIENCE = 0.3
-#: How much of the time before each stop the figure shows, s, for the motor that caused it (our
-#: choice).
+#: The time before each stop that the figure shows for the motor that caused it, s (our choice).
 _APPROACH = 0.4
-#: Healing lasts for twice the mood's time constant, with this many samples (our choice).
+#: The duration of healing, in time constants of the mood, and its samples (our choice).
 _HEALING, _MOMENTS = 2.0, 9
 #: A film shows every third step: about 17 pictures a second.
 STEPS_PER_FRAME = 3
@@ -77,11 +76,11 @@ class Experiment:
 
     @property
     def false_stops(self) -> int:
-        """The number of stops that had no hand on the robot in the ``PATIENCE`` s before."""
+        """The number of stops without a hand on the robot in the ``PATIENCE`` s before."""
         return sum(stop.contact_time is None for stop in self.stops)
 
     def report(self) -> dict[str, object]:
-        """Return ``experiment.json``: the same seed gives the same bytes."""
+        """Return the content of ``experiment.json``, the same for the same seed."""
         errors = np.array([solution.error for solution in self.solutions]).reshape(-1, 3)
         set_to = self.setup
         return {
@@ -117,7 +116,7 @@ class Experiment:
         }
 
     def timing(self) -> dict[str, float]:
-        """Return ``timing.json``: measurements by the wall clock."""
+        """Return the content of ``timing.json``, by the wall clock."""
         milliseconds = np.array(self.solve_seconds or [0.0]) * 1e3
         return {
             "ik_median_ms": round(float(np.median(milliseconds)), 4),
@@ -135,8 +134,8 @@ def conduct(
 ) -> Experiment:
     """Conduct an experiment in simulation; ``body`` must be at neutral.
 
-    ``recorder`` takes states, feelings, commands and contacts as they happen, and ``progress`` the
-    robot's time after each step.
+    ``recorder`` gets states, feelings, commands and contacts, and ``progress`` the robot's time
+    after each step.
 
     Raises InputError if the body is not a simulation.
     """
@@ -161,7 +160,7 @@ def conduct(
         body, feelings, repertoire=setup.repertoire, period=setup.period, solve=timed_solve
     )
     visitor = Visitor(robot, touchable, np.random.default_rng(setup.seed)) if setup.hand else None
-    # The first call compiles or loads the kernel, so it is not timed.
+    # The first call, which compiles or loads the kernel, is not timed.
     ik.solve(robot, forward(robot, robot.neutral), start=robot.neutral, settings=setup.settings)
     observer = _Observer(result, robot)
     began = perf_counter()
@@ -183,7 +182,7 @@ def conduct(
 
 
 def _heal(setup: Setup, feelings: EmotionalModel) -> Healing:
-    """Continue the feelings without stimuli, with a control of the same age without contacts."""
+    """Continue the feelings without stimuli, beside an untouched control of the same age."""
     which = FEELINGS.index(setup.feeling)
     twin = setup.feelings()
     twin.step(feelings.time)
@@ -260,7 +259,7 @@ class _Observer:
                 )
 
     def finish(self) -> None:
-        """Judge the last contact, unless the run ended within ``PATIENCE`` s of its beginning."""
+        """Count the last contact, unless the run ended within ``PATIENCE`` s of its beginning."""
         if self._touched is not None and self._result.times[-1] - self._touched > PATIENCE:
             self._end_contact()
 

@@ -1,4 +1,4 @@
-"""What an experiment records."""
+"""The records of an experiment."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from miburi.robot import Array
 
 @dataclass(frozen=True)
 class StopRecord:
-    """One stop: what the motors reported, what the simulation knows, and the moods; SI units."""
+    """A stop, by the motors' reports and the simulation's knowledge, with the moods; SI units."""
 
     time: float
     motor: str | None
@@ -24,7 +24,7 @@ class StopRecord:
 class GestureRecord:
     """A performed gesture.
 
-    ``extent`` is the largest distance of a hand from where it began, m; ``mean_speed`` is the
+    ``extent`` is the largest distance of a hand from its first position, m; ``mean_speed`` is the
     path length of both hands over 2 × duration, m/s; ``complete`` is false if it was broken off.
     """
 
@@ -39,7 +39,7 @@ class GestureRecord:
 
 @dataclass(frozen=True)
 class Healing:
-    """A mood at ``times``, s since the gestures ended, and the ``untouched`` mood of a control."""
+    """A mood at ``times``, s from the gestures' end, and the ``untouched`` mood of a control."""
 
     time_constant: float
     times: list[float]
@@ -49,7 +49,7 @@ class Healing:
 
 @dataclass(frozen=True)
 class WindowRecord:
-    """One motor as the contact rule saw it: mean speed in the window and expected speed, rad/s.
+    """One motor in the contact rule's window: measured mean and expected speed, rad/s.
 
     ``ratio`` includes the rule's slack, so it crosses the limit where the body stops.
     """

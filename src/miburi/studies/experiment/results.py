@@ -23,12 +23,11 @@ from miburi.studies.film import DrawingError, Scene, add_caption, camera, contac
 def write_experiment(
     body: Body, setup: experiment.Setup, out: Path, *, film: bool, face: bool
 ) -> list[str]:
-    """Conduct the experiment, write its files (all of them, or none), and return a summary's lines.
+    """Conduct the experiment, write all its files or none, and return the lines of a summary.
 
     The files are ``experiment.json``, ``timing.json``, ``experiment.png``, ``experiment.mcap`` and,
-    with ``film``, ``experiment.mp4`` and ``experiment-strip.png``. If the machine
-    cannot draw, these two are left out, and the summary says so. With ``face`` they show the face
-    on the phone.
+    with ``film``, ``experiment.mp4`` and ``experiment-strip.png``, unless the machine cannot draw.
+    With ``face`` these show the face on the phone.
 
     Raises OutputError if the folder cannot be written to, or ffmpeg fails.
     """
@@ -124,7 +123,6 @@ def _summary(result: experiment.Experiment) -> list[str]:
 def _write_strip(
     robot: Robot, result: experiment.Experiment, scenes: list[Scene], path: Path
 ) -> None:
-    """Show the first stop in six pictures, cropped upright around the robot."""
     stop = result.stops[0].time if result.stops else result.times[-1] / 2
     moments = [stop - 1.2, stop - 0.15, stop + 0.25, stop + 1.9, stop + 3.2, stop + 4.2]
     with camera(robot, 960, 720) as opened:

@@ -1,4 +1,4 @@
-"""The setup of the experiment: by default, what Section 5 of the paper says."""
+"""The setup of the experiment, by default that of the paper's Section 5."""
 
 from dataclasses import dataclass, field
 
@@ -14,8 +14,8 @@ from miburi.gestures import Repertoire
 class Setup:
     """The setup of an experiment; feeling, mood and period are the paper's.
 
-    Emotion and mood are held. The temperament's time constant of the mood sets how fast it
-    recovers. ``settings`` are those of the inverse kinematics; see :func:`miburi.ik.solve`.
+    Emotion and mood are held. The mood recovers with the temperament's time constant. ``settings``
+    are for the inverse kinematics; see :func:`miburi.ik.solve`.
 
     Raises InputError if a value is outside its range.
     """

@@ -1,4 +1,4 @@
-"""The person who gets in the way: the scripted hand of the experiment.
+"""The experiment's person in the way: a scripted hand.
 
 A :class:`Visitor` reads the robot's angles and the partner's events, and moves the simulated hand.
 In some gestures, during one move, the hand reaches into the path of an arm, stays a moment after
@@ -14,27 +14,27 @@ from miburi.partner import Event, GestureStarted, MoveSent, Stopped
 from miburi.robot import Array, Robot, forward
 from miburi.robot.geometry import shoulders
 
-#: Seconds in which the hand reaches in, at about 1 m/s (our choice).
+#: The time in which the hand reaches in, at about 1 m/s, s (our choice).
 _REACH = 0.16
-#: The distance from which the hand comes, in m, and the directions to choose from: outwards,
-#: forwards and up from the place where it blocks (our choice).
+#: The distance from which the hand comes, m, and its possible directions from the blocked place:
+#: outwards, forwards and up (our choice).
 _APPROACH = 0.16
 _DIRECTIONS = (
     (1, 0, 0), (1, 0.7, 0.3), (0.5, 1, 0), (0, 1, 0.3), (0.7, 0, 0.7), (0.7, 0, -0.7),
     (0.6, -0.6, 0.3),
 )  # fmt: skip
-#: A move shorter than this, in m, ends before a hand could block it.
+#: A move shorter than this, m, ends before a hand can block it.
 _WORTH_BLOCKING = 0.05
 #: Gestures before the first visit, and between visits: minimum, and exclusive maximum (our choice).
 _BEFORE, _BETWEEN = (0, 4), (1, 4)
-#: Seconds that the hand waits for an arm that does not come.
+#: How long the hand waits for an arm that does not come, s.
 _PATIENCE = 2.5
 
 
 @dataclass
 class _Visit:
     place: Array  # (3,) m, where the hand blocks
-    outside: Array  # (3,) m, where it comes from
+    outside: Array  # (3,) m, where the hand comes from
     along: Array  # (3,), direction of its fingers
     age: float = 0.0
     leaves_at: float = _PATIENCE
@@ -43,7 +43,7 @@ class _Visit:
 def in_the_way(
     robot: Robot, start: Array, end: Array, arm: int, part: float, reach: float
 ) -> tuple[Array, Array]:
-    """Return where a hand blocks an arm after a part of a move, (3,) m, and the hand's direction.
+    """Return the place, (3,) m, and direction of a hand that blocks an arm after part of a move.
 
     ``reach`` is the share of the way from shoulder to fingertip at which they meet.
     """
@@ -56,9 +56,9 @@ def in_the_way(
 
 
 class Visitor:
-    """Block an arm in one of the first four gestures, then two to four gestures later each time.
+    """Blocks an arm in one of the first four gestures, and then every two to four gestures.
 
-    ``rng`` chooses gestures, arms, places and how long the hand stays.
+    ``rng`` chooses gestures, arms, places and the time that the hand stays.
     """
 
     def __init__(self, robot: Robot, body: Touchable, rng: np.random.Generator) -> None:
@@ -68,7 +68,7 @@ class Visitor:
         self._visit: _Visit | None = None
 
     def step(self, angles: Array, events: list[Event], dt: float) -> None:
-        """Let ``dt`` seconds pass, and move the hand.
+        """Advance by ``dt`` s, and move the hand.
 
         ``angles`` (8,), rad, are the encoders' readings, and ``events`` the partner's events in
         this step.
@@ -103,7 +103,7 @@ class Visitor:
         return travel
 
     def _plan(self, angles: Array, event: MoveSent) -> _Visit:
-        """Choose a place on the path of an arm that really moves, and a way to reach it."""
+        """Choose a place on the path of an arm that moves much, and a way to reach it."""
         end = event.move.angles
         # Aim at the later part of the way, so that the hand is there before the arm.
         part = self._rng.uniform(0.5, 0.8)
@@ -116,7 +116,7 @@ class Visitor:
         return _Visit(place, outside, along)
 
     def _free_way(self, start: Array, end: Array, part: float, arm: int, place: Array) -> Array:
-        """Return a starting point from which the hand meets the arm at ``place``, not before."""
+        """Return a starting point from which the hand first meets the arm at ``place``."""
         sign = 1.0 if arm else -1.0
         poses = start + np.linspace(0.0, part - 0.2, 5)[:, None] * (end - start)
         hands = forward(self._robot, poses)[:, 3 * arm : 3 * arm + 3]

@@ -1,8 +1,7 @@
-"""Check that a gesture keeps its promises: perform it at every mood on the simulated body.
+"""Check the requirements of a gesture at every mood, on the simulated body.
 
-The paper asks that a greater mood makes the movement larger and faster (Section 4). For safety,
+The paper requires that a greater mood makes the movement larger and faster (Section 4). For safety,
 parts of the robot must not collide, and the contact rule must not stop a free gesture.
-:func:`check` returns each broken promise in words.
 """
 
 from collections.abc import Iterator
@@ -16,13 +15,13 @@ from miburi.gestures import MovementFunction, key_poses, misfits
 from miburi.robot import Robot, forward
 from miburi.studies.gestures.measures import Measures, measure
 
-#: The largest error of the inverse kinematics that a key pose may have, m.
+#: The largest allowed error of the inverse kinematics in a key pose, m.
 MOST_ERROR = 1e-3
 
 
 @dataclass(frozen=True)
 class Measured:
-    """One gesture at one mood, as the simulated body performed it.
+    """The measurements of a gesture at one mood, on the simulated body.
 
     ``ik_error`` is the largest position error of all key poses and extremities, m.
     ``self_collisions`` counts the records (one every 0.02 s) in which two parts of the robot
@@ -40,7 +39,7 @@ class Measured:
     stopped_by: str | None = None
 
     def as_json(self) -> dict[str, float | int | str]:
-        """Return the line that ``miburi gesture measures --json`` prints."""
+        """Return the output of ``miburi gesture measures --json``."""
         return {
             "feeling": self.feeling,
             "mood": self.mood,
@@ -60,7 +59,7 @@ def moods(step: float) -> list[float]:
 def perform(
     robot: Robot, function: MovementFunction, mood: float, settings: Settings | None = None
 ) -> Measured:
-    """Perform a gesture at one mood on the simulated body, and sum up what it did."""
+    """Perform a gesture at one mood on the simulated body, and measure it."""
     rehearsal = rehearse(robot, key_poses(robot, function, mood), settings)
     stop = rehearsal.stop
     return Measured(
@@ -78,12 +77,12 @@ def perform(
 def check(
     robot: Robot, function: MovementFunction, *, step: float, settings: Settings | None = None
 ) -> Iterator[str]:
-    """Yield in words what is wrong with a gesture; nothing if all is well.
+    """Yield each fault of a gesture in words.
 
     Every pose must be in reach and inside the limits. Mood 0 must be exactly neutral. At every mood
     the kinematics must be within 1 mm, no parts may collide, and the contact rule may not stop the
-    body, even if a partner with ``life`` passes the key poses of a gesture with free flow without
-    pausing. Space and speed must strictly rise with the mood.
+    body, even in a partner with ``life``, which passes the key poses of a gesture with free flow
+    without pausing. Space and speed must strictly rise with the mood.
     """
     yield from misfits(robot, function)
     rest = forward(robot, robot.neutral)

@@ -1,8 +1,7 @@
 """Tell gestures apart by their motion alone, with a nearest-neighbour classifier.
 
-The features of a performance are Laban's measures, its mean posture and its widest posture.
-:func:`learn` performs every gesture at two moods; :func:`confusion` counts how the classifier
-names performances at another mood, with variations that it has not learnt.
+The features of a performance are Laban's measures, its mean posture and its widest posture. The
+classifier learns every gesture at two moods, and is tested at another mood, with other variations.
 """
 
 from collections.abc import Sequence
@@ -23,7 +22,7 @@ _LEARNT_MOODS = (0.5, 0.9)
 
 
 class NearestNeighbour:
-    """Name a performance after the nearest one learnt, with features scaled by their spread.
+    """Names a performance after the nearest one learnt, with features scaled by their spread.
 
     It learns from ``rows`` (n, k) of features and their n ``names``.
     """
@@ -33,7 +32,7 @@ class NearestNeighbour:
         self._rows, self._names = (rows - self._mean) / self._spread, list(names)
 
     def name(self, row: Array) -> str:
-        """Return the name of a performance, given its features (k,)."""
+        """Return the name for a performance's features (k,)."""
         scaled = (row - self._mean) / self._spread
         return self._names[int(np.linalg.norm(self._rows - scaled, axis=1).argmin())]
 
@@ -56,7 +55,7 @@ def confusion(
     variations: int,
     seed: int = 1000,
 ) -> NDArray[np.int64]:
-    """Return how often each gesture (row) got each name (column), in the order of FEELINGS.
+    """Return the counts of each gesture (row) and name (column), in the order of FEELINGS.
 
     The seeds of the variations must not be among the learnt ones.
     """

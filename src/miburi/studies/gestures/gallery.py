@@ -1,4 +1,4 @@
-"""The gallery: film every gesture at three moods, and put all of them on one page."""
+"""The gallery: one page with films of every gesture at three moods."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -41,7 +41,7 @@ def write_gallery(
     """Write a page with films, strips and hand paths of every gesture at three moods.
 
     Return ``index.html``, with its pictures beside it; ``overview.png`` has the strips at mood 0.9,
-    at half their size.
+    half as large.
 
     Raises OutputError if the folder cannot be written to, or this machine cannot draw.
     """

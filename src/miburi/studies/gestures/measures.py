@@ -1,11 +1,10 @@
 """Measure Laban's space, weight, time and flow in a recorded motion, as eight numbers.
 
-:func:`measure` takes the paths of hands and head and returns :class:`Measures`. As usual in
-affective movement analysis, the hull stands for space, the speed for time, the acceleration for
-weight, and jerk and curvature for flow (Larboulette and Gibet, A review of computable expressive
-descriptors of human motion, MOCO 2015; Wallbott, Bodily expression of emotion, Eur. J. Soc.
-Psychol. 28, 1998; Hartmann, Mancini and Pelachaud, Implementing expressive gesture synthesis for
-embodied conversational agents, GW 2005).
+As usual in affective movement analysis, the hull stands for space, the speed for time, the
+acceleration for weight, and jerk and curvature for flow (Larboulette and Gibet, A review of
+computable expressive descriptors of human motion, MOCO 2015; Wallbott, Bodily expression of
+emotion, Eur. J. Soc. Psychol. 28, 1998; Hartmann, Mancini and Pelachaud, Implementing expressive
+gesture synthesis for embodied conversational agents, GW 2005).
 """
 
 from dataclasses import dataclass
@@ -17,7 +16,7 @@ from miburi.errors import InputError, needs_extra
 
 Array = NDArray[np.float64]
 
-#: Below this speed, in m/s, a path has no direction and no curvature (our choice).
+#: Below this speed, m/s, a path has no direction and no curvature (our choice).
 STILL = 0.01
 
 
@@ -34,8 +33,8 @@ class Measures:
     mean_speed: float  #: m/s, |v| (time)
     mean_acceleration: float  #: m/s², |a| (weight)
     mean_jerk: float  #: m/s³, |j| (flow)
-    #: 2 · max|p(t) − p(0)| ÷ ∫|v| dt, 0 to 1: 1 is straight there and straight back. (For a motion
-    #: that does not return, the literature divides path by displacement instead.)
+    #: 2 · max|p(t) − p(0)| ÷ ∫|v| dt, 0 to 1: 1 is straight there and straight back. (For motions
+    #: that do not return, the literature divides path by displacement.)
     directness: float
     curvature: float  #: 1/m, median of |v × a| ÷ |v|³ while a hand moves (flow)
 
@@ -43,8 +42,7 @@ class Measures:
 def measure(positions: Array, period: float) -> Measures:
     """Measure a recorded motion.
 
-    ``positions`` (n, 9) m are those of right hand, left hand and head, ``period`` s apart; n is at
-    least 5.
+    ``positions`` (n, 9) m has right hand, left hand and head every ``period`` s; n is at least 5.
 
     Raises InputError if the shape is wrong, a value is not finite, or the period is not positive;
     MiburiError if SciPy is not installed.
@@ -81,7 +79,7 @@ def _hull_volume(points: Array) -> float:
         raise needs_extra("studies", error) from error
     try:
         return float(ConvexHull(points).volume)
-    except QhullError:  # they all lie in a plane, on a line or in one place
+    except QhullError:  # the points lie in a plane
         return 0.0
 
 

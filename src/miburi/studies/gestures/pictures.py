@@ -18,15 +18,16 @@ from miburi.studies.figures import PRINT, figure_file
 from miburi.studies.film import Camera, Picture, Scene, camera, contact_sheet, write_film
 from miburi.studies.gestures.measures import Measures, measure
 
-#: Width and height of films and of a strip's pictures.
+#: Width and height of films and of a strip's pictures, pixels.
 _PIXELS = 320
 #: A film shows every third record: 16.7 pictures a second.
 _FILM_EVERY = 3
-#: A strip shows twelve moments, this many seconds apart. Together they span about the time of a
-#: thrill at a low mood, without its repetition.
+#: The moments of a strip, and their distance, s: about the time of a thrill at a low mood, without
+#: its repetition.
 _MOMENTS, STRIP_STEP = 12, 0.4
 _STRIP_COLUMNS = 6
-#: Each moment fades into those 0.08, 0.16 and 0.24 s before it, so a still picture shows motion.
+#: Each moment is blended with the pictures this long before it, s, at these weights, to show
+#: motion.
 _TRAIL = ((0.0, 0.62), (0.08, 0.19), (0.16, 0.12), (0.24, 0.07))
 #: Colours of the right hand, the left hand and the head.
 _COLOURS = ("#d9553f", "#2f6f9f", "#8a7f74")
@@ -45,12 +46,12 @@ class Pictures:
 
     @property
     def measures(self) -> Measures:
-        """Laban's effort in the motion; only this needs SciPy."""
+        """Laban's effort in the motion; this needs SciPy."""
         return measure(self.rehearsal.positions, PERIOD)
 
 
 def camera_on(robot: Robot) -> AbstractContextManager[Camera]:
-    """Open the camera for strips; see :func:`miburi.studies.film.camera`."""
+    """Open a camera for strips; see :func:`miburi.studies.film.camera`."""
     return camera(robot, _PIXELS, _PIXELS)
 
 
@@ -67,7 +68,7 @@ def show(
     """Perform a gesture and write its strip, film and hand paths into ``folder``.
 
     With ``face`` the phone shows the feeling's face; otherwise its screen is blank. ``settings``
-    are those of the inverse kinematics.
+    are for the inverse kinematics.
     """
     screen = faces.face(Expression(function.feeling, mood)) if face else None
     rehearsal = rehearse(robot, key_poses(robot, function, mood), settings)

@@ -8,7 +8,7 @@ from miburi.studies.paper.runs import Runs
 
 
 class ClaimVerdict(StrEnum):
-    """What a run says about a sentence."""
+    """The result of testing a sentence."""
 
     HOLDS = "holds"
     HOLDS_IF = "holds with a condition"
@@ -18,7 +18,7 @@ class ClaimVerdict(StrEnum):
 
 @dataclass(frozen=True)
 class Claim:
-    """A sentence of the paper, and what a run says about it.
+    """A sentence of the paper, and the result of its test.
 
     ``sentence`` has the paper's own words in quotation marks, ``number`` the figures behind the
     verdict, and ``ours`` our assumptions, if any.
@@ -33,14 +33,14 @@ class Claim:
 
 #: A verdict and its number.
 Finding = tuple[ClaimVerdict, str]
-#: The function that tests each claim, by the claim's name, in the paper's order.
+#: The tests of claims, by the claims' names, in the paper's order.
 Claims = dict[str, Callable[[Runs], Claim]]
 
 
 def claim(
     claims: Claims, section: str, sentence: str, ours: str = ""
 ) -> Callable[[Callable[[Runs], Finding]], None]:
-    """Add the decorated function to ``claims``, under its name, as the test of a sentence."""
+    """Add the decorated function to ``claims``, as the test of a sentence."""
 
     def add(test: Callable[[Runs], Finding]) -> None:
         def carry_out(runs: Runs) -> Claim:
@@ -54,7 +54,7 @@ def claim(
 
 
 def holds(condition: object, weaker: object = False) -> ClaimVerdict:
-    """Return whether a claim holds, or does so with a condition: if ``weaker`` alone is true."""
+    """Return whether a claim holds, or, if only ``weaker`` is true, holds with a condition."""
     if condition:
         return ClaimVerdict.HOLDS
     return ClaimVerdict.HOLDS_IF if weaker else ClaimVerdict.DIFFERS

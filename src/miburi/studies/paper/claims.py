@@ -1,7 +1,4 @@
-"""The paper's claims: those that a run can test, and those that none can.
-
-``miburi paper --claim NAME`` tests a claim of :data:`CLAIMS` alone.
-"""
+"""The paper's claims: those that a run can test, and those that no run can."""
 
 from miburi.studies.paper.claim import Claim, Claims, ClaimVerdict
 from miburi.studies.paper.experiment_claims import EXPERIMENT

@@ -17,7 +17,7 @@ _QUARTER = np.pi / 2
 
 @dataclass(frozen=True)
 class Row:
-    """One row; ``d`` and ``a`` name the robot's lengths whose sums they are."""
+    """One row; ``d`` and ``a`` are sums of the robot's lengths with these names."""
 
     joint: str
     sign: int

@@ -22,7 +22,6 @@ _claim = partial(claim, EXPERIMENT, "5")
     ours="the condition: a press of less than 2 N may be missed ([contact safety](safety.md))",
 )
 def _whenever_and_only_when(runs: Runs) -> Finding:
-    """Count false stops and missed contacts, in the experiments and in the contact trials."""
     made = runs.experiments
     stops = sum(len(run.stops) for run in made)
     false, missed = sum(run.false_stops for run in made), sum(len(run.missed) for run in made)
@@ -42,7 +41,6 @@ def _whenever_and_only_when(runs: Runs) -> Finding:
 
 @_claim("“As a consequence, its movements were then slower and used less space.”")
 def _slower_and_smaller(runs: Runs) -> Finding:
-    """Compare the gestures before and after a stop."""
     smaller = pairs = 0
     for run in runs.experiments:
         whole = [gesture for gesture in run.gestures if gesture.complete]

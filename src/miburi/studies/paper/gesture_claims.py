@@ -22,7 +22,6 @@ _claim = partial(claim, GESTURES, "4")
     ours="all constants, and the mood's resting value",
 )
 def _emotion_before_mood(_: Runs) -> Finding:
-    """Compare one happy sentence with a quarter of an hour of them."""
     happy = FEELINGS.index("happiness")
     model = EmotionalModel()
     rest = model.mood[happy]
@@ -42,7 +41,6 @@ def _emotion_before_mood(_: Runs) -> Finding:
     ours="all constants",
 )
 def _repetition(_: Runs) -> Finding:
-    """Compare an hour of happy sentences with a single one."""
     happy = FEELINGS.index("happiness")
     often, once = EmotionalModel(), EmotionalModel()
     rest = once.mood[happy]
@@ -101,7 +99,6 @@ def _mood_changes_no_gesture(_: Runs) -> Finding:
     ours="the movement functions: the paper draws them and prints no number",
 )
 def _space_and_time(runs: Runs) -> Finding:
-    """Perform each gesture at six moods."""
     rises = [
         all(a.measures.volume < b.measures.volume for a, b in pairwise(row))
         and all(a.measures.mean_speed < b.measures.mean_speed for a, b in pairwise(row))
@@ -117,7 +114,6 @@ def _space_and_time(runs: Runs) -> Finding:
 
 @_claim("“Decrease the mood value by 20 % after every encounter.”")
 def _twenty_percent(runs: Runs) -> Finding:
-    """Compare the mood before and after each stop."""
     ratios = [s.mood_after / s.mood_before for run in runs.experiments for s in run.stops]
     return holds(bool(ratios) and np.allclose(ratios, 0.8, atol=1e-6)), (
         f"{len(ratios)} encounters, each × {min(ratios, default=1):.3f} to "

@@ -33,7 +33,6 @@ _claim = partial(claim, KINEMATICS, "3")
 
 @_claim("Table 1: the range of the eight motors.")
 def _table_1(runs: Runs) -> Finding:
-    """Compare the limits with Table 1, and look at how far the gestures go."""
     robot = runs.robot
     same = sum(
         (low, high) == _TABLE_1[name]
@@ -52,7 +51,6 @@ def _table_1(runs: Runs) -> Finding:
     ours="the paper prints no table and no lengths",
 )
 def _denavit_hartenberg(runs: Runs) -> Finding:
-    """Compare the Denavit-Hartenberg table with the model."""
     ours = forward(runs.robot, runs.poses)
     chain = np.array(
         [
@@ -66,7 +64,6 @@ def _denavit_hartenberg(runs: Runs) -> Finding:
 
 @_claim("“The kinematic model is presented in Equations (3)–(11).”")
 def _equations(runs: Runs) -> Finding:
-    """Compare the equations as printed with the model."""
     off = np.abs(forward_as_printed(runs.robot, runs.poses) - forward(runs.robot, runs.poses))
     wrong = int((off.max(axis=0) > 1e-12).sum())
     return holds(wrong == 0), (
@@ -106,7 +103,6 @@ def _eight_solutions(runs: Runs) -> Finding:
     "position.”"
 )
 def _one_solution(runs: Runs) -> Finding:
-    """Count the poses inside the limits."""
     several = float(np.mean([len(valid) > 1 for valid in runs.valid]))
     return holds(several == 0), (
         f"{several:.0%} of {len(runs.poses)} random targets have 2 to "
@@ -117,7 +113,6 @@ def _one_solution(runs: Runs) -> Finding:
 
 @_claim("Eq. 12 is “the Levenberg-Marquardt method”.")
 def _levenberg_marquardt(runs: Runs) -> Finding:
-    """Check the direction of the step in Eq. 12."""
     robot, rng = runs.robot, np.random.default_rng(1)
     bend = 0.0
     for pose in runs.poses:
@@ -138,7 +133,6 @@ def _levenberg_marquardt(runs: Runs) -> Finding:
     ours="γ and τ are absolute, so the unit of length counts; the paper names none",
 )
 def _promise(runs: Runs) -> Finding:
-    """Solve random targets with Table 2 as printed."""
     settings = Settings.paper()
     shares = {unit: runs.promise(settings, unit) for unit in UNITS}
     return holds(min(shares.values()) == 1.0), (
@@ -152,7 +146,6 @@ def _promise(runs: Runs) -> Finding:
     ours="centimetres or millimetres are the condition",
 )
 def _promise_of_reference_9(runs: Runs) -> Finding:
-    """Solve the same targets with the search of the paper's reference 9."""
     settings = replace(Settings.paper(), local_search="residual")
     shares = {unit: runs.promise(settings, unit) for unit in UNITS}
     kept = shares["cm"] > 0.99 and shares["mm"] > 0.99
@@ -169,7 +162,6 @@ def _promise_of_reference_9(runs: Runs) -> Finding:
     ours="on this computer, not on a phone",
 )
 def _within_a_second(runs: Runs) -> Finding:
-    """Time the experiment's solutions with the paper's settings and with the default solver."""
     slowest = 1e3 * max(runs.printed_solver.solve_seconds)
     default = 1e3 * max(max(run.solve_seconds) for run in runs.experiments)
     return holds(max(slowest, default) < 1000), (

@@ -30,7 +30,7 @@ def write_paper(
 ) -> Path:
     """Check the paper's claims, and write ``paper.md`` with its pictures in ``images``.
 
-    ``targets``, ``seeds`` and ``trials`` are those of :class:`~miburi.studies.paper.runs.Runs`.
+    ``targets``, ``seeds`` and ``trials`` are as in :class:`~miburi.studies.paper.runs.Runs`.
 
     Raises OutputError if the folder cannot be written to.
     """

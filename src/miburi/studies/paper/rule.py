@@ -1,9 +1,8 @@
-"""Which free moves the paper's rule (Eqs. 1 and 2) lets pass, by a servo's lag and acceleration.
+"""The free moves that the paper's rule (Eqs. 1 and 2) lets pass, by lag and acceleration.
 
-For a move at a speed v, :func:`is_stopped` says whether the rule stops it. The servo follows a
-trapezoid of speed with acceleration a, delayed by a lag. In the first window of p = 0.1 s it covers
-v (p − lag − v / 2a), so it passes that window only if lag + v / 2a is at most 0.0628 p, 6.28 ms. A
-motor that has arrived is not judged.
+In a move at a speed v, the servo follows a trapezoid of speed with acceleration a, delayed by a
+lag. In the first window of p = 0.1 s it covers v (p − lag − v / 2a), so it passes that window only
+if lag + v / 2a is at most 0.0628 p, 6.28 ms. A motor that has arrived is not judged.
 """
 
 from collections.abc import Sequence
@@ -49,8 +48,7 @@ def is_stopped(distance: float, speed: float, ramp: float, lag: float) -> bool:
 def fastest(robot: Robot, moves: Sequence[tuple[Array, Move]]) -> list[tuple[float, float]]:
     """Return distance, rad, and speed, rad/s, of each move's fastest motor.
 
-    Each move comes with its first pose, (8,) in rad; moves of at most one encoder step are left
-    out.
+    Each move comes with its first pose, (8,) rad; moves of at most one encoder step are left out.
     """
     found = []
     for start, move in moves:

@@ -1,4 +1,4 @@
-"""The runs for the page docs/paper.md; each is performed when a claim first asks for it."""
+"""The runs for the page docs/paper.md, each performed when a claim first needs it."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -29,26 +29,26 @@ from miburi.studies.trials.plan import Plan, Subject
 from miburi.studies.trials.runs import carry_out_plan
 from miburi.studies.trials.trial import Outcome
 
-#: The moods at which gestures are measured, and the moods at which their moves are examined.
+#: The moods for measuring gestures, and for examining their moves.
 MOODS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
 _PLAIN_MOODS = (0.3, 0.6, 0.9)
 #: Units of length, and how many of each make a metre.
 UNITS = {"m": 1.0, "cm": 100.0, "mm": 1000.0}
 #: The promised precision of the inverse kinematics, rad (Section 3).
 _PROMISE = 0.015
-#: Time within which a blocked body must stop, s, and time for which it is watched afterwards, s.
+#: How long a blocked body may take to stop, and how long it is watched afterwards, s.
 _PATIENCE, _WATCHED = 1.5, 1.0
-#: A move that raises both arms to the front, rad, its duration, s, and the share of the move after
-#: which a hand blocks the right arm.
+#: A move that raises both arms to the front: its angle, rad, its duration, s, and its share before
+#: a hand blocks the right arm.
 _RAISED, _SECONDS, _SHARE = 1.4, 0.8, 0.6
-#: The addresses at which a card may start to read the servos' positions.
+#: The addresses from which a card may read the servos' positions.
 _PLACES = range(120, 136)
 
 
 class Blocked(NamedTuple):
-    """How a body reacted to a hand in its way, and whether the stopped body refused a move.
+    """A body's reaction to a hand in its way, and whether the stopped body refused a move.
 
-    After the stop, ``speeds`` (n, 8) rad/s are those of the motors at ``times`` (n,) s.
+    ``speeds`` (n, 8) rad/s are the motors' speeds at ``times`` (n,) s after the stop.
     """
 
     stop: Stop | None
@@ -58,7 +58,7 @@ class Blocked(NamedTuple):
 
 
 class OnCard(NamedTuple):
-    """What an emulated Arduino card did after its host went silent.
+    """An emulated Arduino card's behaviour after its host went silent.
 
     ``silence`` is the time from the host's last message to the stop, s, and ``gaps`` are the times
     between two readings of the servos' positions, s.
@@ -70,7 +70,7 @@ class OnCard(NamedTuple):
 
 
 class Runs:
-    """The runs behind the page, each performed once; ``progress`` gets its name as it begins.
+    """The runs behind the page, each performed once; ``progress`` gets their names.
 
     There are ``targets`` random targets for the inverse kinematics, ``seeds`` experiments, and
     ``trials`` contact trials with somebody in the way and as many without.
@@ -89,7 +89,7 @@ class Runs:
 
     @cached_property
     def experiments(self) -> list[experiment.Experiment]:
-        """Section 5's experiment with several seeds; the first also watches the mood recover."""
+        """Section 5's experiment with several seeds; in the first, the mood also recovers."""
         return [
             self._conduct(f"experiment, seed {seed}", experiment.Setup(seed=seed, heal=seed == 1))
             for seed in range(1, self.seeds + 1)
@@ -135,7 +135,7 @@ class Runs:
 
     @cached_property
     def moves(self) -> list[tuple[Array, Move]]:
-        """The gestures' moves at moods of 0.3, 0.6 and 0.9: where each one begins, and the move."""
+        """The gestures' moves at moods of 0.3, 0.6 and 0.9, each with its first pose."""
         found = []
         for feeling in FEELINGS:
             for mood in _PLAIN_MOODS:
@@ -156,7 +156,7 @@ class Runs:
 
     @cached_property
     def valid(self) -> list[Array]:
-        """For each random pose, all poses with hands and head in the same positions."""
+        """For each random pose, all poses with the same positions of hands and head."""
         self._progress("all solutions of random targets")
         return [inverse(self.robot, forward(self.robot, pose)) for pose in self.poses]
 
@@ -190,7 +190,7 @@ class Runs:
 
     @cached_property
     def resting(self) -> Blocked:
-        """A body at rest, with a hand that pushes its right arm to the front."""
+        """A body at rest, with a hand that pushes its right arm forward."""
         body, hand = Simulated(self.robot), forward(self.robot, self.robot.neutral)[:3]
         for step in range(round(_PATIENCE / READING)):
             push = min(0.05 * step * READING, 0.06)  # m, at 0.05 m/s
@@ -202,7 +202,7 @@ class Runs:
 
     @cached_property
     def on_card(self) -> OnCard | None:
-        """A blocked move on the emulated card. The host sends the move, and nothing after it."""
+        """A blocked move on the emulated card, after which the host is silent."""
         if not is_built():
             return None
         self._progress("the emulated card")
@@ -220,7 +220,7 @@ class Runs:
         return OnCard(stop, silence, np.diff(readings))
 
     def met(self) -> Counter[str]:
-        """Count which kinds of link first hit 20 random obstacles in each move's way."""
+        """Count the kinds of link that first hit 20 random obstacles in each move's way."""
         self._progress("obstacles")
         rng = np.random.default_rng(0)
         counts = Counter[str]()
@@ -289,7 +289,7 @@ def _from_line(start: Array, end: Array, points: Array) -> Array:
 
 
 def _readings(body: EmulatedBody) -> list[float]:
-    """Return a list that collects the times, s, at which the card asks for the servos' places."""
+    """Return a list that collects the times, s, at which the card reads the servos' positions."""
     heard: list[float] = []
 
     def hear(data: bytes) -> bytes:
@@ -304,12 +304,11 @@ def _readings(body: EmulatedBody) -> list[float]:
 
 
 def _block(body: Simulated | EmulatedBody, start: Array, end: Array) -> None:
-    """Put a hand in the way of the right arm in a move."""
     body.place_hand(*in_the_way(body.robot, start, end, 0, _SHARE, 0.9))
 
 
 def _watch(body: Simulated, phase: Phase) -> Blocked:
-    """Let a blocked body go on until it stops, and watch it after that."""
+    """Run a blocked body until it stops, and watch it after that."""
     for _ in range(round(_PATIENCE / READING)):
         body.step(READING)
         if body.state.phase is not phase:

@@ -13,11 +13,11 @@ from miburi.studies.paper.runs import Runs
 from miburi.studies.trials.summary import summarise
 
 _NOT_BUILT = "the emulated card has not been built here (`make firmware`)"
-#: Speed below which a motor counts as stopped, rad/s; time within which it must have stopped, s
+#: The speed below which a motor counts as stopped, rad/s, and the time in which it must stop, s
 #: (our choice).
 _STILL, _SOON = 0.1, 0.3
-#: Stopping is direct if all stops come within 0.3 s after the first touch, and direct with a
-#: condition if 95 % come within 0.15 s (our thresholds).
+#: Stopping is direct with a condition if 95 % of the stops come within the first time after the
+#: first touch, s, and direct if all come within the second (our thresholds).
 _DIRECT, _LATEST = 0.15, 0.3
 #: The weight of a person's hand, N: 0.56 % of 60 kg (de Leva 1996).
 _HAND = 3.3
@@ -32,7 +32,6 @@ _claim = partial(claim, SAFETY, "2")
     "the mood stays",
 )
 def _always_active(runs: Runs) -> Finding:
-    """Block a body that is moving, one that is returning to neutral, and one at rest."""
     blocked = {
         "in a move": runs.moving,
         "on the way back": runs.returning,
@@ -98,7 +97,6 @@ def _one_motor_stops_all(runs: Runs) -> Finding:
     ),
 )
 def _stops_at_once(runs: Runs) -> Finding:
-    """Measure from the first touch to the stop, over the contact trials."""
     found = summarise(runs.outcomes)
     p95, latest = found.latency_p95 or np.inf, found.latency_max or np.inf
     return holds(latest <= _LATEST, p95 <= _DIRECT), (
@@ -130,11 +128,9 @@ def _period_and_limit(runs: Runs) -> Finding:
     ours="ATmega2560 at 16 MHz, emulated; bus at 1 Mbit/s",
 )
 def _period_and_card(runs: Runs) -> Finding:
-    """Count the readings of the emulated card in a period."""
     if (card := runs.on_card) is None:
         return ClaimVerdict.UNKNOWN, _NOT_BUILT
-    # The longest gap is rounded up to the next 20 ms, because it varies with the firmware's
-    # compiler.
+    # The longest gap varies with the firmware's compiler, so it is rounded up to the next 20 ms.
     median, longest = 1e3 * np.median(card.gaps), 20 * ceil(50 * card.gaps.max())
     return holds(longest < 100), (
         f"the card reads all eight servos every {median:.0f} ms (at most {longest} ms), so a "
@@ -169,7 +165,6 @@ def _upper_arms(runs: Runs) -> Finding:
     ),
 )
 def _effort(runs: Runs) -> Finding:
-    """Compare the force that stops the robot with the weight of a hand."""
     found = summarise(runs.outcomes)
     pressed, peak = found.sustained_force_p95 or np.inf, found.peak_force_median or np.inf
     return holds(max(pressed, peak) < _HAND, pressed < _HAND), (

@@ -1,4 +1,4 @@
-"""The participants who are left out of a study's findings, by a rule fixed before any answer."""
+"""The exclusion of participants from a study's findings, by a rule fixed before any answer."""
 
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
@@ -11,7 +11,7 @@ from miburi.studies.study.store import AnswerPace, StudyAnswer
 
 @dataclass(frozen=True)
 class LeftOut:
-    """A participant who is left out, and why, in words."""
+    """A participant who is left out, with the reasons in words."""
 
     participant: int
     reasons: tuple[str, ...]
@@ -20,7 +20,7 @@ class LeftOut:
 def left_out(
     study: Study, answers: Sequence[StudyAnswer], paces: Mapping[tuple[int, int], AnswerPace]
 ) -> tuple[LeftOut, ...]:
-    """Return the participants that the study's table ``[exclude]`` leaves out, sorted by number."""
+    """Return the participants that the study's ``[exclude]`` leaves out, sorted by number."""
     each: dict[int, list[StudyAnswer]] = defaultdict(list)
     for answer in answers:
         each[answer.participant].append(answer)
@@ -33,7 +33,6 @@ def left_out(
 
 
 def _reasons(study: Study, own: list[StudyAnswer], pace: Mapping[int, AnswerPace]) -> Iterator[str]:
-    """Yield why somebody is left out."""
     rule = study.exclude
     right = {question.name: question.right for question in study.question}
     wrong = sum(right[answer.question] not in (None, answer.value) for answer in own)
@@ -48,7 +47,7 @@ def _reasons(study: Study, own: list[StudyAnswer], pace: Mapping[int, AnswerPace
     choices = {question.name for question in study.question if question.kind == "choice"}
     for name in sorted(choices):
         given = [answer.value for answer in own if answer.question == name]
-        # "None of these" may be an honest answer, however often somebody gives it.
+        # "None of these" may be honest, however often it is given.
         chosen = Counter(value for value in given if value != NONE)
         if rule.same is not None and len(given) > 2 and chosen:
             feeling, often = chosen.most_common(1)[0]

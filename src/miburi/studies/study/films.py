@@ -1,4 +1,4 @@
-"""A study's films, in its folder ``films``; Miburi makes those that the study does not supply."""
+"""A study's films, in its folder ``films``; Miburi makes films that the study does not supply."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -15,14 +15,14 @@ from miburi.studies.study.plan import Study
 
 #: The folder of films in a study's folder.
 FILMS = "films"
-#: A film's width and height. Every sample of the recording becomes a frame, 50 per second.
+#: A film's width and height, pixels.
 _PIXELS = 640
-#: The endings of a film that is made here; without ffmpeg it is a sheet of pictures.
+#: The endings of a film made here, and of a sheet of pictures without ffmpeg.
 _ENDINGS = (".mp4", ".sheet.png")
 
 
 def find_films(study: Study, folder: Path) -> dict[str, Path]:
-    """Return a study's existing film files, keyed by the films' names."""
+    """Return a study's existing film files by name."""
     there = {}
     for film in study.films:
         names = [film.file] if film.file else [film.name + end for end in _ENDINGS]
@@ -39,10 +39,10 @@ def draw_missing(
     repertoire: Repertoire,
     progress: Callable[[int, int], None],
 ) -> dict[str, Path]:
-    """Draw the films that are missing, each whole or not at all; return every film's file by name.
+    """Draw missing films, each whole or not at all; return every film's file by name.
 
-    Raises InputError if a film that the study supplies itself is not in its folder; OutputError if
-    the folder cannot be written to, or this machine cannot draw.
+    Raises InputError if one of the study's own films is not in its folder; OutputError if the
+    folder cannot be written to, or this machine cannot draw.
     """
     there = find_films(study, folder)
     missing = [film for film in study.films if not film.live and film.name not in there]

@@ -1,4 +1,4 @@
-"""The findings of a study, as they appear in its report and its JSON."""
+"""The findings of a study, in its report and its JSON."""
 
 from dataclasses import dataclass
 
@@ -15,7 +15,7 @@ class Share:
     #: The 95 % interval of the share, clustered by participant; None for fewer than two people.
     low: float | None
     high: float | None
-    #: The exact probability of at least as many hits by guessing; None if nobody answered.
+    #: The exact probability of at least as many hits by guessing; None without answers.
     p: float | None
 
     @property
@@ -26,7 +26,7 @@ class Share:
 
 @dataclass(frozen=True)
 class ChoiceFindings:
-    """The choices that people made."""
+    """The answers to a choice."""
 
     question: str
     labels: tuple[str, ...]  #: rows and columns of ``confusion``
@@ -37,15 +37,15 @@ class ChoiceFindings:
     by_face: dict[str, Share]
     chance: float  #: the share that guessing gives
     unbiased: dict[str, float | None]  #: Wagner's hit rate (1993) of each feeling that was shown
-    kappa: float | None  #: Cohen's, of the choice against the intended feeling; over all answers
-    fleiss: float | None  #: among those who saw every film equally often and finished
+    kappa: float | None  #: Cohen's, of chosen and intended feelings, over all answers
+    fleiss: float | None  #: among participants who finished, and saw every film equally often
 
 
 @dataclass(frozen=True)
 class MeanRating:
-    """A mean rating: how many answers, their standard deviation, and the clustered 95 % interval.
+    """A mean rating: number of answers, their standard deviation, and clustered 95 % interval.
 
-    None where there are too few answers, or people.
+    A figure is None with too few answers, or people.
     """
 
     answers: int
@@ -57,7 +57,7 @@ class MeanRating:
 
 @dataclass(frozen=True)
 class PairOrder:
-    """The pairs of films of one feeling and person, and how many have ratings in the moods' order.
+    """Pairs of films of one feeling and person, and the number rated in the moods' order.
 
     ``low`` and ``high`` are the share's 95 % interval, clustered by participant.
     """
@@ -69,16 +69,16 @@ class PairOrder:
 
     @property
     def share(self) -> float | None:
-        """The share; guessing gives 0.5; None if there is no pair."""
+        """The share, 0.5 by guessing; None without pairs."""
         return self.right / self.pairs if self.pairs else None
 
 
 @dataclass(frozen=True)
 class RatingFindings:
-    """How people rated; the value of an answer is the mean of its items.
+    """The answers to a rating; the value of an answer is the mean of its items.
 
     Items in ``turned`` are reversed: their values here are points + 1 - value. ``means`` (by
-    feeling and mood) and ``order`` are empty where a question is about all films.
+    feeling and mood) and ``order`` are empty if the question is about all films.
     """
 
     question: str
@@ -94,7 +94,7 @@ class RatingFindings:
 
 @dataclass(frozen=True)
 class WordFindings:
-    """The words that people wrote, the most frequent first, by feeling or about all films."""
+    """The words in answers, the most frequent first, by feeling or about all films."""
 
     question: str
     words: dict[str, list[tuple[str, int]]]
@@ -102,9 +102,9 @@ class WordFindings:
 
 @dataclass(frozen=True)
 class PersonFindings:
-    """What people said of themselves: how many gave each answer, or the numbers' quartiles.
+    """Facts about the participants: the count of each answer, or the numbers' quartiles.
 
-    ``silent`` is how many would rather not say.
+    ``silent`` is the number of people who did not say.
     """
 
     question: str
@@ -117,11 +117,11 @@ class PersonFindings:
 class Findings:
     """All findings of a study."""
 
-    counts: Counts  #: how many people took part
-    left_out: tuple[LeftOut, ...]  #: participants left out of all figures below
+    counts: Counts  #: of participants
+    left_out: tuple[LeftOut, ...]  #: from all figures below
     wordings: tuple[int, ...]  #: the first participant to see each change of the study's words
-    seconds: tuple[float, float, float] | None  #: s for a page about a film, the quartiles
-    shown: Shown  #: how often live gestures were seen
+    seconds: tuple[float, float, float] | None  #: quartiles of s for a page about a film
+    shown: Shown  #: showings of live gestures
     people: tuple[PersonFindings, ...]
     choices: tuple[ChoiceFindings, ...]
     ratings: tuple[RatingFindings, ...]

@@ -1,8 +1,7 @@
 """Live gestures: a running partner makes a gesture, and the study checks that it was complete.
 
-:func:`show` uses the same client as any other program. It asks for one gesture and only watches; it
-never stops, releases or resumes a partner. :class:`Turns` gives one robot to one participant at a
-time.
+:func:`show` uses the same client as any other program. It requests one gesture and only watches; it
+never stops, releases or resumes a partner.
 """
 
 import threading
@@ -20,13 +19,12 @@ from miburi.safety.stop import StopReason
 
 #: How long a robot stays with an idle participant, s (our choice).
 IDLE = 300.0
-#: States read per second, and the greatest number of them for one showing: half a minute (our
-#: choice).
+#: States read per second, and the most of them for one showing: half a minute (our choice).
 _RATE, _LOOKS = 20, 600
 
 
 class Ending(StrEnum):
-    """What became of a gesture."""
+    """The outcome of a gesture."""
 
     WHOLE = "whole"  #: made from its first key pose to its last
     TOUCHED = "touched"  #: the partner was touched and stopped; it resumes by itself
@@ -39,7 +37,7 @@ class Ending(StrEnum):
 
 @dataclass(frozen=True)
 class Showing:
-    """What became of a gesture, and whether it began: if so, at least part of it was seen."""
+    """The outcome of a gesture, and whether it began, so that part of it was seen."""
 
     ending: Ending
     begun: bool
@@ -66,9 +64,9 @@ def show(
 ) -> Showing:
     """Have the robot make a gesture, wait for its end or failure, and return the outcome.
 
-    If the robot is making a gesture already, it finishes that one first. Nothing is asked of a
-    robot that is stopped or paused: it would make the gesture later, when nobody is watching. Once
-    ``is_over`` returns true, this stops waiting.
+    If the robot is making a gesture already, it finishes that one first. A robot that is stopped or
+    paused gets no request: it would make the gesture later, unwatched. When ``is_over`` returns
+    true, this stops waiting.
     """
     view = _View(expression, is_over)
     try:
@@ -90,7 +88,7 @@ class _View:
         self.begun = False
 
     def follow(self, robot: Performer, states: Iterator[State]) -> Ending:
-        """Ask for the gesture as soon as the robot is free, and return what becomes of it."""
+        """Request the gesture as soon as the robot is free; return the outcome."""
         latest = None
         for looks, state in enumerate(states):
             if looks == _LOOKS or self._is_over():
@@ -98,8 +96,8 @@ class _View:
             if (hindered := _hindrance(state)) is not None:
                 return hindered
             if latest is None:
-                # A Stop is acknowledged one step before the states show it, so the first state may
-                # be out of date: read a second one.
+                # The first state may be out of date: a Stop is acknowledged a step before states
+                # show it.
                 if looks and state.expressed is None and state.phase != "returning":
                     latest = state.cursor
                     robot.express(self._expression)
@@ -115,14 +113,13 @@ class _View:
 
 
 def _hindrance(state: State) -> Ending | None:
-    """Return why a partner cannot make a gesture now; None if it can."""
+    """Return the outcome for a partner that cannot make a gesture now; None if it can."""
     if state.phase == "stopped":
         return Ending.STOPPED if state.held else _stopped(state.stop)
     return Ending.PAUSED if state.paused else None
 
 
 def _stopped(stop: StopOut | None) -> Ending:
-    """Return the outcome for a stop: its reason decides whether the robot resumes by itself."""
     match stop.reason if stop is not None else None:
         case StopReason.CONTACT | StopReason.TOUCHED:
             return Ending.TOUCHED
@@ -133,7 +130,7 @@ def _stopped(stop: StopOut | None) -> Ending:
 
 
 def _judge(entries: list[LiveEvent]) -> Ending:
-    """Return the outcome of a gesture from the log, which is complete, unlike the states read."""
+    """Return the outcome from the log, which is complete, unlike the states read."""
     for entry in entries:
         match entry.kind:
             case "stop":
@@ -146,7 +143,7 @@ def _judge(entries: list[LiveEvent]) -> Ending:
 
 
 class Turn(StrEnum):
-    """Whether a participant may see a gesture now."""
+    """A participant's access to the robot now."""
 
     YOURS = "yours"
     MOVING = "moving"  #: the robot is making this participant's gesture already
@@ -154,10 +151,7 @@ class Turn(StrEnum):
 
 
 class Turns:
-    """Keeps the robot for one participant at a time, until they finish or are idle too long.
-
-    ``clock`` returns the time, s.
-    """
+    """Reserves the robot for one participant at a time, until they finish or are idle too long."""
 
     def __init__(self, clock: Callable[[], float]) -> None:
         self._clock = clock
@@ -167,7 +161,7 @@ class Turns:
         self._moving = False
 
     def look(self, number: int) -> Turn:
-        """Return whether a participant may press the button; whoever has the robot keeps it."""
+        """Return whether a participant may press the button; this extends their reservation."""
         with self._lock:
             turn = self._turn(number)
             if self._number == number:
@@ -175,7 +169,7 @@ class Turns:
             return turn
 
     def begin(self, number: int) -> Turn:
-        """Give a participant the robot for a gesture, if it is free; call :meth:`end` after it."""
+        """Reserve the robot for a gesture, if it is free; call :meth:`end` after it."""
         with self._lock:
             turn = self._turn(number)
             if turn is Turn.YOURS:
@@ -183,13 +177,13 @@ class Turns:
             return turn
 
     def end(self, number: int) -> None:
-        """Say that the gesture is over; the robot stays with the participant."""
+        """Note the end of the gesture; the participant keeps the robot."""
         with self._lock:
             if self._number == number:
                 self._moving, self._until = False, self._clock() + IDLE
 
     def leave(self, number: int) -> None:
-        """Take the robot from a participant, so that the next one may begin."""
+        """Free the robot for the next participant."""
         with self._lock:
             if self._number == number and not self._moving:
                 self._number = None

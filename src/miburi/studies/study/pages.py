@@ -1,8 +1,8 @@
-"""The pages that a participant sees: information and consent, one question per page, and thanks.
+"""The pages of a participant: information and consent, one question per page, and thanks.
 
-Plain HTML forms, which need no JavaScript: the only script lets a button start a film. The
-participant's code is in a cookie, so that a reload continues where they were. An answer counts
-once, and only for the page that comes next: two tabs, or Back, cannot mix answers up.
+They are plain HTML forms, which need no JavaScript: the only script lets a button start a film. The
+participant's code is in a cookie, so a reload continues at the same page. An answer counts once,
+and only for the next page: two tabs, or Back, cannot mix answers up.
 """
 
 import hashlib
@@ -31,22 +31,21 @@ from miburi.studies.study.texts import page_words
 
 COOKIE = "miburi_study"
 _PAGES = Path(__file__).parent / "pages"
-#: Letters and digits that nobody confuses on paper.
+#: Letters and digits that are hard to confuse on paper.
 _LETTERS = "23456789ABCDEFGHJKMNPQRSTUVWXYZ"
-#: Limits, for one address, on registering and on attempts to withdraw: per second, and in a burst
+#: The limit on registrations and attempts to withdraw from one address: per second, and in a burst
 #: (our choice).
 _RATE, _BURST = 0.5, 60.0
 _DAYS = 30
-#: A participant who has not finished and asks for no page of questions for this long, s, counts as
-#: gone, and a newcomer may take that place in the order of films (our choice).
+#: An unfinished participant without a request for this time, s, counts as gone, and a newcomer may
+#: take that place in the order of films (our choice).
 _GONE = 7200.0
-#: A browser's report is ignored if it says that a film was started more often than this (our
-#: choice).
+#: A browser's report of more starts of a film than this is ignored (our choice).
 _MOST_PLAYS = 100
 
 
 def make_code() -> str:
-    """Return a code that nobody can guess: eight letters and digits, as in ``K7QM-2XHD``."""
+    """Return a random code of eight letters and digits, as in ``K7QM-2XHD``."""
     letters = "".join(secrets.choice(_LETTERS) for _ in range(8))
     return f"{letters[:4]}-{letters[4:]}"
 
@@ -65,11 +64,8 @@ def make_app(
     ``films`` are the files of all films, by name; ``perform`` has the robot in the room make a
     gesture, for a study with live ones.
 
-    If ``local``, only this computer may request pages. Requests must then name a loopback address,
-    such as ``localhost``, because a website could make its own domain name point at this computer.
-
-    ``clock`` returns the time, s. It times answers, frees the robot from whoever is idle for
-    :data:`.live.IDLE`, and limits how fast newcomers may begin.
+    If ``local``, only this computer may request pages, and requests must name a loopback host, such
+    as ``localhost``: a website could make its own domain name point at this computer.
     """
     pages = _Pages(study, store, films, perform, clock)
     home = pages.home
@@ -108,11 +104,11 @@ class _Pages:
         self._study, self._store = study, store
         self._perform, self._turns, self._clock = perform, Turns(clock), clock
         self._allowance = Allowance(_RATE, _BURST, clock)
-        # When a page was first shown, by participant number and step.
+        # The time of a page's first showing, by participant number and step.
         self._shown: dict[tuple[int, int], float] = {}
-        self._seen: dict[int, float] = {}  # when somebody last asked for a page
+        self._seen: dict[int, float] = {}  # the time of a participant's last request
         self._began = clock()
-        # A film's URL must not reveal what the film is meant to show.
+        # A film's URL must not reveal its feeling.
         self._keys = {
             name: hashlib.sha256(f"{study.digest} {name}".encode()).hexdigest()[:20]
             for name in films
@@ -120,13 +116,13 @@ class _Pages:
         self._films = {self._keys[name]: path for name, path in films.items()}
 
     def welcome(self, request: Request) -> Response:
-        """Show information and consent; send a participant who has begun to their next page."""
+        """Show information and consent, or redirect a participant to their next page."""
         if self._who(request) is not None:
             return RedirectResponse(f"{self.home}/page", 303)
         return self._show("welcome.html", self._language(request), missing=False)
 
     def enter(self, request: Request, form: Form) -> Response:
-        """Register a participant who agrees."""
+        """Register a participant who consents."""
         language = self._language(request, form.get("language"))
         if form.get("agree") != "yes":
             return self._show("welcome.html", language, 422, missing=True)
@@ -141,12 +137,12 @@ class _Pages:
         return response
 
     def page(self, request: Request) -> Response:
-        """Show the next question, or the page with thanks."""
+        """Show the next question, or the thanks."""
         who = self._who(request)
         return RedirectResponse(self.home, 303) if who is None else self._ask(request, who)
 
     def answer(self, request: Request, form: Form) -> Response:
-        """Keep an answer, and go on."""
+        """Store an answer, and go on."""
         who = self._who(request)
         if who is None:
             return RedirectResponse(self.home, 303)
@@ -162,7 +158,7 @@ class _Pages:
     def _keep(
         self, code: str, who: Participant, values: Mapping[str, str], pace: AnswerPace | None
     ) -> None:
-        """Keep an answer, and skip questions that no longer apply."""
+        """Store an answer, and skip questions that it makes pointless."""
         step, film = self._study.steps[who.step], self._film(who)
         about = film.name if film else None
         if not self._store.keep(code, who.step, about, step.question.name, values, pace):
@@ -175,7 +171,7 @@ class _Pages:
             self._store.keep(code, place, about, later.question.name, {"": SKIPPED})
 
     def _pace(self, who: Participant, form: Form) -> AnswerPace | None:
-        """Return how long an answer took, unless the study keeps no times."""
+        """Return an answer's time and its film's starts, unless the study keeps no times."""
         shown = self._shown.pop((who.number, who.step), None)
         if not self._study.times:
             return None
@@ -185,7 +181,7 @@ class _Pages:
         return AnswerPace(seconds, int(plays) if known else None)
 
     def _gone(self) -> set[int]:
-        """Return participants who left without finishing; newcomers may take their places."""
+        """Return participants who left without finishing."""
         now = self._clock()
         return {
             number
@@ -194,9 +190,9 @@ class _Pages:
         }
 
     def perform(self, request: Request, _form: Form) -> Response:
-        """Have the robot in the room make the gesture in question, and wait for its end.
+        """Have the robot in the room make the gesture, and wait for its end.
 
-        Only a whole gesture counts as seen; otherwise a page says what interfered.
+        Only a whole gesture counts as seen; otherwise a page tells what interfered.
         """
         who = self._who(request)
         film = self._film(who) if who is not None else None
@@ -217,7 +213,7 @@ class _Pages:
         return RedirectResponse(f"{self.home}/page", 303)
 
     def leave(self, request: Request, _form: Form) -> Response:
-        """Clear the participant from this browser, so that the next person may begin."""
+        """Free the robot and the browser for the next participant."""
         if (who := self._who(request)) is not None:
             self._turns.leave(who.number)
         response = RedirectResponse(self.home, 303)
@@ -225,13 +221,13 @@ class _Pages:
         return response
 
     def ask_to_stop(self, request: Request) -> Response:
-        """Ask somebody to confirm that they want to stop early."""
+        """Ask a participant to confirm that they want to stop early."""
         if (who := self._who(request)) is None:
             return RedirectResponse(self.home, 303)
         return self._show("stopping.html", who.language, code=request.cookies[COOKIE])
 
     def stop(self, request: Request, _form: Form) -> Response:
-        """Tell somebody who stops early what the study is about; their participation ends."""
+        """End the participation early, and show the debriefing."""
         if (who := self._who(request)) is None:
             return RedirectResponse(self.home, 303)
         self._turns.leave(who.number)
@@ -245,7 +241,7 @@ class _Pages:
         return self._show("withdraw.html", self._language(request), code=code, wrong=False)
 
     def withdraw(self, request: Request, form: Form) -> Response:
-        """Delete the answers of the participant with this code."""
+        """Delete the answers of the participant with a code."""
         language = self._language(request)
         code = form.get("code", "").strip().upper()
         if not self._allowance.take(_asker(request)):
@@ -260,14 +256,14 @@ class _Pages:
         return response
 
     def film(self, request: Request) -> Response:
-        """Send a film; its address does not reveal what it is meant to show."""
+        """Send a film."""
         path = self._films.get(request.path_params["key"])
         if path is None:
             return Response(status_code=404)
         return FileResponse(path, headers={"cache-control": "private, max-age=3600"})
 
     def refuse_for_now(self, request: Request, _error: Exception) -> Response:
-        """Say that saving failed, and that earlier answers are safe."""
+        """Report that saving failed, and that earlier answers are safe."""
         try:
             language = self._language(request)
         except OutputError:  # nothing can be read, either
@@ -292,14 +288,14 @@ class _Pages:
         if trial is None:
             return None
         films, trials = self._study.films, self._study.trials or len(self._study.films)
-        if trial < 0:  # for practice; the same films for everybody
+        if trial < 0:  # practice, with the same films for everybody
             order = film_order(len(films), self._study.practice, 1, self._study.seed + 1)
             return films[order[trial]]
         order = film_order(len(films), trials, who.place, self._study.seed)
         return films[order[trial]]
 
     def _has_seen(self, who: Participant) -> bool:
-        """Whether the participant may answer: a live gesture must have been seen to its end."""
+        """Whether the participant may answer, as they have seen any live gesture to its end."""
         film, trial = self._film(who), self._study.steps[who.step].trial
         live = film is not None and film.live and trial is not None
         return not live or self._store.has_seen(who.number, trial or 0)
@@ -307,7 +303,7 @@ class _Pages:
     def _ask(
         self, request: Request, who: Participant, given: Mapping[str, str] | None = None
     ) -> Response:
-        """Show a question; ``given`` is an answer to it that was not accepted."""
+        """Show a question, with its rejected answer ``given``, if any."""
         study, code = self._study, request.cookies[COOKIE]
         if who.step >= len(study.steps):
             self._turns.leave(who.number)
@@ -360,7 +356,7 @@ class _Pages:
             text=lambda words: pick(words, language),
             **values,
         )
-        # A page is for one person: a tablet may be passed on to the next.
+        # the next person may use the same tablet
         return HTMLResponse(content, status, {"cache-control": "no-store"})
 
 

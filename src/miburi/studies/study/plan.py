@@ -1,6 +1,6 @@
-"""What a study asks: films, questions, languages and trials, read from one TOML file.
+"""The plan of a study: films, questions, languages and trials, from one TOML file.
 
-``miburi study new`` writes a file to start from; docs/study.md says what each key does.
+``miburi study new`` writes a template; docs/study.md explains each key.
 """
 
 import hashlib
@@ -22,10 +22,10 @@ from miburi.ground.tables import Table, load_table
 FILE = "study.toml"
 #: The study that ships with Miburi, as a template.
 TEMPLATE = Path(__file__).with_name("eight-feelings.toml")
-#: What is kept as the answer: NONE when somebody chooses the option "no feeling", SKIPPED for a
-#: question that was not asked or was left out.
+#: The stored answers for the option "no feeling", and for a question that was not asked or was left
+#: out.
 NONE, SKIPPED = "none", ""
-#: Words in quotation marks, and the placeholders that the author of a study must fill in.
+#: Words in quotation marks, and placeholders that the author must fill in.
 _QUOTED = re.compile('[“"「『](.+?)[”"」』]')
 _UNFILLED = re.compile(r"\(WRITE: [^)]*\)|（記入：[^）]*）")
 
@@ -41,10 +41,10 @@ Text = Annotated[
 
 @dataclass(frozen=True)
 class Film:
-    """One film: the feeling and mood that it is meant to show, with the face or a blank screen.
+    """A film: the feeling and mood that it is meant to show, with the face or a blank screen.
 
-    ``file`` is the study's own film; without it Miburi draws one. If ``live``, it is not a film but
-    a gesture of the robot in the room.
+    ``file`` is the study's own film; without it Miburi draws one. If ``live``, it is a gesture of
+    the robot in the room instead.
     """
 
     feeling: str
@@ -99,33 +99,33 @@ class Item(Table):
     name: Name
     low: Text
     high: Text
-    #: Whether a high value means less of what the question measures.
+    #: Whether a high value means less of the measured quantity.
     reversed: bool = False
 
 
 class Option(Table):
-    """One answer to a question about the person, in words."""
+    """A possible answer to a question about the person, in words."""
 
     name: Name
     words: Text
 
 
 class Question(Table):
-    """One question, on a page of its own.
+    """One question, on a separate page.
 
-    In a ``choice`` one picks a feeling, in a ``pick`` an answer that the study defines, such as yes
-    and no. A ``check`` shows whether somebody reads the pages: its text says what to choose.
+    A ``choice`` is between feelings, a ``pick`` between answers that the study defines, such as yes
+    and no. A ``check``, whose text gives the right answer, tests whether somebody reads the pages.
     """
 
     name: Name
     kind: Literal["choice", "word", "rating", "pick", "number", "check"]
     ask: Text
-    #: Asked before the films, after each film, or once at the end; a check comes after the film
-    #: whose number is ``at``.
+    #: Whether it is asked before the films, after each film, or at the end; a check comes after the
+    #: film number ``at``.
     after: Literal["start", "film", "all"] = "film"
     #: Whether it may be left out; for a word, a pick or a number.
     optional: bool = False
-    #: Of a choice or a check: the feelings to choose from; default: those of all films.
+    #: For a choice or a check: the feelings to choose from; default: those of all films.
     options: Annotated[tuple[FeelingName, ...], Field(strict=False)] = ()
     #: For a check: the right option, and the number of films after which it is asked.
     right: FeelingName | None = None
@@ -135,10 +135,9 @@ class Question(Table):
     #: For a number: the smallest and the largest allowed.
     low: int = 0
     high: int = 120
-    #: The name of the choice right before it: ask this only if a feeling was chosen there.
+    #: The name of the preceding choice in which a feeling must have been chosen.
     only_if: Name | None = None
-    #: For a choice: the text of a last option that stands for no feeling; by default there is no
-    #: such option.
+    #: For a choice: the text of a last option for no feeling; by default there is none.
     none: Text | None = None
     #: For a rating: its rows, and the number of points in each.
     items: Annotated[tuple[Item, ...], Field(strict=False)] = ()
@@ -180,7 +179,7 @@ class Question(Table):
 
 @dataclass(frozen=True)
 class Step:
-    """One page for a participant: a question about one film, or one that is not about a film.
+    """One page for a participant: a question about one film, or about none.
 
     ``trial`` counts from 0, and is negative for practice; None if the question is not about a film.
     """
@@ -190,12 +189,12 @@ class Step:
 
     @property
     def practice(self) -> bool:
-        """Whether its answer is for practice, and does not count."""
+        """Whether its answer is practice, and does not count."""
         return self.trial is not None and self.trial < 0
 
 
 class Exclude(Table):
-    """Rules for leaving participants out of the findings, made before there are answers."""
+    """Rules, made before any answer, for leaving participants out of the findings."""
 
     #: Leave out participants with at least this many wrong checks.
     checks: Annotated[int | None, Field(ge=1)] = None
@@ -216,15 +215,15 @@ class Study(Table):
     languages: Annotated[tuple[Language, ...], Field(strict=False, min_length=1)]
     title: Text
     information: Text
-    #: The text after the thanks, which those who stop early see, too, and the address that the page
-    #: with thanks links to, such as a participant panel's.
+    #: The text after the thanks, also for people who stop early; and the address that the thanks
+    #: link to, such as a participant panel's.
     debriefing: Text | None = None
     completion: Annotated[str | None, Field(pattern=r"^https://\S+$")] = None
-    #: How many films each participant sees; default: each once. Films for practice come before
-    #: them.
+    #: The number of films for each participant, by default each once, and of films for practice
+    #: before them.
     trials: Annotated[int | None, Field(ge=1, le=1000)] = None
     practice: Annotated[int, Field(ge=0, le=10)] = 0
-    #: Whether to keep how long each answer took, and how often its film was started.
+    #: Whether to store the time of each answer, and the starts of its film.
     times: bool = True
     exclude: Exclude = Exclude()
     show: Annotated[tuple[Show, ...], Field(strict=False, min_length=1)]
@@ -237,7 +236,7 @@ class Study(Table):
 
     @cached_property
     def steps(self) -> tuple[Step, ...]:
-        """The pages of every participant; :mod:`.order` decides which film a trial shows."""
+        """The pages of every participant; :mod:`.order` chooses the films of the trials."""
         first, each, last = (
             [question for question in self.question if question.after == after]
             for after in ("start", "film", "all")
@@ -252,7 +251,7 @@ class Study(Table):
 
     @cached_property
     def digest(self) -> str:
-        """A checksum of what is asked, without its wording; answers belong to one checksum."""
+        """A checksum of the questions without their wording; answers belong to one checksum."""
         return _digest(_without_words(self.model_dump(mode="json")))
 
     @cached_property
@@ -262,13 +261,13 @@ class Study(Table):
 
     @property
     def unfilled(self) -> list[str]:
-        """What its author still has to fill in, in the order of the file."""
+        """Places that the author still has to fill in, in the order of the file."""
         texts = [self.information, *([self.debriefing] if self.debriefing else [])]
         every = " ".join(words for text in texts for words in text.values())
         return _UNFILLED.findall(every)
 
     def options(self, question: Question) -> tuple[str, ...]:
-        """Return the options of a choice: feelings, and perhaps :data:`NONE` at the end."""
+        """Return the options of a choice: feelings, and :data:`NONE` at the end, if it has one."""
         shown = {film.feeling for film in self.films}
         options = question.options or tuple(name for name in FEELINGS if name in shown)
         return (*options, NONE) if question.none else options
@@ -311,7 +310,7 @@ class Study(Table):
         return self
 
     def _check_right(self, question: Question) -> None:
-        """Check that the right answer is an option, and among the feelings that its text quotes."""
+        """Check that the right answer is an option, and among any feelings that the text quotes."""
         right = question.right
         if right is None:
             return

@@ -1,4 +1,4 @@
-"""Read the forms that participants send, and check each request before a page handles it."""
+"""Read participants' forms, and check each request before a page handles it."""
 
 import unicodedata
 from collections.abc import Awaitable, Callable, Mapping
@@ -46,7 +46,7 @@ def values_of(study: Study, question: Question, form: Mapping[str, str]) -> dict
         whole = value.isascii() and value.isdigit() and len(value) <= 6
         allowed_here = whole and question.low <= int(value) <= question.high
         return {"": str(int(value))} if allowed_here else None
-    # Text that looks the same is stored identically, without invisible characters.
+    # Text that looks the same is stored as the same, without invisible characters.
     plain = unicodedata.normalize("NFKC", value)
     shown = "".join(letter for letter in plain if letter.isprintable()).strip()
     return {"": shown} if 0 < len(shown) <= LONGEST else None
@@ -55,7 +55,7 @@ def values_of(study: Study, question: Question, form: Mapping[str, str]) -> dict
 def posted(
     handle: Callable[[Request, Form], Response],
 ) -> Callable[[Request], Awaitable[Response]]:
-    """Return an endpoint that reads a form; its handler has a thread, so it may wait."""
+    """Return an endpoint that reads a form, and handles it in a thread."""
 
     async def endpoint(request: Request) -> Response:
         body = b""

@@ -1,4 +1,4 @@
-"""Report on a study: a page with figures, the findings as JSON, the answers as CSV and Parquet."""
+"""The report on a study: a page with figures, findings as JSON, answers as CSV and Parquet."""
 
 import csv
 import hashlib
@@ -31,7 +31,7 @@ from miburi.version import __version__
 _PAGE = Path(__file__).with_suffix(".html")
 
 
-#: The columns of answers.csv and answers.parquet; a participant is only a number here.
+#: The columns of answers.csv and answers.parquet; a participant is only a number.
 _COLUMNS = {
     "participant": "int32",
     "language": "string",
@@ -54,10 +54,10 @@ Row = tuple[object, ...]
 
 
 def write_report(study: Study, folder: Path, out: Path, *, rehearsal: bool = False) -> Path:
-    """Write the report on a study's answers, or on those of its rehearsal (a trial run).
+    """Write the report on the answers of a study or a rehearsal; return the page, ``index.html``.
 
-    Return the page, ``index.html``; ``findings.json``, ``answers.csv``, ``answers.parquet`` and
-    figures are beside it. The same answers give the same page, JSON and CSV, byte for byte.
+    ``findings.json``, ``answers.csv``, ``answers.parquet`` and figures are beside it. The same
+    answers give the same page, JSON and CSV, byte for byte.
 
     Raises InputError if there are no answers yet; OutputError if the answers belong to another
     study, or the folder cannot be written to; MiburiError if PyArrow or SciPy is not installed.
@@ -155,7 +155,7 @@ def _write_rows(rows: list[Row], folder: Path) -> None:
 
 
 def _safe(cells: Row) -> list[object]:
-    """Keep a spreadsheet from reading somebody's word as a formula."""
+    """Return cells that a spreadsheet does not read as formulas."""
     return [
         f"'{cell}" if isinstance(cell, str) and cell[:1] in ("=", "+", "-", "@") else cell
         for cell in cells

@@ -1,4 +1,4 @@
-"""Serve a study until Ctrl-C or SIGTERM, on an address of its own."""
+"""Serve a study until Ctrl-C or SIGTERM."""
 
 import signal
 import socket
@@ -29,12 +29,10 @@ def serve_study(
     ready: Callable[[int], None],
     robot: Performer | None = None,
 ) -> None:
-    """Serve a study's pages; ``ready`` is called with the port once they can be opened.
+    """Serve a study's pages; ``ready`` is called with the port when they can be opened.
 
-    ``robot`` makes the gestures, if the study has live ones.
-
-    On a loopback address only this computer can connect. On any other, anybody who can reach it may
-    take part.
+    ``robot`` makes live gestures. On a loopback address only this computer can connect; on any
+    other, anybody who can reach it may take part.
 
     Raises InputError if the address or the port cannot be used.
     """
@@ -61,7 +59,7 @@ class _Server(uvicorn.Server):
         self._ending = ending
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
-        """Also end any wait for the robot's gesture."""
+        """End the server, and any wait for the robot's gesture."""
         self._ending.set()
         super().handle_exit(sig, frame)
 

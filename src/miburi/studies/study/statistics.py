@@ -1,10 +1,8 @@
-"""How people agree: kappas, Cronbach's alpha, the order of intensities, and intervals.
+"""Measures of agreement: kappas, Cronbach's alpha, the order of intensities, and intervals.
 
-One person's answers are alike, so intervals treat each participant's answers as a cluster.
-
-These are small functions on tables of numbers. Each returns None where it is not defined, for
-instance where all values are the same. Wilson's interval is
-:func:`miburi.studies.trials.summary.wilson`.
+One person's answers are alike, so intervals treat each participant's answers as a cluster. Each
+function returns None where it is not defined, for instance if all values are the same. Wilson's
+interval is :func:`miburi.studies.trials.summary.wilson`.
 """
 
 from collections.abc import Sequence
@@ -18,12 +16,12 @@ from miburi.errors import need
 
 need("scipy", "studies")  # loading it takes a second, so only the functions that use it load it
 
-#: The quantile of an interval of 95 %.
+#: The upper quantile of a 95 % interval.
 _TWO_SIDED = 0.975
 
 
 def cohen_kappa(confusion: ArrayLike) -> float | None:
-    """Return Cohen's kappa (1960) of a square table: rows one judgement, columns the other."""
+    """Return Cohen's kappa (1960) of a square table: one judgement by row, the other by column."""
     table = np.asarray(confusion, dtype=np.float64)
     total = table.sum()
     if total == 0:
@@ -35,7 +33,7 @@ def cohen_kappa(confusion: ArrayLike) -> float | None:
 def fleiss_kappa(counts: ArrayLike) -> float | None:
     """Return Fleiss's kappa (1971).
 
-    ``counts`` tells how many people put each subject (row) into each category (column); the
+    ``counts`` has the number of people who put each subject (row) into each category (column); the
     result is None unless every row has the same sum, 2 or more.
     """
     table = np.asarray(counts, dtype=np.float64)
@@ -62,10 +60,10 @@ def cronbach_alpha(values: ArrayLike) -> float | None:
 
 
 def right_order(moods: ArrayLike, ratings: ArrayLike) -> tuple[float, int]:
-    """Return how many pairs of moods are rated in the right order, and how many there are.
+    """Return the number of pairs of moods rated in the right order, and the number of pairs.
 
-    A tie of ratings counts one half, so that guessing gives one half of the pairs (the
-    probability of superiority, as in Mann and Whitney 1947).
+    A tie of ratings counts one half, so that guessing gives one half of the pairs (the probability
+    of superiority, as in Mann and Whitney 1947).
     """
     pairs = combinations(zip(np.asarray(moods), np.asarray(ratings), strict=True), 2)
     signs = [np.sign(m - n) * np.sign(r - s) for (m, r), (n, s) in pairs if m != n]
@@ -75,8 +73,8 @@ def right_order(moods: ArrayLike, ratings: ArrayLike) -> tuple[float, int]:
 def unbiased_hit_rates(confusion: ArrayLike) -> list[float | None]:
     """Return Wagner's unbiased hit rate H_u (1993) of each row of a square table.
 
-    It is the share of the row that is right, times the share of the column that is right: always
-    naming one feeling gains nothing. None for an empty row; 0 where nobody chose the column.
+    It is the correct share of the row times the correct share of the column, so that always naming
+    one feeling gains nothing. It is None for an empty row, and 0 if nobody chose the column.
     """
     table = np.asarray(confusion, dtype=np.float64)
     rows, columns = table.sum(axis=1), table.sum(axis=0)
@@ -96,10 +94,7 @@ def above_guessing(hits: int, of: int, chance: float) -> float | None:
 
 
 def mean_interval(clusters: Sequence[Sequence[float]]) -> tuple[float, float] | None:
-    """Return the 95 % interval of the mean of all values, which come in clusters.
-
-    None if there are fewer than two clusters.
-    """
+    """Return the 95 % interval of the mean of clustered values; None without two clusters."""
     if (found := _mean_of(clusters)) is None:
         return None
     mean, variance, quantile, _ = found
@@ -111,8 +106,8 @@ def share_interval(clusters: Sequence[Sequence[bool]]) -> tuple[float, float] | 
     """Return the 95 % interval of a share with clustered hits; None for fewer than two clusters.
 
     It is Wilson's (1927), for the effective number of answers (their number divided by the design
-    effect of :func:`mean_interval`'s variance, at least 1), with Student's quantile. Where all
-    answers are the same, each cluster counts as one answer.
+    effect of :func:`mean_interval`'s variance, at least 1), with Student's quantile. If all answers
+    are the same, each cluster counts as one answer.
     """
     if (found := _mean_of(clusters)) is None:
         return None
@@ -125,11 +120,11 @@ def share_interval(clusters: Sequence[Sequence[bool]]) -> tuple[float, float] | 
 
 
 def _mean_of(clusters: Sequence[Sequence[float]]) -> tuple[float, float, float, int] | None:
-    """Return the mean of all values in clusters, its variance, t, and the number of values.
+    """Return the mean of clustered values, its variance, t, and the number of values.
 
-    None if there are fewer than two clusters. The variance is that of a ratio of cluster totals,
-    linearised (Cochran, Sampling Techniques, 6.3); t is Student's quantile for (clusters - 1)
-    degrees of freedom.
+    The result is None for fewer than two clusters. The variance is the linearised variance of a
+    ratio of cluster totals (Cochran, Sampling Techniques, 6.3); t is Student's quantile for
+    (clusters - 1) degrees of freedom.
     """
     if (groups := len(clusters)) < 2:
         return None

@@ -1,9 +1,9 @@
 """Answers in one SQLite file: each is on the disk before the participant sees the next page.
 
 A participant has a number, a place (which sets the order of the films) and a code that only the
-participant knows. No name, address or time of day is kept. The time that an answer took is kept
-unless the study says otherwise. When a participant withdraws, only the number stays, and the next
-participant gets the place.
+participant knows. No name, address or time of day is stored. The duration of an answer is stored
+unless the study forbids it. After a withdrawal, only the number stays, and the next participant
+gets the place.
 """
 
 import sqlite3
@@ -18,8 +18,7 @@ from miburi.errors import OutputError
 from miburi.studies.study.live import Ending
 from miburi.studies.study.plan import Study
 
-#: The file of answers in a study's folder, and the file for the answers of somebody who only tries
-#: the pages out.
+#: The files of answers in a study's folder, from the study and from a rehearsal.
 ANSWERS, REHEARSED = "answers.sqlite", "rehearsal.sqlite"
 
 _SCHEMA = """
@@ -57,20 +56,19 @@ CREATE TABLE answer (
 
 @dataclass(frozen=True)
 class Participant:
-    """Somebody who takes part."""
+    """A participant."""
 
     number: int  #: identifies them in every export; 1 or more
     place: int  #: their row in the order of the films; 1 or more
     language: str  #: of their pages
-    step: int  #: the page that comes next, from 0
+    step: int  #: the next page, from 0
 
 
 @dataclass(frozen=True)
 class AnswerPace:
-    """How long a participant took for a page, s, and how often its film was started.
+    """A participant's time for a page, s, and the number of starts of its film.
 
-    A value is None if it is unknown: after a restart of the server, or if the browser runs no
-    scripts.
+    A value is None if unknown: after a restart of the server, or if the browser runs no scripts.
     """
 
     seconds: float | None = None
@@ -100,7 +98,7 @@ class Shown:
 
 @dataclass(frozen=True)
 class Counts:
-    """How many people began, how many of these finished, and how many withdrew."""
+    """The numbers of participants who began, finished and withdrew."""
 
     began: int
     finished: int
@@ -115,13 +113,13 @@ class Store:
 
     @property
     def rehearsal(self) -> bool:
-        """Whether these are the answers of somebody who only tries the pages out."""
+        """Whether these are the answers of a rehearsal."""
         return self.path.name == REHEARSED
 
     def enter(self, code: str, language: str, gone: Collection[int] = ()) -> Participant:
         """Add a participant in the first free place of the order.
 
-        The places of those who have withdrawn, and of those in ``gone``, are free.
+        The places of participants who have withdrawn, or are in ``gone``, are free.
         """
         with self._transaction() as database:
             taken = {
@@ -139,7 +137,7 @@ class Store:
             return Participant(int(added.lastrowid or 0), place, language, 0)
 
     def unfinished(self, steps: int) -> set[int]:
-        """Return the numbers of those who have begun, and have not answered ``steps`` pages."""
+        """Return the numbers of participants who have not answered all ``steps`` pages."""
         rows = self._rows(
             "SELECT number FROM participant WHERE code IS NOT NULL AND NOT EXISTS "
             "(SELECT 1 FROM answer WHERE participant = number AND step = ?)",
@@ -148,7 +146,7 @@ class Store:
         return {number for (number,) in rows}
 
     def find(self, code: str) -> Participant | None:
-        """Return the participant with a code; None if there is none, or if they have withdrawn."""
+        """Return the participant with a code, if any."""
         with self._connection() as database:
             return _find(database, code)
 
@@ -161,7 +159,7 @@ class Store:
         values: Mapping[str, str],
         pace: AnswerPace | None = None,
     ) -> bool:
-        """Store an answer by item; return False if it is not for the page that comes next."""
+        """Store an answer by item; return False if it is not for the next page."""
         with self._transaction() as database:
             participant = _find(database, code)
             if participant is None or participant.step != step:
@@ -176,14 +174,14 @@ class Store:
             return True
 
     def paces(self) -> dict[tuple[int, int], AnswerPace]:
-        """Return how long answers took, by participant and step."""
+        """Return the paces of answers, by participant and step."""
         rows = self._rows("SELECT participant, step, seconds, plays FROM pace")
         return {(number, step): AnswerPace(*pace) for number, step, *pace in rows}
 
     def wordings(self) -> list[int]:
         """Return the number of the first participant after each change of the study's words.
 
-        The first wording is left out, and so is one that nobody has read.
+        A wording that nobody has read is left out.
         """
         with self._connection() as database:
             firsts = [first for (first,) in database.execute("SELECT first FROM wording")]
@@ -191,7 +189,7 @@ class Store:
         return sorted({first for first in firsts[1:] if 1 < first <= last})
 
     def close(self) -> int:
-        """End the study: erase all codes, and return how many.
+        """End the study: erase all codes, and return their number.
 
         After that, no answer can be traced to a person by a code, or withdrawn.
         """
@@ -211,15 +209,15 @@ class Store:
         return bool(closed)
 
     def note_showing(self, code: str, trial: int, film: str, ending: Ending) -> None:
-        """Record that a live gesture was shown, or begun, in a trial."""
+        """Record the showing of a live gesture in a trial."""
         with self._transaction() as database:
             participant = _find(database, code)
-            if participant is not None:  # one who has withdrawn meanwhile leaves nothing behind
+            if participant is not None:  # after a withdrawal, nothing is recorded
                 row = (participant.number, trial, film, ending.value)
                 database.execute("INSERT INTO showing VALUES (?, ?, ?, ?)", row)
 
     def showings(self) -> dict[tuple[int, int], Shown]:
-        """Return how often live gestures were shown, by participant and trial."""
+        """Return the showings of live gestures, by participant and trial."""
         rows = self._rows(
             "SELECT participant, trial, SUM(ending = ?1), SUM(ending != ?1) FROM showing "
             "GROUP BY participant, trial ORDER BY participant, trial",
@@ -260,7 +258,7 @@ class Store:
         return [StudyAnswer(*row) for row in rows]
 
     def counts(self, steps: int) -> Counts:
-        """Return how many participants there are; ``steps`` answered pages mean finished."""
+        """Return the numbers of participants; those with ``steps`` answered pages have finished."""
         (row,) = self._rows(
             "SELECT COUNT(*), (SELECT COUNT(DISTINCT participant) FROM answer WHERE step = ?), "
             "COUNT(*) - COUNT(code) FROM participant",
@@ -273,7 +271,6 @@ class Store:
             return database.execute(question, values).fetchall()
 
     def _empty_journal(self) -> None:
-        """Clear whatever the journal still holds of deleted data."""
         with self._connection() as database:
             database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
 
@@ -282,7 +279,7 @@ class Store:
         try:
             database = sqlite3.connect(self.path, timeout=10, isolation_level=None)
             try:
-                database.execute("PRAGMA secure_delete = ON")  # what is deleted is overwritten
+                database.execute("PRAGMA secure_delete = ON")  # overwrite deleted data
                 database.execute("PRAGMA foreign_keys = ON")
                 yield database
             finally:
@@ -292,7 +289,7 @@ class Store:
 
     @contextmanager
     def _transaction(self) -> Iterator[sqlite3.Connection]:
-        """All or nothing; what is not committed is rolled back when the connection closes."""
+        """Commit all changes in the block, or none after an exception."""
         with self._connection() as database:
             database.execute("BEGIN IMMEDIATE")
             yield database
@@ -300,7 +297,7 @@ class Store:
 
 
 def open_store(path: Path, study: Study) -> Store:
-    """Open the answers of a study, making the file if there is none.
+    """Open the answers of a study; make the file if there is none.
 
     Raises OutputError if the file cannot be used, or holds the answers to another study.
     """
@@ -327,7 +324,7 @@ def open_store(path: Path, study: Study) -> Store:
 
 
 def _note_wording(database: sqlite3.Connection, digest: str) -> None:
-    """Record the number of the first participant to begin with these words."""
+    """Record the number of the first participant with a new wording."""
     known = database.execute("SELECT digest FROM wording ORDER BY rowid DESC LIMIT 1").fetchone()
     if known is None or known[0] != digest:
         row = (digest, _last_number(database) + 1)
@@ -335,7 +332,6 @@ def _note_wording(database: sqlite3.Connection, digest: str) -> None:
 
 
 def _last_number(database: sqlite3.Connection) -> int:
-    """Return the number of the latest participant; 0 if there is none."""
     (number,) = database.execute("SELECT COALESCE(MAX(number), 0) FROM participant").fetchone()
     return int(number)
 

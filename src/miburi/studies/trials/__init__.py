@@ -1,1 +1,1 @@
-"""Contact trials: thousands of simulated people in the robot's way, counted and measured."""
+"""Contact trials with thousands of simulated people in the robot's way."""

@@ -1,8 +1,4 @@
-"""Switch off a part of the contact stop, or try it with servos in another state, to compare.
-
-The functions take a robot or its rule and the name of a part or state, and return what
-:class:`~miburi.studies.trials.plan.Subject` needs.
-"""
+"""Switch off a part of the contact stop, or test it with servos in another state."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -20,7 +16,7 @@ from miburi.studies.trials.workshop import calibrate_servos
 
 _SLACK = np.array([20, 16, 16, 16, 16, 16, 16, 16])
 #: The narrowest guards, µs and steps, with which the rule that compares with a delayed profile
-#: hardly ever stops a free move of the simulated XL330 (our choice).
+#: hardly ever stops free moves of the simulated XL330 (our choice).
 PROFILE_GUARDS = Guards(
     lag=np.full(8, 14_000),
     slack=_SLACK,
@@ -30,7 +26,7 @@ PROFILE_GUARDS = Guards(
     arrival=np.full(8, 16),
 )
 
-#: Rules to compare with the one that ships, by name.
+#: The shipped rule, and rules to compare with it, by name.
 RULES: dict[str, Callable[[FreeRule], Rule]] = {
     "miburi": lambda rule: rule,
     "weightless": lambda rule: replace(rule, sag=np.zeros_like(rule.sag)),
@@ -49,8 +45,8 @@ WITHOUT = {"lift": {"lift": 0.0}, "ceiling": {"headroom": 1000.0}}
 class ServoState:
     """A state of all servos: factors on friction and resistance, and the supply voltage, V.
 
-    ``voltage`` is None where each trial draws its own; ``before`` says that the robot was
-    calibrated before it came into this state.
+    ``voltage`` is None if each trial draws its own; with ``before``, the robot was calibrated
+    before it came into this state.
     """
 
     friction: float = 1.0

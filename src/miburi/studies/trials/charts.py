@@ -1,4 +1,4 @@
-"""Draw figures of contact trials and of recorded runs, readable in print."""
+"""Draw figures of contact trials and of recorded runs, for print."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -52,7 +52,7 @@ def distributions(outcomes: Sequence[Outcome], path: Path) -> None:
 
 @dataclass(frozen=True)
 class Point:
-    """A rule on the map: period in µs, ratio in parts per 10 000, and what it does."""
+    """A rule on the map: period in µs, ratio in parts per 10 000, and its effect."""
 
     period: int
     ratio: int
@@ -63,8 +63,8 @@ class Point:
 def rule_map(runs: Sequence[Run], ours: Rule) -> list[Point]:
     """Judge recorded runs over a grid of (p, ratio), by Miburi's rule and by the paper's.
 
-    All points use the same guards, those for the paper's p and ratio, so that the map shows the
-    effect of p and ratio alone.
+    All points use the guards for the paper's p and ratio, so that the map shows the effect of p and
+    ratio alone.
     """
     points = []
     for period in PERIODS:

@@ -1,7 +1,6 @@
-"""Draw the conditions of one trial: the robot's moves, how it differs, and the person.
+"""Draw the conditions of one trial: the robot's moves and variation, and the person.
 
-The random numbers come from a given generator. All ranges are our assumptions; they cover obstacles
-from a person's fingers to a wall.
+All ranges are our assumptions; they cover obstacles from a person's fingers to a wall.
 """
 
 from dataclasses import dataclass
@@ -37,7 +36,7 @@ LINKS = (
 
 @dataclass(frozen=True)
 class Person:
-    """A person in the way of a link, and where and how they are to meet."""
+    """A person in the way of a link, with the place and manner of the planned meeting."""
 
     kind: HandKind
     skin: Skin
@@ -52,10 +51,10 @@ class Person:
 
 @dataclass(frozen=True)
 class Conditions:
-    """What the robot does in one trial, and how it differs from its description.
+    """The robot's moves in one trial, and its differences from its description.
 
-    ``pose`` is the number of the key pose that the (first) move leads to. The robot first rests in
-    ``start`` (8,) rad; each move comes with the rest after it, s.
+    ``pose`` is the number of the (first) move's key pose. The robot first rests in ``start`` (8,)
+    rad; each move comes with the rest after it, s.
     """
 
     feeling: str
@@ -70,7 +69,7 @@ def draw(
     robot: Robot, rng: np.random.Generator, moves: int, repertoire: Repertoire | None = None
 ) -> Conditions:
     """Draw ``moves`` successive moves of any gesture, by default one that ships with Miburi."""
-    # Sorted, so that the draw does not depend on the order of the feelings.
+    # Sorted, so that the order of the feelings does not matter.
     feeling = str(rng.choice(sorted(FEELINGS)))
     mood = float(rng.uniform(0.1, 1.0))
     function = (repertoire or shipped_repertoire()).choose(feeling, rng)

@@ -1,4 +1,4 @@
-"""Plan where and when a person meets the moving robot, and move the person's hand."""
+"""Plan the place and time at which a person meets the moving robot, and move the hand."""
 
 from dataclasses import dataclass
 
@@ -13,17 +13,17 @@ from miburi.safety.stop import Phase
 from miburi.studies.trials.conditions import HandKind, Person
 from miburi.studies.trials.plant import TrialPlant
 
-#: A person is in the way only if the link still has this far to go, m (our choice).
+#: A person is in the way only if the link still has to move this far, m (our choice).
 LEAST_REST = 0.015
-#: A hand that moves towards the robot starts this far from the meeting point, m.
+#: A hand that moves towards the robot starts this far before the meeting point, and goes at most
+#: this far beyond it, m.
 _APPROACH = 0.10
-#: It goes at most this far beyond the meeting point, m.
 _BEYOND = 0.05
 
 
 @dataclass(frozen=True)
 class Meeting:
-    """Where and when the hand meets a link."""
+    """The place and time at which the hand meets a link."""
 
     body: str  #: the model's body …
     local: Array  #: … and the meeting point in its frame, (3,) m
@@ -35,9 +35,9 @@ class Meeting:
 
 
 def plan(plant: TrialPlant, person: Person, start: Array, move: Move) -> Meeting | None:
-    """Return where ``person`` meets the link on its way; None if the link hardly moves.
+    """Return the meeting of ``person`` with the link on its way; None if the link hardly moves.
 
-    The path is taken as straight in the joint angles, and the robot as having no sag or lag.
+    It assumes a path that is straight in the joint angles, and a robot without sag or lag.
     """
     robot = plant.robot
     body, local, axis, depth = _spot(robot, person)
@@ -66,7 +66,7 @@ def plan(plant: TrialPlant, person: Person, start: Array, move: Move) -> Meeting
 
 
 def _across(direction: Array, roll: float) -> Array:
-    """Return a unit vector at a right angle to a unit ``direction``, turned by ``roll`` rad."""
+    """Return a unit vector normal to a unit ``direction``, turned by ``roll`` rad."""
     first = np.cross(direction, np.eye(3)[int(np.argmin(np.abs(direction)))])
     first /= np.linalg.norm(first)
     across: Array = np.cos(roll) * first + np.sin(roll) * np.cross(direction, first)
@@ -95,7 +95,7 @@ def _spot(robot: Robot, person: Person) -> tuple[str, Array, Array, float]:
 
 
 def _when(robot: Robot, start: Array, move: Move, fraction: float) -> tuple[float, float]:
-    """Return the time, s, at which a fraction of the move is done, and its rate then, 1/s."""
+    """Return the time, s, of a fraction of the move, and the move's rate then, 1/s."""
     origin, goal = to_steps(robot, start), to_steps(robot, move.angles)
     profile, _ = plan_profile(robot, origin, goal, to_steps(robot, move.speeds))
     motor = int(np.argmax(profile.distance))
@@ -107,7 +107,7 @@ def _when(robot: Robot, start: Array, move: Move, fraction: float) -> tuple[floa
 
 
 class Actor:
-    """Move the person's hand, once at each reading."""
+    """Moves the person's hand, once at each reading."""
 
     def __init__(self, plant: TrialPlant, person: Person, meeting: Meeting) -> None:
         self._plant, self._person, self._meeting = plant, person, meeting
@@ -115,10 +115,10 @@ class Actor:
             plant.offer_hand(self._place(0.0), meeting.along, np.zeros(3), person.skin)
 
     def act(self, phase: Phase) -> None:
-        """Move the hand at this reading; ``phase`` tells the person if the robot has stopped."""
+        """Move the hand at this reading; the person notices a stop by ``phase``."""
         plant, person, meeting = self._plant, self._person, self._meeting
         if phase is Phase.STOPPED:
-            # On feeling that the robot has stopped, a person stops pushing; a wall stays in place.
+            # After a stop, a person stops pushing; a wall stays in place.
             if person.kind is not HandKind.RIGID:
                 plant.anchor = plant.hand[:3]
         elif plant.touched_at is None:
@@ -128,7 +128,7 @@ class Actor:
                 plant.grasp(meeting.body, meeting.local, person.skin)
 
     def _place(self, time: float) -> Array:
-        """Return where the person wants the hand to be, (3,) m."""
+        """Return the person's intended place of the hand, (3,) m."""
         meeting, ahead = self._meeting, 0.0
         if self._person.kind is HandKind.TOWARDS:
             ahead = self._person.speed * (meeting.time - time)

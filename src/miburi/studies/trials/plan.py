@@ -15,14 +15,14 @@ from miburi.safety.contact import Rule
 from miburi.studies.trials.trial import TrialKind
 from miburi.version import __version__
 
-#: Trials in a chunk: about a second's work for a process.
+#: Trials in a chunk, about a second's work for a process.
 CHUNK = 25
 
 Chunk = tuple[TrialKind, int, int]  # kind, first index, index after the last
 
 
 class Subject(NamedTuple):
-    """A robot as it is described, the rule that watches it, and the robot as it really is.
+    """A robot's description, the rule that watches it, and the true robot.
 
     ``true`` is None if the robot is as described; ``voltage`` is None if each trial draws its own.
     """
@@ -61,7 +61,7 @@ class Plan:
 
     @property
     def key(self) -> str:
-        """A name made from the contents of the run: same key, same results."""
+        """A checksum of the run: same key, same results."""
         words = hashlib.sha256(f"{__version__} {self.seed} {self.free} {self.blocked}".encode())
         for robot, rule, true, voltage in self.servos:
             servo = [robot.model_dump(), type(rule).__name__, asdict(rule)]
@@ -75,7 +75,7 @@ class Plan:
 
     @property
     def chunks(self) -> list[Chunk]:
-        """The run in pieces, in order."""
+        """The chunks of the run, in order."""
         return [
             (kind, first, min(first + CHUNK, count))
             for kind, count in ((TrialKind.FREE, self.free), (TrialKind.BLOCKED, self.blocked))

@@ -1,6 +1,6 @@
 """The physical robot of contact trials: varied servos, and a human hand on springs.
 
-Unlike the simulated hand of :mod:`miburi.studies.experiment`, this one has mass and hangs on
+Unlike the simulated hand of :mod:`miburi.studies.experiment`, this hand has mass and hangs on
 springs. It can give way, move towards the robot, or hold on to it, and the plant records the force
 on it at every physics step.
 """
@@ -21,10 +21,10 @@ from miburi.safety.profile import Steps
 
 @dataclass(frozen=True)
 class Variation:
-    """How the simulated robot of one trial differs from its description (our assumptions)."""
+    """The differences of one trial's robot from its description (our assumptions)."""
 
     voltage: float = 5.0  #: V of the battery
-    #: Factor on the servos' dry friction and on how it grows with torque and load; one, or eight.
+    #: Factor on the servos' dry friction and its growth with torque and load; one, or eight.
     friction: float | tuple[float, ...] = 1.0
     load: float = 0.0  #: kg in each hand
     noise: float = 0.0  #: standard deviation of an encoder's reading, steps
@@ -45,11 +45,11 @@ class TrialPlant(Plant):
     """The physical robot of trials, built once and varied for each.
 
     The code that drives it knows only the description, ``robot``; ``true`` is the actual robot, if
-    it differs. Errors of its servos' clocks are not simulated. ``voltage``, V, replaces that of a
-    variation.
+    it differs. Errors of its servos' clocks are not simulated. ``voltage``, V, replaces a
+    variation's voltage.
 
-    ``touched`` is the part that the human met first, at ``touched_at``, s, and ``itself`` two parts
-    of the robot that met before; None if there is none.
+    ``touched`` is the first part that met the human, at ``touched_at``, s, and ``itself`` two parts
+    of the robot that met before, if any.
     """
 
     def __init__(
@@ -59,7 +59,7 @@ class TrialPlant(Plant):
         self._variation = Variation()
         self._supply = voltage
         own = true or robot
-        # The same duty gives a different torque in a different motor.
+        # the same duty gives another torque in another motor
         self._stronger = own.servo.model.motor_torque / robot.servo.model.motor_torque
         super().__init__(own, sprung_hand=True)
         self.robot = robot
@@ -67,7 +67,7 @@ class TrialPlant(Plant):
         self._base = {name: np.array(getattr(model, name)) for name in _VARIED}
         joints = [model.joint(f"hand_{axis}") for axis in "xyz"]
         self._hand_joints = [joint.id for joint in joints]
-        # The hand has slides only, so its dofs and positions have the same indices.
+        # the hand has only slides, so dofs and positions have the same indices
         self._slides = slice(int(joints[0].dofadr[0]), int(joints[-1].dofadr[0]) + 1)
         self._constraint: NDArray[np.float64] = self.data.qfrc_constraint[self._slides]
         self._nominal_friction = self.friction.copy()
@@ -75,7 +75,7 @@ class TrialPlant(Plant):
         self._anchor = np.array(HAND_AWAY)
 
     def begin(self, pose: Array, variation: Variation, rng: np.random.Generator) -> None:
-        """Begin a trial: a robot of this variation rests in ``pose`` (8,) rad, with no hand near.
+        """Begin a trial with the robot at rest in ``pose`` (8,) rad, and no hand near.
 
         ``rng`` makes the encoders' noise.
         """
@@ -109,7 +109,7 @@ class TrialPlant(Plant):
 
     @property
     def anchor(self) -> Array:
-        """Where the person holds the hand, (3,) m: the rest point of its springs."""
+        """The person's intended place of the hand, (3,) m: the rest point of its springs."""
         return self._anchor
 
     @anchor.setter
@@ -164,7 +164,7 @@ class TrialPlant(Plant):
         jacobian = np.zeros((3, model.nv))
         mujoco.mj_comPos(model, data)
         mujoco.mj_jac(model, data, jacobian, None, place, body)
-        # The hand closes on the moving link at the link's speed, without an impact.
+        # The hand closes at the link's speed, without an impact.
         self.offer_hand(place, np.array([0.0, 0.0, 1.0]), jacobian @ data.qvel, skin)
         model.geom_contype[self._hand] = model.geom_conaffinity[self._hand] = 0
         model.eq_obj2id[self._grasp] = body
@@ -173,7 +173,7 @@ class TrialPlant(Plant):
         self.touched, self.touched_at = link, self.time
 
     def power(self, torque: Array | float) -> None:
-        """Power the servos; see :meth:`Plant.power`. ``torque`` is that of the described motor."""
+        """Power the servos; see :meth:`Plant.power`. ``torque`` is for the described motor."""
         super().power(torque * self._stronger)
 
     def encoders(self) -> Steps:
@@ -199,7 +199,6 @@ class TrialPlant(Plant):
         return _NO_TOUCH
 
     def _note_contacts(self) -> None:
-        """Record the first contacts."""
         for contact in self.data.contact:
             pair = (contact.geom1, contact.geom2)
             if self._hand not in pair:
@@ -209,7 +208,7 @@ class TrialPlant(Plant):
                 self.touched_at = self.time
 
 
-#: The plant keeps its own record of touches, so it reports none to the body.
+#: The plant records touches itself, and reports none to the body.
 _NO_TOUCH = Touch()
 
 #: The fields of the model that trials vary.
@@ -217,8 +216,7 @@ _VARIED = (
     "dof_damping", "jnt_stiffness", "body_mass", "body_inertia", "body_ipos", "geom_quat",
     "geom_solref", "geom_friction", "geom_contype", "geom_conaffinity", "eq_obj2id", "eq_data",
 )  # fmt: skip
-#: The number of a servo's friction constants, from the first, that are torques or shares of a
-#: torque.
+#: This many of a servo's friction constants, the first ones, are torques or shares of a torque.
 _TORQUES = 4
 
 

@@ -1,9 +1,8 @@
 """Carry out many trials, on the processes of one machine or on several machines with Ray.
 
-:func:`carry_out_plan` takes a :class:`Plan` and returns the outcomes, and can write them to a
-Parquet file. A trial depends only on the run's seed and its own number, so the same plan gives the
-same file, byte for byte, wherever it runs. A journal beside the file keeps finished chunks; an
-interrupted run continues from there.
+A trial depends only on the run's seed and its number, so the same plan gives the same Parquet file,
+byte for byte, wherever it runs. A journal beside the file has the finished chunks, from which an
+interrupted run continues.
 """
 
 import json
@@ -42,11 +41,11 @@ def carry_out_plan(
     ray: str | None = None,
     progress: Callable[[int, int], None] = lambda _done, _all: None,
 ) -> list[Outcome]:
-    """Carry out all trials of a plan, free ones first, each kind in order of its numbers.
+    """Carry out all trials of a plan; return the outcomes, free ones first, by number.
 
     They run on ``workers`` processes of this machine, 1 or more, or on the cluster at the address
-    ``ray``; ``auto`` finds a local one. ``progress`` is called with the number of finished trials,
-    and of all. An interrupted run with the same Parquet file, ``out``, is continued.
+    ``ray``; ``auto`` finds a local one. ``progress`` gets the numbers of finished trials and of
+    all. An interrupted run with the same Parquet file, ``out``, is continued.
 
     Raises InputError if ``workers`` is not positive; OutputError if ``out`` cannot be written, or
     its journal belongs to another run; MiburiError if ``ray`` is given and Ray is not installed or
@@ -96,7 +95,7 @@ def carry_out_chunk(plan: Plan, chunk: Chunk) -> list[Outcome]:
     return outcomes
 
 
-# A model takes longer to build than to use, so each process keeps the models that it built.
+# A model takes longer to build than to use, so each process keeps its models.
 _plants: dict[tuple[str, int], TrialPlant] = {}
 _MOST_PLANTS = 64
 
@@ -115,7 +114,7 @@ def _on_processes(plan: Plan, todo: list[Chunk], workers: int) -> Iterator[Done]
 
 
 def _begin_worker() -> None:
-    # Ctrl-C is for the parent, which lets the workers finish their chunks.
+    # On Ctrl-C, the parent lets the workers finish their chunks.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
@@ -128,7 +127,7 @@ def _end_with_parent() -> None:
 
 
 def _knock(address: str) -> None:
-    """Check that a server listens at ``address``, because Ray itself waits for minutes."""
+    """Check that a server listens at ``address``; Ray itself would wait for minutes."""
     host, _, port = address.removeprefix("ray://").rpartition(":")
     if port.isdecimal():
         try:
@@ -155,7 +154,7 @@ def _on_cluster(plan: Plan, todo: list[Chunk], address: str) -> Iterator[Done]:
         raise _no_answer(address, error) from error
     try:
         shared = ray.put(plan)
-        # If a node dies, its chunks are carried out again elsewhere.
+        # a dead node's chunks are carried out elsewhere
         work: Any = ray.remote(num_cpus=1, max_retries=-1)(carry_out_chunk)
         left = iter(todo)
         slots = 2 * max(1, int(ray.cluster_resources().get("CPU", 1)))
@@ -189,7 +188,7 @@ Write = Callable[[Chunk, list[Outcome]], None]
 
 @contextmanager
 def _journal(plan: Plan, out: Path | None) -> Iterator[tuple[dict[Chunk, list[Outcome]], Write]]:
-    """Yield the chunks finished before, and a function that writes a finished chunk."""
+    """Yield the finished chunks, and a function that writes another one."""
     if out is None:
         yield {}, lambda _chunk, _outcomes: None
         return
@@ -198,7 +197,7 @@ def _journal(plan: Plan, out: Path | None) -> Iterator[tuple[dict[Chunk, list[Ou
         out.parent.mkdir(parents=True, exist_ok=True)
         done, length = _read_journal(path, plan)
         with path.open("ab") as file:
-            # Drop a last line that a kill has cut off.
+            # drop a line that a kill has cut off
             file.truncate(length)
             if not length:
                 _append(file, {"run": plan.key})
@@ -240,7 +239,7 @@ def _read_journal(path: Path, plan: Plan) -> tuple[dict[Chunk, list[Outcome]], i
 
 
 def write_parquet(plan: Plan, outcomes: list[Outcome], out: Path) -> None:
-    """Write a Parquet file with a row for each trial: whole, or not at all.
+    """Write a whole Parquet file with a row for each trial, or none.
 
     Raises OutputError if the folder cannot be written to, or the disk is full; MiburiError if
     PyArrow is not installed.
@@ -268,7 +267,6 @@ def read_parquet(path: Path) -> list[Outcome]:
 
 
 def _arrow() -> tuple[Any, Any]:
-    """Return the modules ``pyarrow`` and ``pyarrow.parquet``."""
     try:
         import pyarrow
         import pyarrow.parquet

@@ -23,8 +23,8 @@ def write_page(
 ) -> None:
     """Write ``safety.md`` and its pictures into ``folder``.
 
-    ``tables`` holds the trials for each column of the tables ``main``, ``states`` and ``parts``;
-    the last two may be missing. The pictures show the first column of ``main``.
+    ``tables`` has the trials for each column of the tables ``main``, ``states`` and ``parts``, of
+    which the last two may be missing. The pictures show the first column of ``main``.
     """
     first = next(iter(tables["main"].values()))
     distributions(first, folder / "safety-distributions.png")

@@ -1,4 +1,4 @@
-"""Sum up the outcomes of a run in a few figures, with confidence intervals for the counts."""
+"""Sum up the outcomes of a run, with confidence intervals for the counts."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -16,9 +16,9 @@ need("scipy", "studies")  # loading it takes a second, so only the functions tha
 MATTERS = 2.0
 #: A stop counts as late if it comes more than this after the first touch, s (our choice).
 LATE = 0.25
-#: Quasi-static limits of ISO/TS 15066 in N, as secondary sources quote them: we have not read the
-#: standard itself. The limits for transient contact are commonly taken as twice that; on face and
-#: head no transient contact is allowed.
+#: Quasi-static limits of ISO/TS 15066, N, as secondary sources quote them: we have not read the
+#: standard itself. The limits for transient contact are commonly taken as twice these; none is
+#: allowed on face and head.
 ISO_LIMITS = {
     "face": 65,
     "forehead": 130,
@@ -42,8 +42,8 @@ def wilson(hits: int, trials: int) -> tuple[float, float]:
 def quantile_interval(values: Array, share: float) -> tuple[float, float | None] | None:
     """Return a 95 % interval of a quantile, for any distribution.
 
-    Its ends are two of the sorted values (David and Nagaraja, Order Statistics, 7.1). There is no
-    upper end if the quantile may well be above the largest value, as with few values.
+    Its ends are two of the sorted values (David and Nagaraja, Order Statistics, 7.1). The upper end
+    is None if the quantile may be above the largest value, as with few values.
     """
     count = len(values)
     if count == 0:
@@ -59,11 +59,11 @@ def quantile_interval(values: Array, share: float) -> tuple[float, float | None]
 class Summary:
     """Figures of a run; s and N.
 
-    Intervals of counts are Wilson's; all intervals are 95 % intervals. A figure that rests on no
-    trial is None. ``missed`` people were pressed with 1 N or more (mean over 0.1 s) without a stop;
-    figures above 2 N use the same mean, except ``missed_peak_above_2N``, where the force reached
-    2 N for a moment. The interval of the 99th percentile comes from the values' order alone. The
-    largest value has none, because it grows with the number of trials.
+    All intervals are 95 % intervals, Wilson's for counts. A figure without any trial is None.
+    ``missed`` people were pressed with 1 N or more (mean over 0.1 s) without a stop; figures above
+    2 N use the same mean, except ``missed_peak_above_2N``, for which the force reached 2 N for a
+    moment. The interval of the 99th percentile assumes no distribution. The largest value has no
+    interval, because it grows with the number of trials.
     """
 
     free: int
@@ -74,7 +74,7 @@ class Summary:
     missed_interval: tuple[float, float]
     missed_above_2N: int  # noqa: N815  (that is how the unit is written)
     missed_peak_above_2N: int  # noqa: N815  (the unit)
-    brushes: int  #: people whom the robot only brushed past; others were drawn in their place
+    brushes: int  #: people that the robot only brushed past; others replaced them
     latency_mean: float | None
     latency_p95: float | None
     latency_max: float | None

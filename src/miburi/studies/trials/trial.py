@@ -21,20 +21,17 @@ from miburi.studies.trials.conditions import Conditions, HandKind, Person, draw,
 from miburi.studies.trials.meeting import Actor, Meeting, carriers, plan
 from miburi.studies.trials.plant import TrialPlant
 
-#: The robot must stop within this time after the touch, s; otherwise the contact counts as missed
-#: (our choice).
+#: A contact without a stop within this time counts as missed, s (our choice).
 PATIENCE = 1.0
-#: How long after a stop the robot may still push, s, and for how long after that its push is
-#: measured, s.
+#: How long the robot may still push after a stop, and how long its push is then measured, s.
 SETTLED, WATCHED = 0.3, 0.2
-#: The sustained force is a mean over this time, s: the rule's own period.
+#: The sustained force is a mean over this time, s, the rule's period.
 SUSTAINED = 0.1
-#: A person is in the way if a robot that does not stop presses on them with this sustained
-#: force, N (our choice); with less it only brushes past.
+#: A robot that does not stop and presses with less sustained force than this, N, only brushes past
+#: a person (our choice).
 IN_THE_WAY = 1.0
 _READING_US = round(READING * SECOND)
-#: How many gestures are drawn at most, and how many people for each, to find a meeting of robot and
-#: person.
+#: The most gestures, and people for each, that are drawn to find a meeting.
 _GESTURES, _PERSONS = 50, 25
 
 
@@ -54,33 +51,33 @@ class Outcome:
     servo: int  #: its number in this run
     feeling: str
     mood: float
-    pose: int  #: the number of the key pose that the (first) move leads to
-    hand: str  #: what the person's hand does; empty if nobody is in the way, and so is ``link``
-    link: str  #: which link the hand is to meet
-    speed: float  #: m/s, the link's commanded speed there; NaN if nobody is in the way
+    pose: int  #: the number of the (first) move's key pose
+    hand: str  #: the behaviour of the hand; empty without a person, and so is ``link``
+    link: str  #: the link that the hand is to meet
+    speed: float  #: m/s, the link's commanded speed there; NaN without a person
     seconds: float  #: simulated time
     stopped: bool
-    sign: str  #: which of the rule's tests found the contact
+    sign: str  #: the rule's test that found the contact
     motor: str
     false_stop: bool  #: whether it stopped before anybody touched it
     touched: str  #: the part of the robot that met the person first
     latency: float  #: from the first touch to the stop; NaN without either
-    #: From the moment when the force reached 1 N: NaN if it never did, 0 if the stop came before.
+    #: From a force of 1 N on: NaN if it was never reached, 0 if the stop came before.
     latency_from_1N: float  # noqa: N815  (that is how the unit is written)
     peak_force: float  #: until half a second after the stop
     sustained_force: float  #: the largest mean over 0.1 s, until then
     push_after_stop: float  #: the largest force from 0.3 s to 0.5 s after the stop; NaN without one
     right_motor: bool  #: whether the stop names a motor that carries the touched part
-    brushes: int  #: people drawn earlier whom the robot only brushed past
+    brushes: int  #: people drawn earlier that the robot only brushed past
     brush_force: float  #: the largest force on them
     self_collision: bool  #: whether two parts of the robot met before anybody touched it
 
 
 @dataclass
 class Run:
-    """The record of a trial: a trace for each move, and the force in N at each physics step.
+    """The record of a trial: a trace for each move, and the force, N, at each physics step.
 
-    ``brushes`` are the largest forces, N, on people drawn earlier whom the robot only brushed past.
+    ``brushes`` are the largest forces, N, on people that the robot only brushed past.
     """
 
     conditions: Conditions
@@ -106,7 +103,7 @@ def trial(
     servo: int = 0,
     repertoire: Repertoire | None = None,
 ) -> Outcome:
-    """Carry out one trial; it depends only on robot, rule, repertoire, seed, kind and number.
+    """Carry out one trial, which depends only on robot, rule, repertoire, seed, kind and index.
 
     Raises InputError if no drawn gesture brings this robot into contact with a person.
     """
@@ -125,7 +122,7 @@ def enact(
     stream = [seed, list(TrialKind).index(kind), index]
     if kind is TrialKind.FREE:
         rng = np.random.default_rng(stream)
-        # Two moves in a row: the swing from the end of the first disturbs the start of the second.
+        # The swing at the end of the first move disturbs the start of the second.
         conditions = draw(plant.robot, rng, 2, repertoire)
         return _perform(plant, rule, conditions, None, None, rng)
     hand = HandKind(np.random.default_rng(stream).choice([hand.value for hand in HandKind]))
@@ -138,11 +135,10 @@ def enact(
             if result.touched is None and result.stop is None:
                 continue
             motors = carriers(person.link)
-            # A hand that met another limb, or the stand, was no obstacle to the chosen link.
+            # A hand that met another limb, or the stand, did not block the chosen link.
             if result.touched is not None and carriers(result.touched)[1:2] != motors[1:2]:
                 continue
-            # A run without a stop does not depend on the rule, so this choice of a person does not
-            # either.
+            # A run without a stop does not depend on the rule, nor does this choice of a person.
             if result.stop is None and sustained_force(result.forces) < IN_THE_WAY:
                 brushes.append(float(result.forces.max()))
                 continue
@@ -156,7 +152,7 @@ def enact(
 def _meetings(
     plant: TrialPlant, conditions: Conditions, hand: HandKind, rng: np.random.Generator
 ) -> Iterator[tuple[Person, Meeting]]:
-    """Yield people placed in the way of the drawn move, each with place and time of the meeting."""
+    """Yield people in the way of the drawn move, each with the meeting."""
     for _ in range(_PERSONS):
         person = draw_person(rng, hand)
         meeting = plan(plant, person, conditions.start, conditions.moves[0][0])
@@ -172,7 +168,7 @@ def _perform(
     meeting: Meeting | None,
     rng: np.random.Generator,
 ) -> Run:
-    """Run the robot and the person; return the record, empty if the two overlap at the start."""
+    """Run the robot and the person; the record is empty if they overlap at the start."""
     result = Run(conditions, person, meeting)
     plant.begin(conditions.start, conditions.variation, rng)
     actor = None
@@ -216,7 +212,7 @@ def _perform(
 
 
 def trace_of(robot: Robot, origin: Array, move: Move, readings: list[Steps]) -> Trace:
-    """Return the trace of a move from ``origin`` (8,) rad, with the encoders' readings."""
+    """Return the trace of a move from ``origin`` (8,) rad with these readings."""
     begin, end = to_steps(robot, aim(robot, np.array([origin, move.angles])))
     profile, direction = plan_profile(robot, begin, end, to_steps(robot, move.speeds))
     times = np.arange(len(readings), dtype=np.int64) * _READING_US
@@ -266,7 +262,7 @@ def measure(result: Run, kind: TrialKind, index: int, servo: int) -> Outcome:
 
 
 def sustained_force(forces: Array) -> float:
-    """Return the largest mean over 0.1 s of forces (n,), N, one for each physics step."""
+    """Return the largest mean over 0.1 s of forces (n,) at each physics step, N."""
     width = round(SUSTAINED / TIMESTEP)
     sums = np.cumsum(np.concatenate([[0.0], forces]))
     return float((sums[width:] - sums[:-width]).max() / width)

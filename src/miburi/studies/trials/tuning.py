@@ -1,7 +1,7 @@
 """Search for the best contact rule for one kind of servo, under a bound on false stops.
 
-:func:`tune` takes recorded runs. Each candidate (p, ratio, guards) judges them, and the Bacterial
-Memetic Algorithm searches among the candidates, as it does for the inverse kinematics.
+Each candidate (p, ratio, guards) judges recorded runs, and the Bacterial Memetic Algorithm searches
+among the candidates, as it does for the inverse kinematics.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,11 +20,11 @@ from miburi.safety.profile import SECOND
 from miburi.studies.trials.replay import judge
 from miburi.studies.trials.trial import PATIENCE, Run
 
-#: Bounds of the search: p in readings of 10 ms, the ratio, the travel in rad below which judging a
-#: motor waits, and the margin of the guards (our choice). An Arduino card accepts no ratio below
+#: Bounds of the search: p in readings of 10 ms, the ratio, the travel of a motor before it is
+#: judged, rad, and the margin of the guards (our choice). An Arduino card accepts no ratio below
 #: 0.8.
 BOX = ((5.0, 20.0), (0.8, 0.99), (0.004, 0.05), (1.0, 2.5))
-#: The most points to try, and the seconds that a false stop above the bound costs.
+#: The most points to try, and the cost of false stops above the bound, s.
 _BUDGET, _PENALTY = 150, 100.0
 _READING = SECOND // 100
 
@@ -33,15 +33,15 @@ _READING = SECOND // 100
 class Verdict:
     """The effect of a rule on recorded runs."""
 
-    false_stops: float  #: share of the runs that it stops before the robot touches anybody
-    missed: float  #: share of touched people whom it does not notice
+    false_stops: float  #: share of the runs that it stops before any touch
+    missed: float  #: share of touched people that it does not notice
     delay: float  #: s, mean from touch to stop; a missed contact counts as ``PATIENCE``
     force: float  #: N, median of the largest forces before the stop
 
 
 @dataclass(frozen=True)
 class Tuned:
-    """The best rule, what it does, and the number of rules tried."""
+    """The best rule, its effect, and the number of rules tried."""
 
     rule: FreeRule
     verdict: Verdict
@@ -49,7 +49,7 @@ class Tuned:
 
 
 def free_traces(rule: FreeRule, runs: Sequence[Run]) -> list[FreeTrace]:
-    """Return the traces of runs, to compare with a rule's model of an unhindered servo."""
+    """Return the traces of runs, for a rule's model of an unhindered servo."""
     return [FreeTrace(**vars(trace), rule=rule) for run in runs for trace in run.traces]
 
 
@@ -83,7 +83,7 @@ def tune(
 
     The runs are under a deaf rule; see :func:`miburi.studies.trials.replay.record`. Every other
     free run calibrates a candidate's guards; the candidate then judges the other free runs and all
-    blocked ones. ``progress`` is called with the number of rules tried.
+    blocked ones. ``progress`` gets the number of rules tried.
 
     Raises InputError if the bound is not from 0 to 1, or free or blocked runs are missing.
     """
@@ -124,7 +124,7 @@ def tune(
     return Tuned(best.rule, best.verdict, len(tried))
 
 
-# Judging a rule takes half a second, so generations are small; the cost has steps, so there is no
+# Judging a rule takes half a second, so generations are small; the cost has steps, which rule out a
 # local search.
 _SETTINGS = bma.Settings(
     generations=12, individuals=6, clones=3, transfers=4, local_probability=0.0,

@@ -1,7 +1,7 @@
 """Calibrate a simulated robot as its maker would, by fifty free moves and a test with gestures.
 
 The robot may differ from its description within workshop tolerances
-(:mod:`miburi.robot.specimens`); its calibration sees only the description and the encoders.
+(:mod:`miburi.robot.specimens`); the calibration sees only the description and the encoders.
 """
 
 from collections.abc import Iterable
@@ -33,11 +33,11 @@ from miburi.studies.trials.plant import TrialPlant, Variation
 from miburi.studies.trials.replay import DeafRule
 from miburi.studies.trials.trial import trace_of
 
-#: Readings that are recorded after each move: longer than the rule waits for a motor to arrive.
+#: Readings recorded after each move, longer than the rule waits for a motor's arrival.
 _AFTER = 30
-#: How many gains are tried at most.
+#: The most gains tried.
 _ROUNDS = 3
-#: A robot on a desk: encoders flicker, and setpoints come one physics step late.
+#: A robot on a desk: encoders are noisy, and setpoints come one physics step late.
 USUAL = Variation(noise=0.3, delay=1)
 
 
@@ -45,21 +45,20 @@ USUAL = Variation(noise=0.3, delay=1)
 class Calibrated:
     """A calibrated robot."""
 
-    robot: Robot  #: the description with the identified servos, and the gain that fits
-    true: Robot  #: the robot as it is, with that gain
+    robot: Robot  #: the description with the identified servos and the chosen gain
+    true: Robot  #: the actual robot, with that gain
     rule: FreeRule
     found: Identified  #: the servos that the rule expects
-    words: tuple[str, ...]  #: remarks that its maker may want to look into
-    seconds: float  #: how long it took, in the robot's time
+    words: tuple[str, ...]  #: remarks for its maker
+    seconds: float  #: the duration in the robot's time
 
 
 def calibrate_servos(robot: Robot, seed: int, true: Robot | None = None) -> Calibrated:
     """Identify a robot's servos, derive its rule, and test it with gestures, as a card does.
 
-    Guards, the rule's tolerances, are raised where gestures leave too little margin.
-
-    ``true`` is the robot as it is, by default as described. If the P gain makes servos too soft or
-    stiff, it is changed first, and the moves are made again.
+    Guards, the rule's tolerances, are raised where gestures leave too little margin. ``true`` is
+    the actual robot, by default as described. If the P gain makes servos too soft or stiff, it is
+    changed first, and the moves are repeated.
 
     Raises BodyError if a servo is too soft or too stiff with the gains that were tried, or the rule
     stopped a gesture.
@@ -68,7 +67,7 @@ def calibrate_servos(robot: Robot, seed: int, true: Robot | None = None) -> Cali
     seconds = 0.0
     first = robot.servo.model.drive.gain
     for after in reversed(range(_ROUNDS)):
-        # Moves of all joints at once are enough for the gain, and quickly made.
+        # moves of all joints at once are enough for the gain, and quick
         plant = TrialPlant(robot, true)
         traces = record_free_moves(plant, seed, together=True)
         found = identify(robot, traces)
@@ -77,8 +76,8 @@ def calibrate_servos(robot: Robot, seed: int, true: Robot | None = None) -> Cali
             break
         robot = fitted(robot, found)
         true = driven(true, gain=robot.servo.model.drive.gain)
-    # A ceiling for the motors' push that suits new gears would hold worn ones back, and make them
-    # seem softer than they are.
+    # A ceiling on the motors' push for new gears would hold worn gears back, so that they seem
+    # softer.
     robot, found, _ = worn(robot, found, traces)
     plant = TrialPlant(robot, true)
     traces = record_free_moves(plant, seed)
@@ -106,7 +105,7 @@ def calibrate_servos(robot: Robot, seed: int, true: Robot | None = None) -> Cali
 def record_free_moves(
     plant: TrialPlant, seed: int, variation: Variation = USUAL, *, together: bool = False
 ) -> list[Trace]:
-    """Have a robot make the moves of a calibration with no rule on, and return their traces.
+    """Have a robot make the moves of a calibration without a rule; return their traces.
 
     ``together`` leaves out the moves of single joints.
     """
@@ -121,7 +120,7 @@ def _record_all(
     rng: np.random.Generator,
     after: int,
 ) -> list[Trace]:
-    """Have a robot make moves from neutral with no rule on; return their traces."""
+    """Have a robot make moves from neutral without a rule; return their traces."""
     here = np.array(plant.robot.neutral)
     plant.begin(here, variation, rng)
     body = Simulated(uneased(plant.robot), DeafRule.of(plant.robot), plant=plant)
@@ -146,7 +145,6 @@ def _record(body: Simulated, here: Array, move: Move, after: int) -> Trace:
 
 
 def _test(plant: TrialPlant, rule: FreeRule, seed: int) -> list[Trace]:
-    """Make all gestures with the rule on, and return their traces."""
     here = np.array(plant.robot.neutral)
     plant.begin(here, USUAL, np.random.default_rng([seed, _STREAM, 1]))
     body = Simulated(plant.robot, rule, plant=plant)
@@ -165,7 +163,7 @@ def _test(plant: TrialPlant, rule: FreeRule, seed: int) -> list[Trace]:
 
 
 def driven(robot: Robot, **values: float) -> Robot:
-    """Return a robot whose servos are driven with other values, such as another gain."""
+    """Return a robot with other values of its servos' drive, such as another gain."""
     servo = robot.servo.model
     drive = servo.drive.model_copy(update=values)
     return robot.with_servo(servo.model_copy(update={"drive": drive}))

@@ -1,4 +1,4 @@
-"""Page elements that the browser draws itself, from the live WebSocket.
+"""Page elements that the browser draws from the live WebSocket.
 
 Each takes the properties of its component, the JavaScript file beside it, as keyword arguments.
 """
@@ -23,7 +23,7 @@ class RobotView(Element, component="robot.js", esm={"three": "vendor/three"}):
         self.run_method("reset")
 
     def reach(self, place: tuple[float, float, float]) -> None:
-        """Let the arrow keys move the hand, starting at ``place``, m in the base frame."""
+        """Let the arrow keys move the hand from ``place``, m in the base frame."""
         self.run_method("reach", list(place))
 
 
@@ -35,7 +35,7 @@ class Levels(Element, component="levels.js"):
         self._props |= given
 
     def set_strength(self, strength: float) -> None:
-        """Set how strong a short press is, 0 to 1."""
+        """Set the strength of a short press, 0 to 1."""
         self._props["strength"] = strength
 
 
@@ -48,7 +48,7 @@ class Plots(Element, component="plots.js"):
 
 
 class Choice(ValueElement[str], component="choice.js"):
-    """A drop-down list, the browser's own."""
+    """The browser's own drop-down list."""
 
     LOOPBACK = False
 
