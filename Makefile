@@ -120,7 +120,7 @@ clean: ## remove what was built
 
 .venv/run.stamp: .venv/bin/python pyproject.toml constraints.txt tools/debian-packages
 	tools/debian-packages ffmpeg libegl1 libegl-mesa0 libgl1-mesa-dri
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[studies]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[https,studies]'
 	@touch $@
 
 # Compile the solver and the servos once, so that the first start is as quick as every other.
