@@ -114,10 +114,12 @@ def test_the_confusion_is_the_one_that_was_put_in(found: dict) -> None:
     # where t = 2.0930 of 19 degrees of freedom and a = t² / 480 = 0.009126.
     assert choice["right"]["low"] == pytest.approx(0.6874, abs=1e-4)
     assert choice["right"]["high"] == pytest.approx(0.8037, abs=1e-4)
-    # Guessing one of five: sum over k >= 180 of C(240, k) 0.2^k 0.8^(240 - k).
-    assert choice["right"]["p"] < 1e-60
+    # Of each person's answers, 1/4 are happiness, 1/2 fright and 1/4 anger. Nobody chose "none".
+    assert choice["right"]["chance"] == pytest.approx((1 / 4 + 1 / 2 + 0 + 1 / 4) / 4)
+    assert choice["right"]["p"] == pytest.approx(1 / 5000)
+    assert choice["by_feeling"]["anger"]["p"] == pytest.approx(4 / 5000)  # of four rows
     fear = choice["by_feeling"]["fear"]
-    assert (fear["hits"], fear["p"]) == (0, 1)
+    assert (fear["hits"], fear["chance"], fear["p"]) == (0, 0, 1)
     # Wagner (1993): 60² / (60 · 120) of fright, since fear was taken for it, too.
     assert choice["unbiased"] == {"happiness": 1, "fright": 0.5, "fear": 0, "anger": 1}
     hits = {mood: share["hits"] for mood, share in choice["by_mood"].items()}
@@ -166,7 +168,7 @@ def test_the_same_answers_give_the_same_report(lab: Lab, out: Path, tmp_path: Pa
     page = (out / "index.html").read_text(encoding="utf-8")
     for words in (
         "20 people began, 20 finished, 0 withdrew",
-        "180 of 240, 75 % (69 to 80 %)",
+        "180 of 240, 75 % (69 to 80 %); guessing gives 25.0 % (p &lt; 0.001)",
         "&lt; 0.001",
         "shown turned, 6 \N{MINUS SIGN} value",
         "κ of the choice against the intended feeling is 0.67",

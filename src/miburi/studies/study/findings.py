@@ -18,7 +18,7 @@ from miburi.studies.study.found import (
 )
 from miburi.studies.study.plan import SKIPPED, Film, Question, Study
 from miburi.studies.study.statistics import (
-    above_guessing,
+    by_guessing,
     cohen_kappa,
     cronbach_alpha,
     fleiss_kappa,
@@ -92,27 +92,24 @@ def _choices(
 ) -> ChoiceFindings:
     options = study.options(question)
     pairs = [(films[answer.film or ""], answer) for answer in answers]
-    chance = 1 / len(options)
     shown = dict.fromkeys(film.feeling for film in study.films)
     labels = tuple(dict.fromkeys((*options, *shown)))
     count = Counter((film.feeling, answer.value) for film, answer in pairs)
     confusion = tuple(tuple(count[row, column] for column in labels) for row in labels)
 
     def shares(group: Callable[[Film], str], names: Iterable[str]) -> dict[str, Share]:
-        return {
-            name: _share([pair for pair in pairs if group(pair[0]) == name], chance)
-            for name in names
-        }
+        return _shares(
+            pairs, {name: [group(film) == name for film, _ in pairs] for name in names}, study.seed
+        )
 
     return ChoiceFindings(
         question.name,
         labels,
         confusion,
-        _share(pairs, chance),
+        shares(lambda _: "", [""])[""],
         shares(lambda film: film.feeling, shown),
         shares(_mood, sorted({_mood(film) for film in study.films})),
         shares(_face, sorted({_face(film) for film in study.films}, reverse=True)),
-        chance,
         {
             label: rate
             for label, rate in zip(labels, unbiased_hit_rates(confusion), strict=True)
@@ -192,13 +189,30 @@ def _words(question: Question, answers: list[StudyAnswer], films: dict[str, Film
     )
 
 
-def _share(pairs: list[tuple[Film, StudyAnswer]], chance: float) -> Share:
-    right = [film.feeling == answer.value for film, answer in pairs]
-    clusters = _by_person(
-        (answer.participant, hit) for (_, answer), hit in zip(pairs, right, strict=True)
+def _shares(
+    pairs: list[tuple[Film, StudyAnswer]], rows: Mapping[str, list[bool]], seed: int
+) -> dict[str, Share]:
+    """Return the share of right answers in each row of a table."""
+    asked = {name: row for name, row in rows.items() if any(row)}
+    found = by_guessing(
+        [answer.participant for _, answer in pairs],
+        [film.feeling for film, _ in pairs],
+        [answer.value for _, answer in pairs],
+        list(asked.values()),
+        seed,
     )
-    low, high = share_interval(clusters) or (None, None)
-    return Share(sum(right), len(right), low, high, above_guessing(sum(right), len(right), chance))
+    guessed = dict(zip(asked, found, strict=True))
+    shares = {}
+    for name, row in rows.items():
+        own = [
+            (answer.participant, film.feeling == answer.value)
+            for (film, answer), inside in zip(pairs, row, strict=True)
+            if inside
+        ]
+        low, high = share_interval(_by_person(own)) or (None, None)
+        hits = sum(hit for _, hit in own)
+        shares[name] = Share(hits, len(own), low, high, *guessed.get(name, (None, None)))
+    return shares
 
 
 def _rating(values: list[tuple[int, float]]) -> MeanRating:

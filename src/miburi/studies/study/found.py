@@ -15,7 +15,10 @@ class Share:
     #: The 95 % interval of the share, clustered by participant; None for fewer than two people.
     low: float | None
     high: float | None
-    #: The exact probability of at least as many hits by guessing; None without answers.
+    #: The share that guessing gives: the same people's answers, dealt to their films at random.
+    chance: float | None
+    #: The probability of at least as many hits by guessing, corrected for the number of rows in its
+    #: table. Both are None if nobody answered; see :func:`.statistics.by_guessing`.
     p: float | None
 
     @property
@@ -35,7 +38,6 @@ class ChoiceFindings:
     by_feeling: dict[str, Share]
     by_mood: dict[str, Share]
     by_face: dict[str, Share]
-    chance: float  #: the share that guessing gives
     unbiased: dict[str, float | None]  #: Wagner's hit rate (1993) of each feeling that was shown
     kappa: float | None  #: Cohen's, of chosen and intended feelings, over all answers
     fleiss: float | None  #: among participants who finished, and saw every film equally often
