@@ -49,6 +49,8 @@ def test_a_study_must_say_who_runs_it_but_can_be_tried_out(tmp_path: Path) -> No
     page = (lab.folder / "rehearsal-report" / "index.html").read_text(encoding="utf-8")
     assert "Rehearsal: these answers are not part of the study" in page
     assert "1 people began" in page
+    with pytest.raises(InputError, match=r"rehearsal\.sqlite have code 'AAAA', so nothing was"):
+        run("withdraw", lab.folder, "AAAA", "--rehearsal")
     (lab.folder / "answers.sqlite").unlink()
     with pytest.raises(InputError, match="add --rehearsal"):
         run("report", lab.folder)

@@ -143,15 +143,24 @@ def text(
 def withdraw(
     folder: Folder,
     code: Annotated[str, typer.Argument(help="The code that a participant sent to you.")],
+    rehearsal: Annotated[
+        bool, typer.Option("--rehearsal", help="Delete from the answers of a rehearsal.")
+    ] = False,
 ) -> None:
     """Delete the answers of a participant who asks for it, as the withdrawal page does."""
     from miburi.studies.study.plan import load_study
+    from miburi.studies.study.posted import read_code
 
-    if not _answers(folder, load_study(folder)).withdraw(code.strip().upper()):
-        raise InputError(f"no answers in {folder} have code {code!r}; codes look like K7QM-2XHD.")
+    answers = _answers(folder, load_study(folder), rehearsal=rehearsal)
+    if not answers.withdraw(read_code(code)):
+        raise InputError(
+            f"no answers in {answers.path} have code {code!r}, so nothing was deleted; codes look "
+            "like K7QM-2XHD."
+        )
     print(
         f"Deleted. Earlier copies and reports still have these answers: delete those, "
         f"and make a new report with miburi study report {folder}"
+        + (" --rehearsal" if rehearsal else "")
     )
 
 
@@ -174,12 +183,14 @@ def close(
     )
 
 
-def _answers(folder: Path, study: "Study") -> "Store":
-    from miburi.studies.study.store import ANSWERS, open_store
+def _answers(folder: Path, study: "Study", *, rehearsal: bool = False) -> "Store":
+    """Open the answers that a study has; InputError: nobody has answered yet."""
+    from miburi.studies.study.store import ANSWERS, REHEARSED, open_store
 
-    if not (folder / ANSWERS).is_file():
-        raise InputError(f"{folder} has no {ANSWERS}: nobody has answered yet.")
-    return open_store(folder / ANSWERS, study)
+    path = folder / (REHEARSED if rehearsal else ANSWERS)
+    if not path.is_file():
+        raise InputError(f"{folder} has no {path.name}: nobody has answered yet.")
+    return open_store(path, study)
 
 
 def _names(host: str) -> list[str]:

@@ -194,6 +194,14 @@ def test_only_this_computer_and_no_other_sites_page_may_ask(lab: Lab) -> None:
     assert lab.store.counts(4).began == 0
 
 
+@pytest.mark.parametrize("dash", ["", " ", "\N{EN DASH}", "\N{MINUS SIGN}", "ー", " - "])
+def test_a_code_may_be_typed_in_many_ways(lab: Lab, dash: str) -> None:
+    code = lab.begin().cookies[COOKIE]
+    wide = "".join(chr(ord(letter) + 0xFEE0) for letter in code[:4])
+    done = lab.post(lab.visitor(), "/withdraw", code=f"{wide}{dash}{code[5:].lower()}")
+    assert "have been deleted" in done.text
+
+
 def test_withdrawn_answers_are_gone_from_the_disk(lab: Lab) -> None:
     stays = Person(lab, lambda q, f: behave(q, f) | ({"answer": "kept"} if q == "word" else {}))
     goes = Person(lab, lambda q, f: behave(q, f) | ({"answer": "secret"} if q == "word" else {}))
@@ -201,6 +209,7 @@ def test_withdrawn_answers_are_gone_from_the_disk(lab: Lab) -> None:
         person.finish()
     wrong = lab.post(goes.browser, "/withdraw", code="AAAA-AAAA")
     assert wrong.status_code == 422
+    assert "nothing has been deleted" in wrong.text
     assert len(lab.store.answers()) == 8
     other = sqlite3.connect(lab.folder / ANSWERS)  # of somebody who answers just now
     other.execute("SELECT COUNT(*) FROM answer").fetchall()

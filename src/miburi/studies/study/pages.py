@@ -25,7 +25,7 @@ from miburi.serving.allowance import Allowance
 from miburi.studies.study.live import Ending, Perform, Turn, Turns
 from miburi.studies.study.order import film_order, option_order
 from miburi.studies.study.plan import NONE, SKIPPED, Film, Step, Study, pick
-from miburi.studies.study.posted import LONGEST, Door, Form, posted, values_of
+from miburi.studies.study.posted import LONGEST, Door, Form, posted, read_code, values_of
 from miburi.studies.study.store import AnswerPace, Participant, Store
 from miburi.studies.study.texts import page_words
 
@@ -243,12 +243,13 @@ class _Pages:
     def withdraw(self, request: Request, form: Form) -> Response:
         """Delete the answers of the participant with a code."""
         language = self._language(request)
-        code = form.get("code", "").strip().upper()
+        typed = form.get("code", "")
+        code = read_code(typed)
         if not self._allowance.take(_asker(request)):
             return self._show("notice.html", language, 429, notice="busy")
         goes = self._store.find(code)
         if goes is None or not self._store.withdraw(code):
-            return self._show("withdraw.html", language, 422, code=code, wrong=True)
+            return self._show("withdraw.html", language, 422, code=typed, wrong=True)
         self._turns.leave(goes.number)
         response = self._show("notice.html", language, notice="withdrawn")
         if request.cookies.get(COOKIE) == code:

@@ -52,6 +52,16 @@ def values_of(study: Study, question: Question, form: Mapping[str, str]) -> dict
     return {"": shown} if 0 < len(shown) <= LONGEST else None
 
 
+def read_code(typed: str) -> str:
+    """Return a participant's code as it was given out.
+
+    Spaces, dashes of any kind, small letters and wide ones make no difference.
+    """
+    plain = unicodedata.normalize("NFKC", typed).upper()
+    letters = "".join(letter for letter in plain if letter.isascii() and letter.isalnum())
+    return f"{letters[:4]}-{letters[4:]}"
+
+
 def posted(
     handle: Callable[[Request, Form], Response],
 ) -> Callable[[Request], Awaitable[Response]]:
