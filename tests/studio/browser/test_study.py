@@ -174,6 +174,8 @@ def test_a_whole_study_by_keyboard_has_no_violation(
                 watch_all(walk, stage, lab, told)
             parts = walk.parts()
             walk.look(" and ".join(sorted(parts)))
+            if page.locator("#film-first:visible").count():
+                walk.press("play")
             if parts - known - MEDIA:
                 walk.forget()
             known |= parts
@@ -188,6 +190,32 @@ def test_a_whole_study_by_keyboard_has_no_violation(
         walk.follow("begin")
         walk.see("busy_title")
     assert "\n".join(walk.found) == ""
+
+
+@pytest.mark.parametrize("playable", [True, False])
+def test_a_question_waits_until_its_film_was_started(
+    page: Page, robot: Robot, tmp_path: Path, playable: bool
+) -> None:
+    lab = Lab(tmp_path, TWO_FILMS.replace('["fear", "fright"]', '["fear"]'))
+    if playable:  # else the file holds no film
+        write_film(
+            robot, [Scene(np.zeros(8))] * 2, tmp_path / FILMS / "fear-0.9.mp4", size=(64, 64)
+        )
+    onward, first = page.locator("#onward"), page.locator("#film-first")
+    with serving(lab.app) as url:
+        page.goto(url + lab.home)
+        page.locator("[name=agree]").check()
+        page.locator("form button").last.click()
+        page.locator(".option input").first.check()
+        if playable:
+            expect(first).to_be_visible()
+            expect(onward).to_be_disabled()
+            page.locator("#start").click()
+        expect(first).to_be_hidden()
+        onward.click()
+        expect(page.locator("#answer")).to_be_visible()
+        expect(onward).to_be_enabled()  # the same film: it need not be started again
+    assert [pace.plays for pace in lab.store.paces().values()] == [1 if playable else None]
 
 
 def draw(robot: Robot, films: Path) -> None:

@@ -334,6 +334,7 @@ class _Pages:
             if question.kind != "pick"
             else [(one.name, pick(one.words, who.language)) for one in question.answers],
             film=f"{self.home}/film/{key}" if key else None,
+            begins=who.step == 0 or study.steps[who.step - 1].trial != step.trial,
             moving=key is not None and self._films[key].suffix in (".mp4", ".webm"),
             live=film is not None and film.live,
             given=given or {},
