@@ -130,15 +130,22 @@ def must_be_one_of(allowed: Iterable[str], given: str, what: str) -> None:
 
 
 def _name_foreign_guards(robot: "Robot") -> None:
-    """Warn if a robot has the shipped robot's guards (tolerances), but servos of another kind."""
-    from miburi.robot import iphonoid
+    """Warn if a robot has a shipped robot's guards (tolerances), but other servos or limbs."""
+    from miburi.robot import buildable, iphonoid
 
-    shipped = iphonoid()
-    measured, own = shipped.servo.model.name, robot.servo.model.name
-    if own != measured and robot.guards == shipped.guards:
+    for shipped in (iphonoid(), buildable()):
+        measured, own = shipped.servo.model.name, robot.servo.model.name
+        if robot.guards != shipped.guards:
+            continue
+        if own != measured:
+            whose = f"{measured} servos, and this robot has {own}"
+        elif (robot.lengths, robot.masses) != (shipped.lengths, shipped.masses):
+            whose = f"the lengths and masses of {shipped.name}, and this robot has others"
+        else:
+            continue
         print(
-            f"miburi: the guards of the contact rule are for {measured} servos, and this robot has "
-            f"{own}: it may press harder on contact, or stop without any contact. Let "
+            f"miburi: the guards of the contact rule are for {whose}: "
+            "it may press harder on contact, or stop without any contact. Let "
             "`miburi calibrate` measure your own, and give its file with --calibration.",
             file=sys.stderr,
         )
