@@ -122,10 +122,11 @@ def trials(
     built = [one.robot for one in specimens(body, seed, servos, angle)]
     watched = _subjects(body, calibration, rule, without, state, built, seed, workers)
     chosen = {"rule": rule, "servo": body.servo.model.name, "servos": servos, "without": without}
-    chosen |= {"state": state, "play": play}
+    chosen |= {"state": state, "play": play, "robot": body.name}
     files = {"robot": robot, "gestures": gestures, "calibration": calibration}
     chosen |= {name: file.name for name, file in files.items() if file}
-    told = {name: str(value) for name, value in chosen.items() if value is not None}
+    chosen = {name: value for name, value in chosen.items() if value is not None}
+    told = {name: str(value) for name, value in chosen.items()}
     plan = Plan(tuple(watched), seed, free, blocked, repertoire, told)
     counts: list[int] = []
     began = perf_counter()
@@ -142,8 +143,7 @@ def trials(
     if as_json:
         drawn = {"robots": len(built), "left_out": len(built) - len(watched)} if built else {}
         speed = {"trials_per_second": round(rate, 2)}
-        name = {"servo": body.servo.model.name}
-        print(json.dumps({**name, **drawn, **summary.as_json(), **speed}))
+        print(json.dumps({"seed": seed, **chosen, **drawn, **summary.as_json(), **speed}))
         return
     from miburi.studies.trials.tables import in_words
 
