@@ -72,12 +72,21 @@ def test_a_gesture_that_does_not_fit_the_robot_is_refused_by_name(
 def test_experiment_with_a_robot_and_a_gesture_of_ones_own(
     tall_file: Path, own_gestures: Path, tmp_path: Path
 ) -> None:
-    options = ("--robot", tall_file, "--gestures", own_gestures)
+    options = ("--robot", tall_file, "--gestures", own_gestures, "--emotional-model", "spiking")
+    for earlier in ("experiment.mp4", "experiment-strip.png", "mine.png"):
+        (tmp_path / earlier).write_bytes(b"of another run")
     out = miburi("experiment", "--seconds", "2", "--no-film", "--out", tmp_path, *options)
     assert out.returncode == 0, out.stderr
+    assert "are for the lengths and masses of iphonoid, and this robot has others" in out.stderr
+    pictures = {file.name for file in tmp_path.iterdir() if file.suffix in (".mp4", ".png")}
+    assert pictures == {"experiment.png", "mine.png"}
     assert "nothing was touched" in out.stdout
     report = json.loads((tmp_path / "experiment.json").read_text())
     assert report["gestures"]
+    chosen = ("robot", "repertoire", "body", "calibration", "solver", "hand", "emotional_model")
+    assert [report[name] for name in chosen] == [
+        tall_file.name, own_gestures.name, "simulated", None, "default", True, "spiking",
+    ]  # fmt: skip
     assert report["false_stops"] == 0
     assert report["ik"]["max_error_m"] < 1e-3
 
@@ -112,6 +121,7 @@ def test_a_robot_that_cannot_be_calibrated_makes_no_trials_and_the_others_do(
     told = CliRunner().invoke(app, options)
     counted = json.loads(told.stdout)
     assert (counted["free"], counted["robots"], counted["left_out"]) == (1, 3, 2)
+    assert (counted["seed"], counted["rule"], counted["robot"]) == (1, "miburi", "iphonoid")
     assert told.stderr.count("is left out. Look at its horn.") == 2
     assert "Robot 1 of 3" in told.stderr
     assert calibrated == pytest.approx([radians(0.25)] * 3)

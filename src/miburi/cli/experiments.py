@@ -48,6 +48,7 @@ def experiment(
         ),
     ] = False,
     temperament: TemperamentName = "default",
+    model: EmotionalModelName = "cascade",
     out: Annotated[Path, typer.Option(help="Folder for the results.", callback=a_folder)] = Path(
         "out/experiment"
     ),
@@ -91,6 +92,14 @@ def experiment(
         settings=settings_of(description, solver),
         hand=hand,
         heal=heal,
+        model=emotional_model_of(model),
+        chosen={
+            "robot": robot.name if robot else description.name,
+            "body": body,
+            "calibration": calibration.name if calibration else None,
+            "repertoire": gestures.name if gestures else "shipped",
+            "solver": solver,
+        },
     )
     # After the quick checks, as this checks every pose.
     setup = replace(setup, repertoire=repertoire_of(description, gestures))

@@ -18,7 +18,7 @@ import numpy as np
 from miburi import ik
 from miburi.bodies import Body, BodyState, Touch, Touchable
 from miburi.errors import InputError
-from miburi.feelings import FEELINGS, EmotionalModel, Expression
+from miburi.feelings import FEELINGS, Expression, FeelingModel
 from miburi.live.recording.recorder import Recorder, step_messages
 from miburi.partner import Event, GestureEnded, GestureStarted, Partner, Stopped
 from miburi.robot import EXTREMITIES, JOINTS, Array, Robot, forward
@@ -92,6 +92,9 @@ class Experiment:
             "mood": set_to.mood,
             "period": set_to.period,
             "temperament": set_to.temperament.name,
+            "emotional_model": set_to.model.kind,
+            "hand": set_to.hand,
+            **set_to.chosen,
             "stops": [_round(asdict(stop)) for stop in self.stops],
             "false_stops": self.false_stops,
             "missed_contacts": self.missed,
@@ -181,8 +184,8 @@ def conduct(
     return result
 
 
-def _heal(setup: Setup, feelings: EmotionalModel) -> Healing:
-    """Continue the feelings without stimuli, beside an untouched control of the same age."""
+def _heal(setup: Setup, feelings: FeelingModel) -> Healing:
+    """Continue the feelings without stimuli, with a control of the same age without contacts."""
     which = FEELINGS.index(setup.feeling)
     twin = setup.feelings()
     twin.step(feelings.time)
@@ -211,7 +214,7 @@ class _Observer:
         self._windows = deque[tuple[float, Window]](maxlen=round(_APPROACH / STEP))
 
     def observe(
-        self, whole: Body, body: Touchable, events: list[Event], feelings: EmotionalModel
+        self, whole: Body, body: Touchable, events: list[Event], feelings: FeelingModel
     ) -> None:
         result, touch, state = self._result, body.touch, whole.state
         shown = feelings.express()

@@ -19,6 +19,9 @@ from miburi.studies import face as faces
 from miburi.studies.experiment.chart import experiment_figure
 from miburi.studies.film import DrawingError, Scene, add_caption, camera, contact_sheet, write_film
 
+#: What only a run with a film writes.
+_FILM = {"experiment.mp4", "experiment.sheet.png", "experiment-strip.png"}
+
 
 def write_experiment(
     body: Body, setup: experiment.Setup, out: Path, *, film: bool, face: bool
@@ -26,8 +29,9 @@ def write_experiment(
     """Conduct the experiment, write all its files or none, and return the lines of a summary.
 
     The files are ``experiment.json``, ``timing.json``, ``experiment.png``, ``experiment.mcap`` and,
-    with ``film``, ``experiment.mp4`` and ``experiment-strip.png``, unless the machine cannot draw.
-    With ``face`` these show the face on the phone.
+    with ``film``, ``experiment.mp4`` and ``experiment-strip.png``. If the machine cannot draw,
+    these two are left out, and the summary says so. Those of an earlier run are deleted. With
+    ``face`` they show the face on the phone.
 
     Raises OutputError if the folder cannot be written to, or ffmpeg fails.
     """
@@ -68,6 +72,8 @@ def write_experiment(
             except DrawingError as error:
                 left_out = [f"The film is left out: {error}"]
         names = sorted(file.name for file in draft.iterdir())
+    for earlier in _FILM.difference(names):
+        (out / earlier).unlink(missing_ok=True)
     return [*_summary(result), f"written to {out}: {', '.join(names)}", *left_out]
 
 

@@ -1,12 +1,19 @@
 """The setup of the experiment, by default that of the paper's Section 5."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from miburi.bma.settings import Settings
 from miburi.errors import InputError
-from miburi.feelings import EmotionalModel, Expression, Temperament, shipped_temperament
+from miburi.feelings import (
+    EmotionalModel,
+    Expression,
+    FeelingModel,
+    Temperament,
+    shipped_temperament,
+)
 from miburi.gestures import Repertoire
 
 
@@ -30,6 +37,9 @@ class Setup:
     repertoire: Repertoire | None = None  #: by default the gestures that ship with Miburi
     hand: bool = True  #: whether a hand gets in the way
     heal: bool = False  #: whether to watch the mood heal after the gestures
+    model: type[FeelingModel] = EmotionalModel
+    #: What else was chosen on the command line, such as files by name; the report repeats it.
+    chosen: Mapping[str, str | None] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.seed < 0:
@@ -42,8 +52,8 @@ class Setup:
                 f"the length must be from {self.period:g} to 86400 s, got {self.seconds:g}."
             )
 
-    def feelings(self) -> EmotionalModel:
+    def feelings(self) -> FeelingModel:
         """Return a model in which emotion and mood are held."""
-        model = EmotionalModel(self.temperament)
+        model = self.model(self.temperament)
         model.set_state(emotion={self.feeling: 1.0}, mood={self.feeling: self.mood}, hold=True)
         return model
