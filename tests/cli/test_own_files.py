@@ -137,6 +137,13 @@ def test_in_a_state_and_without_a_part_trials_still_notice() -> None:
         assert figures["missed_above_2N"] == 0
 
 
+def test_a_tuned_rule_is_judged_on_runs_that_did_not_choose_it(tmp_path: Path) -> None:
+    done = miburi("tune", "--free", "2", "--blocked", "1", "--out", tmp_path / "tuned.toml")
+    assert done.returncode == 0, done.stderr
+    assert "judged on as many fresh ones, seed 2" in done.stdout
+    assert "false stops 100.00% (43.85 to 100.00 %)" in done.stdout  # three runs, as printed
+
+
 def test_a_calibration_of_a_users_own_robot_is_used(
     tall_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -185,13 +185,18 @@ def tune(
     robot: RobotFile = None,
     servo: ServoName = None,
 ) -> None:
-    """Search for a robot's best period, ratio and guards with the Bacterial Memetic Algorithm."""
+    """Search for a robot's best period, ratio and guards with the Bacterial Memetic Algorithm.
+
+    What it finds is judged on fresh runs, of the next seed.
+    """
+    need("scipy", "studies")
     from miburi.calibration.file import write_calibration
     from miburi.calibration.free_motion import calibrate as calibrate_traces
     from miburi.ground.files import whole_files
     from miburi.safety.free import FreeRule
     from miburi.safety.printed import PrintedRule
     from miburi.studies.trials.replay import record
+    from miburi.studies.trials.summary import wilson
     from miburi.studies.trials.tuning import assess, free_traces
     from miburi.studies.trials.tuning import tune as search
 
@@ -208,18 +213,28 @@ def tune(
         "the paper's p and ratio, calibrated": papers,
         "the paper's, as printed": PrintedRule(papers.guards),
     }
-    print(f"{found.tried} rules tried on {free} free and {blocked} blocked runs, seed {seed}.")
+    print(
+        f"{found.tried} rules tried on {free} free and {blocked} blocked runs, seed {seed}; judged "
+        f"on as many fresh ones, seed {seed + 1} (in brackets: 95 % intervals)."
+    )
+    fresh = record(body, seed + 1, free, blocked)
+
+    def share(value: float, of: int) -> str:
+        low, high = wilson(round(value * of), of)
+        return f"{value:.2%} ({100 * low:.2f} to {100 * high:.2f} %)"
+
     for name, rule in rows.items():
-        does = assess(rule, runs)
+        does = assess(rule, fresh)
         print(
             f"{name:36}  p {rule.period / 1e6:.2f} s  ratio {rule.ratio / 1e4:.4f}  "
-            f"false stops {does.false_stops:.2%}  missed {does.missed:.2%}  "
+            f"false stops {share(does.false_stops, does.runs)}  "
+            f"missed {share(does.missed, does.touched)}  "
             f"a person is pushed for {1e3 * does.delay:.0f} ms, with {does.force:.1f} N (median)"
         )
     with whole_files(out.parent) as draft:
         note = (
             f"Contact rule of {body.name}: tuned on {free} free and {blocked} blocked runs, "
-            f"seed {seed},\nwith at most {bound:.2%} false stops."
+            f"seed {seed},\nwith at most {bound:.2%} false stops among these."
         )
         write_calibration(body, found.rule, draft / out.name, note)
     print(out)

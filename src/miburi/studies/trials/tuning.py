@@ -37,11 +37,13 @@ class Verdict:
     missed: float  #: share of touched people that it does not notice
     delay: float  #: s, mean from touch to stop; a missed contact counts as ``PATIENCE``
     force: float  #: N, median of the largest forces before the stop
+    runs: int = 0  #: ``false_stops`` is a share of these
+    touched: int = 0  #: ``missed`` is a share of these
 
 
 @dataclass(frozen=True)
 class Tuned:
-    """The best rule, its effect, and the number of rules tried."""
+    """The best rule, what it does on the runs that chose it, and the number of rules tried."""
 
     rule: FreeRule
     verdict: Verdict
@@ -69,6 +71,8 @@ def assess(rule: Rule, runs: Sequence[Run]) -> Verdict:
         float(np.mean(np.array(delays) >= PATIENCE)) if delays else 0.0,
         float(np.mean(delays)) if delays else 0.0,
         float(np.median(forces)) if forces else 0.0,
+        len(runs),
+        len(delays),
     )
 
 
