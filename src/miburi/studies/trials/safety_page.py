@@ -51,6 +51,7 @@ def write_page(
         iso=iso_sentence(),
         caps=[(cap, forces[speeds <= cap]) for cap in CAPS],
         forces=forces,
+        towards=as_array(hands[HandKind.TOWARDS.value], "peak_force"),
         fastest=speeds.max(initial=0.0),
         face=ISO_LIMITS["face"],
         median=np.median,
