@@ -91,6 +91,21 @@ def test_a_broken_off_run_goes_on_where_it_was(
     assert not journal.exists()
 
 
+def test_an_interruption_does_not_wait_for_the_chunks_underway(
+    plan: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(plans, "CHUNK", 10**6)  # one of them would take a day
+
+    def interrupt(done: int, _all: int) -> None:
+        if done:
+            raise KeyboardInterrupt
+
+    long = replace(plan, free=1, blocked=10**6)
+    with pytest.raises(KeyboardInterrupt):
+        carry_out_plan(long, tmp_path / "trials.parquet", workers=2, progress=interrupt)
+    assert [file.name for file in tmp_path.iterdir()] == [".trials.parquet.journal"]
+
+
 def test_another_runs_journal_is_not_touched(plan: Plan, tmp_path: Path) -> None:
     journal = tmp_path / ".trials.parquet.journal"
     journal.write_bytes(json.dumps({"run": "another"}).encode() + b"\n")

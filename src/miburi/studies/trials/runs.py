@@ -10,11 +10,11 @@ import os
 import signal
 import socket
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import astuple, fields
-from multiprocessing import connection, get_context, parent_process
+from multiprocessing import connection, get_context
 from pathlib import Path
 from typing import Any
 
@@ -66,11 +66,12 @@ def carry_out_plan(
             stream = ((chunk, carry_out_chunk(plan, chunk)) for chunk in todo)
         else:
             stream = _on_processes(plan, todo, workers)
-        for chunk, outcomes in stream:
-            write(chunk, outcomes)
-            done[chunk] = outcomes
-            finished += len(outcomes)
-            progress(finished, total)
+        with closing(stream):
+            for chunk, outcomes in stream:
+                write(chunk, outcomes)
+                done[chunk] = outcomes
+                finished += len(outcomes)
+                progress(finished, total)
         outcomes = [outcome for chunk in chunks for outcome in done[chunk]]
         if out is not None:
             write_parquet(plan, outcomes, out)
@@ -100,8 +101,10 @@ _plants: dict[tuple[str, int], TrialPlant] = {}
 _MOST_PLANTS = 64
 
 
-def _on_processes(plan: Plan, todo: list[Chunk], workers: int) -> Iterator[Done]:
-    pool = ProcessPoolExecutor(workers, get_context("spawn"), initializer=_begin_worker)
+def _on_processes(plan: Plan, todo: list[Chunk], workers: int) -> Generator[Done, None, None]:
+    context = get_context("spawn")
+    end, kept = context.Pipe(duplex=False)
+    pool = ProcessPoolExecutor(workers, context, initializer=_begin_worker, initargs=(end,))
     try:
         waiting: dict[Future[list[Outcome]], Chunk] = {
             pool.submit(carry_out_chunk, plan, chunk): chunk for chunk in todo
@@ -109,21 +112,23 @@ def _on_processes(plan: Plan, todo: list[Chunk], workers: int) -> Iterator[Done]
         while waiting:
             for future in wait(waiting, return_when=FIRST_COMPLETED).done:
                 yield waiting.pop(future), future.result()
+    except BaseException:
+        kept.close()  # nobody waits for the chunks that are underway
+        raise
     finally:
         pool.shutdown(cancel_futures=True)
+        kept.close()
 
 
-def _begin_worker() -> None:
-    # On Ctrl-C, the parent lets the workers finish their chunks.
+def _begin_worker(end: connection.Connection) -> None:
+    # Ctrl-C is for the parent, which ends the workers.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    threading.Thread(target=_end_with_parent, args=(end,), daemon=True).start()
 
 
-def _end_with_parent() -> None:
-    parent = parent_process()
-    if parent is not None:
-        connection.wait([parent.sentinel])
-        os._exit(1)
+def _end_with_parent(end: connection.Connection) -> None:
+    connection.wait([end])  # until the parent closes its side, or is gone
+    os._exit(1)
 
 
 def _knock(address: str) -> None:
@@ -142,7 +147,7 @@ def _no_answer(address: str, error: Exception) -> MiburiError:
     )
 
 
-def _on_cluster(plan: Plan, todo: list[Chunk], address: str) -> Iterator[Done]:
+def _on_cluster(plan: Plan, todo: list[Chunk], address: str) -> Generator[Done, None, None]:
     _knock(address)
     try:
         import ray
