@@ -19,8 +19,9 @@ from miburi.errors import BodyError, OutputError
 from miburi.gestures import MovementFunction
 from miburi.robot import Robot
 from miburi.safety.free import FreeRule
-from miburi.studies.trials import runs, workshop
-from miburi.studies.trials.plan import Plan
+from miburi.studies.trials import plan, runs, workshop
+from miburi.studies.trials.plan import Chunk, Plan
+from miburi.studies.trials.trial import Outcome
 from miburi.studies.trials.workshop import Calibrated
 
 #: Trials in this process; others start two more.
@@ -135,6 +136,25 @@ def test_in_a_state_and_without_a_part_trials_still_notice() -> None:
         assert done.returncode == 0, done.stderr
         figures = json.loads(done.stdout)
         assert figures["missed_above_2N"] == 0
+
+
+def test_an_interrupted_run_says_that_it_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    options = [*TRIALS[:-1], "--free", "2", "--blocked", "0", "--out", str(tmp_path / "t.parquet")]
+    monkeypatch.setattr(plan, "CHUNK", 1)
+    carry_out = runs.carry_out_chunk
+
+    def until_interrupted(plan: Plan, chunk: Chunk) -> list[Outcome]:
+        if chunk[1] == 1:
+            raise KeyboardInterrupt
+        return carry_out(plan, chunk)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(runs, "carry_out_chunk", until_interrupted)
+        told = CliRunner().invoke(app, options)
+    assert "1 trials are kept; the same command goes on from there" in told.stderr
+    assert "with 1 trials of an interrupted run" in CliRunner().invoke(app, options).stdout
 
 
 def test_a_tuned_rule_is_judged_on_runs_that_did_not_choose_it(tmp_path: Path) -> None:

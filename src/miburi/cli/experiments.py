@@ -2,6 +2,7 @@
 
 import json
 import re
+import sys
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
@@ -137,6 +138,7 @@ def paper(
     check_folder("--out", out)
     from miburi.studies.paper.page import write_paper
 
+    print("This takes about twelve minutes. If it is interrupted, it begins anew.", file=sys.stderr)
     print(write_paper(robot_of(robot), out, partial(typer.echo, err=True)))
 
 

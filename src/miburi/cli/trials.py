@@ -130,7 +130,7 @@ def trials(
     plan = Plan(tuple(watched), seed, free, blocked, repertoire, told)
     counts: list[int] = []
     began = perf_counter()
-    with show_progress() as show:
+    with _resumable(out, counts), show_progress() as show:
 
         def progress(done: int, total: int) -> None:
             counts.append(done)
@@ -148,7 +148,8 @@ def trials(
     from miburi.studies.trials.tables import in_words
 
     print(in_words(summary))
-    print(f"{rate:.1f} trials/s" + (f"; written to {out}" if out else ""))
+    before = f", with {counts[0]} trials of an interrupted run" if counts[0] else ""
+    print(f"{rate:.1f} trials/s" + (f"; written to {out}{before}" if out else ""))
 
 
 def calibrate(
@@ -343,6 +344,20 @@ def _calibrations(
     for words in refused:
         print(f"miburi: {words}", file=sys.stderr)
     return calibrations
+
+
+@contextmanager
+def _resumable(out: Path | None, counts: list[int]) -> Iterator[None]:
+    """Say that an interrupted run of trials, which were counted, can go on."""
+    try:
+        yield
+    except BaseException:
+        if out is not None and counts and counts[-1]:
+            print(
+                f"miburi: {counts[-1]} trials are kept; the same command goes on from there.",
+                file=sys.stderr,
+            )
+        raise
 
 
 @contextmanager
