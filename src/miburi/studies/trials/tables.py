@@ -60,7 +60,7 @@ def iso_sentence() -> str:
     """Return a sentence with the limits for forces, and their source."""
     limits = ", ".join(f"{part} {force} N" for part, force in ISO_LIMITS.items())
     return (
-        f"Quasi-static limits of ISO/TS 15066, as secondary sources quote them ({limits}); we "
-        "have not read the standard itself. Transient contact is commonly taken as twice that, "
-        "and none is allowed on face and head."
+        f"These are the quasi-static limits of ISO/TS 15066, as secondary sources quote them "
+        f"({limits}); we have not read the standard itself. The limit for transient contact is "
+        "commonly taken as twice that; on face and head, no transient contact is allowed."
     )
