@@ -1,5 +1,7 @@
 """What happens to the body, and to those who look at it, when the loop fails or hangs."""
 
+import subprocess
+import sys
 import threading
 from pathlib import Path
 from typing import Any
@@ -33,6 +35,42 @@ def attentive(robot: Robot, folder: Path, **more: Any) -> Runner:
 
 def stops(runner: Runner) -> list[LiveEvent]:
     return [entry for entry in runner.history.after(0) if entry.kind == "stop"]
+
+
+#: Prints the functions that are compiled, or read from the cache, in the loop's thread.
+LATE = """
+import threading
+from pathlib import Path
+from numba.core.dispatcher import Dispatcher
+from tests.fixtures.live import PATIENT
+from tests.fixtures.waiting import until
+from miburi.feelings import EmotionalModel, Expression
+from miburi.live.recording.archive import Archive
+from miburi.live.runner import Runner
+from miburi.live.wishes import Perform
+from miburi.robot import iphonoid
+
+compile = Dispatcher.compile
+
+def told(function, signature):
+    if threading.current_thread().name == "partner":
+        print(function.__name__)
+    return compile(function, signature)
+
+Dispatcher.compile = told
+runner = Runner(iphonoid(), EmotionalModel(), Archive(Path("unused")), lateness=PATIENT)
+runner.ask(Perform(Expression("happiness", 1.0)))
+runner.start()
+until(lambda: "gesture_ended" in [event.kind for event in runner.history.after(0)])
+runner.close()
+"""
+
+
+def test_the_loop_does_not_wait_for_code_to_be_compiled() -> None:
+    """It took half a second at the first start of all, and the watchdog stopped the body."""
+    words, root = [sys.executable, "-c", LATE], Path(__file__).parents[2]
+    done = subprocess.run(words, cwd=root, stdout=subprocess.PIPE, text=True, check=True)
+    assert done.stdout == ""
 
 
 def test_a_late_beat_is_told_once_and_a_beat_ends_it() -> None:

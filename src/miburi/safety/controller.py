@@ -126,6 +126,8 @@ class Controller:
         self._rest: Steps | None = None  # where the motors came to rest
         self._yields = 0  # yields that are left until nothing holds a motor away from its place
         self.watch = self._plan(self.origin, self.origin, np.ones(len(JOINTS), dtype=np.int64))
+        # A rule that is still to be compiled would hold up the first move, and Stop with it.
+        self.watch.expected_travel(SECOND)
 
     def move(self, move: Move, positions: Steps, time: int) -> None:
         """Start ``move``, even while another one runs; it raises as :func:`check_move` does."""
