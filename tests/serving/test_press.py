@@ -21,12 +21,22 @@ from miburi.studio.face_page import RELEASE, add_face_page
 V1 = "/api/v1"
 
 
-@pytest.mark.parametrize("by", ["person", "home", "agent", "ros", "partner", "my own button"])
-def test_no_program_ends_the_stop_of_anybody_else(by: str) -> None:
+@pytest.mark.parametrize(
+    ("by", "name"),
+    [
+        ("person", "a person"),
+        ("home", "the smart home"),
+        ("agent", "an assistant"),
+        ("ros", "ROS"),
+        ("partner", "a person"),
+        ("my own button", "a person"),
+    ],
+)
+def test_no_program_ends_the_stop_of_anybody_else(by: str, name: str) -> None:
     hold = Hold()
     hold.press(who(by))
     hold.press("program")  # a later Stop does not hide a person's
-    with pytest.raises(BodyError, match="only a person"):
+    with pytest.raises(BodyError, match=f"^{name} pressed Stop, so only a person"):
         hold.check(by_person=False)
     hold.check(by_person=True)
     assert hold.end(by_person=True) == "person"

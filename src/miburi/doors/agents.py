@@ -75,11 +75,11 @@ _UNSAID = (
     "The partner refuses to say this: the words could hurt somebody, or sound like a call for help."
 )
 _WAITS = f"waits for up to {LAPSES:g} s; any newer gesture or look replaces it."
-_PAUSED = "A person has paused it; your gesture waits until a person resumes it."
-#: Reasons why a gesture did not begin.
+_PAUSED = "It is paused; your gesture waits until somebody resumes it."
+#: Why a gesture did not begin.
 _DROPPED = {
     "lapsed": "It lapsed: the body was stopped for too long.",
-    "stopped": "A person pressed Stop before it began.",
+    "stopped": "Somebody pressed Stop before it began.",
 }
 _REPLACED = "It did not begin: a newer wish has taken its place."
 

@@ -59,7 +59,7 @@ def hindrance(state: State) -> str:
     """Return why the body does not show a feeling now; empty if it can."""
     if state.stop is not None:
         return " " + why_stopped(state, state.stop)
-    return " Its body does not show that: a person has paused it." if state.paused else ""
+    return " Its body does not show that: it is paused." if state.paused else ""
 
 
 def why_stopped(state: State, stop: StopOut) -> str:

@@ -21,10 +21,12 @@ By = Literal["person", "home", "agent", "ros", "program", "partner"]
 #: Programs may release a Stop by one of these. They may not release a Stop by an agent or ROS,
 #: after which people expect somebody to look at the body.
 _PROGRAMS_MAY_END = ("program", "partner")
+_NAMES = {
+    "person": "a person", "home": "the smart home", "agent": "an assistant", "ros": "ROS",
+}  # fmt: skip
 _HELD = (
-    "a person pressed Stop, so only a person can release the body: in the studio or on the "
-    "face's page. "
-    "Wait until they do, or start the partner with --programs-may-release."
+    "{name} pressed Stop, so only a person can release the body: in the studio or on the face's "
+    "page. Wait until somebody does, or start the partner with --programs-may-release."
 )
 
 
@@ -96,10 +98,13 @@ class Hold:
         return "person" if by_person else "program"
 
     def check(self, *, by_person: bool) -> None:
-        """Check whether a release is allowed.
+        """Refuse a program's release of a Stop that only a person may end.
 
-        Raises BodyError if a program tries to release a person's Stop.
+        Raises
+        ------
+        BodyError
+            It is a program, and a person must release the body.
         """
         free = self._by is None or self._by in _PROGRAMS_MAY_END
         if not (free or by_person or self._programs_may_release):
-            raise BodyError(_HELD)
+            raise BodyError(_HELD.format(name=_NAMES[self._by]))
