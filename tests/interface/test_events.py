@@ -142,6 +142,16 @@ def test_a_program_can_wait_for_the_end_of_what_it_asked_for(server: Server) -> 
     assert asked.by == "program"
 
 
+def test_events_say_who_asked(server: Server) -> None:
+    with miburi.connect(server.url) as partner:
+        partner.sense("stroke")
+        partner.pause()
+        partner.pause(False)
+        kinds = ("stimulus", "paused", "resumed")
+        told = [(event.kind, event.by) for event in partner.log() if event.kind in kinds]
+    assert told == [(kind, "program") for kind in kinds]
+
+
 def test_the_end_of_a_wish_is_unknown_after_a_new_start() -> None:
     wish = EndOfWish("5f2c9a10:7")
     about = {"number": 9, "wall": datetime.now(UTC), "time": 0.0, "kind": "started"}

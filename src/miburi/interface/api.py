@@ -271,11 +271,12 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
     not_too_often = _limited(NOTICED_RATE, NOTICED_BURST, often)
 
     @router.post("/sense", status_code=NOTHING, responses=REFUSED)
-    async def sense(wish: SenseIn, request: Request) -> None:
+    async def sense(wish: SenseIn, request: Request, by: _Asker = "person") -> None:
         """Let the partner notice a touch, a motion or a sound; never more than a few a second."""
         not_too_often(request)
         since = _since_contact(runner)
-        felt = await granted(runner, Sense(notice(wish.kind, wish.clearness, since_contact=since)))
+        noticed = notice(wish.kind, wish.clearness, since_contact=since)
+        felt = await granted(runner, Sense(noticed, by=who(by)))
         speech.beginning.notice()
         await speech.count(felt)
 
@@ -302,9 +303,9 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
         await granted(runner, Release(came=request.scope.get("state", {}).get(CAME)))
 
     @router.post("/pause", status_code=NOTHING, responses=REFUSED)
-    async def pause(wish: PauseIn) -> None:
+    async def pause(wish: PauseIn, by: _Asker = "person") -> None:
         """Pause at neutral, or resume."""
-        await granted(runner, Pause(wish.paused))
+        await granted(runner, Pause(wish.paused, who(by)))
 
     @router.post("/hand", status_code=NOTHING, responses=REFUSED)
     async def hand(wish: HandIn) -> None:

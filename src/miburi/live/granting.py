@@ -111,10 +111,10 @@ class Inside:
             by=by,
         )
 
-    def sense(self, impression: Impression) -> tuple[Stimulus, ...]:
+    def sense(self, impression: Impression, by: By | None = None) -> tuple[Stimulus, ...]:
         """Convert an impression into stimuli, as the temperament says, and feel them."""
         for stimulus in (felt := stimuli(impression, self.feelings.temperament)):
-            self.feel(stimulus, impression)
+            self.feel(stimulus, impression, by)
         return felt
 
 
@@ -145,7 +145,7 @@ def _sense(wish: wishes.Sense, inside: Inside) -> Command:
         if heard.distress is not None:
             inside.speaker.attend(inside.note("distress", name=heard.distress, text=told))
         calm = inside.speaker.distress is not None and heard.source == "speech"
-        return () if calm else inside.sense(heard)
+        return () if calm else inside.sense(heard, wish.by)
 
     return run
 
@@ -225,7 +225,7 @@ def _pause(wish: wishes.Pause, inside: Inside) -> Command:
             inside.paused = wish.paused
             (inside.partner.pause if wish.paused else inside.partner.resume)()
             inside.agenda.clear("paused")
-            inside.note("paused" if wish.paused else "resumed")
+            inside.note("paused" if wish.paused else "resumed", by=wish.by)
 
     return run
 

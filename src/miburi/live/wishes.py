@@ -48,6 +48,7 @@ class Sense(Wish[tuple[Stimulus, ...]]):
 
     impression: Impression
     words: str | None = None
+    by: By = "person"
 
 
 @dataclass(frozen=True)
@@ -149,6 +150,7 @@ class Pause(Wish[None]):
     """Rest at neutral, or go on."""
 
     paused: bool = True
+    by: By = "person"
 
 
 @dataclass(frozen=True)

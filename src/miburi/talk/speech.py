@@ -140,7 +140,7 @@ class Speech:
             heard = Impression(None, 0.0, "speech")
         if (grave or heard.worry is not None) and self._conversation is not None:
             self._conversation.overtake()
-        felt = await granted(self._partner, Sense(heard, said))
+        felt = await granted(self._partner, Sense(heard, said, who(by)))
         await self.count(felt)
         answer = self._comfort.answer(heard, said, language, wanted, after=after)
         wants = script(language).asks(said) or script(language).wants_more(said)
