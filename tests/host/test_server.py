@@ -32,6 +32,7 @@ from miburi.cli.commands import app
 from miburi.client.connection import ConnectionLostError
 from miburi.errors import InputError, OutputError
 from miburi.feelings import SpikingModel, shipped_temperament
+from miburi.live.events.store import EventStore
 from miburi.live.memory import remembered
 from miburi.live.recording.recorder import read
 from miburi.serving.access import AGENTS
@@ -385,6 +386,32 @@ def test_if_the_partner_is_killed_the_server_ends_and_the_recording_is_read_up_t
     assert times[0] <= began + 0.1
     assert times[-1] > state.time - 1.1
     assert np.diff(times) == pytest.approx(0.02)
+
+
+def test_after_a_kill_the_body_is_still_stopped_and_the_terminal_says_by_whom(
+    tmp_path: Path,
+) -> None:
+    with running(tmp_path) as program:
+        url = address(program.out.next())
+        assert post(url + "/api/v1/stop").status_code == 204
+        kept = EventStore(tmp_path / "events.sqlite")
+        until(lambda: [event for event in kept.read(0, 1000) if event.kind == "pressed"])
+        kept.close()
+        helpers = helpers_of(program.process.pid)
+        program.process.kill()
+        nobody_left(program.process.pid, helpers)
+    with running(tmp_path) as program:
+        assert "Stop was pressed by a person before this start, at 20" in program.out.next()
+        url = address(program.out.next("Miburi is awake"))
+        state = get(url + "/api/v1/state").json()
+        assert (state["phase"], state["held"], state["stop"]["reason"]) == (
+            "stopped",
+            True,
+            "asked",
+        )
+        assert post(url + "/api/v1/release").status_code == 409
+        page = {"Origin": url}
+        assert post(url + "/api/page/release", json={}, headers=page).status_code == 204
 
 
 def test_while_the_partner_hangs_the_server_says_that_it_cannot_be_reached(there: Program) -> None:

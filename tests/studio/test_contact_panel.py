@@ -45,6 +45,21 @@ def test_every_stop_is_told_in_words_and_none_by_its_key(
 
 
 @pytest.mark.parametrize(
+    ("language", "told"),
+    [
+        ("en", "Stop was pressed by the smart home before this start, at 2026-11-23 "),
+        ("ja", "今回の起動より前、2026-11-23 "),
+    ],
+)
+def test_a_stop_from_before_the_start_is_told_with_its_day(language: str, told: str) -> None:
+    entry = LiveEvent.model_validate(
+        {"boot": "5f2c9a10", "number": 1, "wall": "2026-11-24T10:00:00Z", "time": 0.0}
+        | {"kind": "pressed", "by": "home", "detail": "2026-11-23T12:00:00.412000+00:00"}
+    )
+    assert line(entry, words(language)).startswith(told)
+
+
+@pytest.mark.parametrize(
     ("force", "told"), [(12.34, "12.3 N"), (1300.9, "over 60 N: a drawn hand")]
 )
 def test_no_force_is_told_that_no_motor_can_press_with(force: float, told: str) -> None:

@@ -38,7 +38,7 @@ from miburi.serving.addresses import listening_plainly, listening_twice
 from miburi.serving.press import Hold, Press
 from miburi.serving.reach import Reach, pairing_url, qr_for_terminal
 from miburi.serving.renewal import reach_of
-from miburi.studio.words import FALLBACK, words
+from miburi.studio.words import FALLBACK, pressed_by, words
 from miburi.talk.endpoint import Endpoint
 
 #: The stimulus at each start (our number).
@@ -216,6 +216,9 @@ def _wake(launch: Launch, feelings: FeelingModel, folder: Path) -> Runner:
     stop = runner.body.state.stop
     if stop is not None:
         why = words(FALLBACK)["reason"][stop.reason]
+        pressed = runner.history.latest
+        if pressed is not None and pressed.kind == "pressed":
+            why = pressed_by(pressed.by or "person", pressed.detail, words(FALLBACK))
         print(
             f"The body is stopped: {why}. Clear the space around the robot, then release it "
             "in the studio."

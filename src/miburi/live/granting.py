@@ -87,10 +87,12 @@ class Inside:
         """Note an event at the body's present time."""
         return self.log.note(self.partner.body.state.time, kind, **content)
 
-    def stop(self, by: By) -> None:
-        """Stop the body."""
+    def stop(self, by: By, before: str | None = None) -> None:
+        """Stop the body for whoever pressed Stop; ``before`` is when, if before this start."""
         if self.hold.press(by):
-            self.note("pressed", by=by)
+            pressed = self.note("pressed", by=by, detail=before)
+            if self.hold.by is not None and before is None:
+                self.log.keep_stop(pressed)
         self.partner.stop()
         self.agenda.clear("stopped")
         self.stop_seen_in = self.serial + 1
@@ -213,6 +215,7 @@ def _release(wish: wishes.Release, inside: Inside) -> Command:
             raise BodyError(STOP_SINCE)
         inside.hold.check(by_person=wish.by_person)
         inside.partner.release(by_person=wish.by_person)
+        inside.log.keep_stop(None)
         inside.agenda.release(inside.hold.end(by_person=wish.by_person))
 
     return run

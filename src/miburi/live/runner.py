@@ -68,8 +68,8 @@ class Runner(LivePartner):
         The watchdog's delays; and the policy for ending a Stop: by default, only a person may end a
         person's Stop.
     events, boot
-        The store that keeps events across restarts, by default none; and the id of this run, 8 hex
-        digits, by default a new one.
+        The store in which events, and a Stop that only a person may end, survive a restart; by
+        default none. And the id of this run, 8 hex digits, by default a new one.
     """
 
     recordings: Archive
@@ -114,6 +114,8 @@ class Runner(LivePartner):
         self._tape = Tape(feelings, self.history, seed)
         self._use(body, port, make_body(body, robot, port, rule))
         self._inside.note("started", name=__version__)
+        if (stopped := self._inside.log.stopped_before()) is not None:
+            self._inside.stop(*stopped)
 
     @property
     def failure(self) -> str | None:

@@ -87,6 +87,11 @@ class Hold:
         self._programs_may_release = programs_may_release
         self._by: By | None = None  # None without a press
 
+    @property
+    def by(self) -> By | None:
+        """Who pressed a Stop that only a person may end; None if nobody did."""
+        return None if self._by in _PROGRAMS_MAY_END else self._by
+
     def press(self, by: By) -> bool:
         """Record a press; return whether it changes who holds the body."""
         before, self._by = self._by, outlasting(self._by, by)
@@ -105,6 +110,5 @@ class Hold:
         BodyError
             It is a program, and a person must release the body.
         """
-        free = self._by is None or self._by in _PROGRAMS_MAY_END
-        if not (free or by_person or self._programs_may_release):
-            raise BodyError(_HELD.format(name=_NAMES[self._by]))
+        if self.by is not None and not (by_person or self._programs_may_release):
+            raise BodyError(_HELD.format(name=_NAMES[self.by]))

@@ -13,7 +13,7 @@ from miburi.safety.stop import StopReason
 from miburi.senses import Brought
 from miburi.senses.tone import RAISED
 from miburi.studio.parts import heading
-from miburi.studio.words import Words
+from miburi.studio.words import Words, pressed_by
 
 _LOG_LINES = 60
 #: The largest force shown, N; above it the page says "more than", because a simulated hand that is
@@ -202,8 +202,9 @@ def line(entry: LiveEvent, words: Words) -> str:
         told = ", ".join(_sign(part, entry, words) for part in entry.why[:_WHYS])
         return say["stimulus_why"].format(line=first, why=told)
     if entry.by is not None and entry.kind in ("pressed", "release_begun"):
-        key = "released_by" if entry.kind == "release_begun" else entry.kind
-        return say[key].format(by=words["by"][entry.by])
+        pressed = pressed_by(entry.by, entry.detail, words)
+        released = say["released_by"].format(by=words["by"][entry.by])
+        return pressed if entry.kind == "pressed" else released
     return say[entry.kind].format(
         name=words["body"].get(name, name) if entry.kind in ("body", "temperament") else name,
         feeling=words["feeling"].get(entry.feeling or "", ""),

@@ -1,6 +1,7 @@
 """The words of the pages, and of the feelings, by language."""
 
 import tomllib
+from datetime import datetime
 from functools import cache
 from importlib import resources
 from importlib.resources.abc import Traversable
@@ -61,6 +62,15 @@ def words(language: str) -> Words:
             texts[key] = told
     feelings = {each.name: each.words.get(language, each.name) for each in CATALOGUE.feeling}
     return {**sections, "feeling": feelings}
+
+
+def pressed_by(by: str, before: str | None, words: Words) -> str:
+    """Say who pressed Stop; if that was ``before`` this start, also when, in local time."""
+    name, say = words["by"][by], words["log"]
+    if before is None:
+        return say["pressed"].format(by=name)
+    when = f"{datetime.fromisoformat(before).astimezone():%Y-%m-%d %H:%M}"
+    return say["pressed_before"].format(by=name, when=when)
 
 
 def _placeholders(text: str) -> set[str]:

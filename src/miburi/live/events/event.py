@@ -102,7 +102,10 @@ class LiveEvent(BaseModel):
         "repeat that, appear here only if the user allows it.",
     )
     reason: EndReason | None = Field(default=None, description="Why a recording ended by itself.")
-    detail: str | None = Field(default=None, description="More about it, in words.")
+    detail: str | None = Field(
+        default=None,
+        description="More about it, in words; of `pressed`, when, if before this start.",
+    )
     why: tuple[Brought, ...] | None = Field(
         default=None,
         description="The evidence for the stimulus: words, or a sensed event such as a stroke.",
