@@ -156,9 +156,7 @@ def test_a_file_that_is_none_of_ours_is_put_aside(tmp_path: Path) -> None:
 def test_without_a_place_it_lives_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "folder").write_text("a file")
     assert kept_events(tmp_path / "folder") is None
-    said = capsys.readouterr().err
-    assert "events cannot be kept there" in said
-    assert "a restart forgets them, and that somebody pressed Stop" in said
+    assert "events cannot be kept there" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("text", ["", "x", "5f2c9a10:", ":1", "5F2C9A10:1", "-1", "1 1"])

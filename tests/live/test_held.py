@@ -1,6 +1,9 @@
 """A Stop that only a person may end outlasts the program that it stopped."""
 
-import sqlite3
+import errno
+import os
+import threading
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
@@ -10,20 +13,22 @@ from tests.fixtures.waiting import until as wait_until
 from miburi.errors import BodyError
 from miburi.feelings import EmotionalModel, Stimulus
 from miburi.live.events.event import LiveEvent
-from miburi.live.events.store import EventStore, kept_events
+from miburi.live.held import KeptHold
 from miburi.live.recording.archive import Archive
 from miburi.live.runner import Runner
 from miburi.live.wishes import Feel, Release
 from miburi.robot import Robot
-from miburi.serving.press import By, Hold, Press
+from miburi.serving.press import By, Press
+
+WHEN = datetime(2026, 11, 24, 10, tzinfo=UTC)
 
 
-def woken(robot: Robot, folder: Path, body: str = "simulated", hold: Hold | None = None) -> Runner:
+def woken(robot: Robot, folder: Path, body: str = "simulated", *, programs: bool = False) -> Runner:
     """Start a partner that moves at once if it may."""
-    feelings, events = EmotionalModel(), kept_events(folder)
-    runner = Runner(
-        robot, feelings, Archive(folder), body=body, hold=hold, lateness=PATIENT, events=events
-    )
+    path = folder / "stopped.txt"
+    hold = KeptHold(path, programs_may_release=programs, now=lambda: WHEN)
+    feelings = EmotionalModel()
+    runner = Runner(robot, feelings, Archive(folder), body=body, hold=hold, lateness=PATIENT)
     runner.ask(Feel(Stimulus("happiness", 0.9)))
     return runner
 
@@ -44,11 +49,10 @@ def release(runner: Runner, *, by_person: bool) -> None:
     released.result(0)
 
 
-def kill(runner: Runner, folder: Path) -> None:
-    """Leave a partner as ``kill -9`` does, once the disk has what it was told."""
-    number, store = runner.history.number, EventStore(folder / "events.sqlite")
-    wait_until(lambda: store.read(number - 1, 1))
-    store.close()
+def kill(folder: Path, *, held: bool) -> None:
+    """Leave a partner as ``kill -9`` does, once the disk has what it should."""
+    path = folder / "stopped.txt"
+    wait_until(lambda: path.exists() and bool(path.read_text().strip()) == held)
 
 
 def wakes_held(runner: Runner) -> bool:
@@ -63,20 +67,19 @@ def test_a_killed_partner_wakes_as_a_person_left_it(
 ) -> None:
     first = woken(robot, tmp_path, body)
     press(first, "person")
-    (then,) = pressed(first)
-    kill(first, tmp_path)
+    kill(tmp_path, held=True)
     for _ in range(2):
         again = woken(robot, tmp_path, body)
         assert wakes_held(again)
         state = again.snapshot.state
         assert (state.phase, state.stop and state.stop.reason) == ("stopped", "asked")
         (now,) = pressed(again)
-        assert (now.by, now.detail) == ("person", then.wall.isoformat())
-        kill(again, tmp_path)
+        assert (now.by, now.detail) == ("person", WHEN.isoformat())
+        kill(tmp_path, held=True)
     with pytest.raises(BodyError, match="a person pressed Stop"):
         release(again, by_person=False)
     release(again, by_person=True)
-    kill(again, tmp_path)
+    kill(tmp_path, held=False)
     assert not wakes_held(woken(robot, tmp_path, body))
 
 
@@ -103,7 +106,7 @@ def test_what_only_a_person_may_end_is_remembered(
             release(first, by_person=True)
         else:
             press(first, one)
-    kill(first, tmp_path)
+    kill(tmp_path, held=by is not None)
     second = woken(robot, tmp_path)
     assert wakes_held(second) == (by is not None)
     assert [event.by for event in pressed(second)] == ([] if by is None else [by])
@@ -113,7 +116,7 @@ def test_programs_that_may_release_it_may_after_a_restart(robot: Robot, tmp_path
     first = woken(robot, tmp_path)
     press(first, "person")
     first.close(patience=0.0)
-    second = woken(robot, tmp_path, hold=Hold(programs_may_release=True))
+    second = woken(robot, tmp_path, programs=True)
     assert wakes_held(second)
     release(second, by_person=False)
     second.close(patience=0.0)
@@ -128,21 +131,56 @@ def test_of_a_contact_only_a_stop_upon_it_is_remembered(
     block(first)
     if held:
         press(first, "person")
-    kill(first, tmp_path)
+    kill(tmp_path, held=held)
     assert wakes_held(woken(robot, tmp_path)) == held
 
 
-def test_no_stop_waits_for_a_disk_and_a_full_one_is_tried_again(
-    robot: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+@pytest.mark.parametrize(
+    ("text", "by", "when"),
+    [
+        (b"home 2026-11-24T10:00:00+00:00", "home", WHEN),
+        (b"person", "person", None),
+        (b"\xffnonsense" * 100, "person", None),
+    ],
+)
+def test_whatever_the_file_says_of_a_stop_it_holds(
+    tmp_path: Path, text: bytes, by: By, when: datetime | None
 ) -> None:
-    first = woken(robot, tmp_path)
+    path = tmp_path / "stopped.txt"
+    path.write_bytes(text)
+    hold = KeptHold(path)
+    assert hold.before == (by, when)
+    hold.end(by_person=True)
+    hold.close()
+    assert KeptHold(path).before is None
 
-    def full(*_: object, **__: object) -> None:
-        raise sqlite3.OperationalError("database or disk is full")
 
-    with monkeypatch.context() as patch:
-        patch.setattr(EventStore, "set_note", full)
-        press(first, "person")
-        wait_until(lambda: "a restart would forget" in caplog.text)
-    first.close(patience=0.0)
-    assert wakes_held(woken(robot, tmp_path))
+def test_no_stop_waits_for_a_disk_and_one_that_takes_nothing_is_told(
+    robot: Robot,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    free = threading.Event()
+
+    def slow(_file: int) -> None:
+        free.wait()
+        raise OSError(errno.EIO, "the disk is broken")
+
+    monkeypatch.setattr(os, "fsync", slow)
+    runner = woken(robot, tmp_path)
+    press(runner, "person")
+    free.set()
+    runner.close(patience=0.0)
+    told = f"{tmp_path / 'stopped.txt'}: cannot be written (the disk is broken), so a restart"
+    assert capsys.readouterr().err.count(told) == 2  # at the start, and at the Stop
+
+
+def test_without_a_place_it_says_so_and_is_free(
+    robot: Robot, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "folder").write_text("a file")
+    runner = woken(robot, tmp_path / "folder")
+    assert not wakes_held(runner)
+    runner.close(patience=0.0)
+    assert "so a restart will not know whether somebody pressed Stop" in capsys.readouterr().err

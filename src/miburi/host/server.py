@@ -28,6 +28,7 @@ from miburi.host.helpers import GLANCE, Helpers, Moment, signals, start_helpers,
 from miburi.live.bodies import KINDS
 from miburi.live.crossing.answering import Answering
 from miburi.live.events.store import kept_events
+from miburi.live.held import KeptHold
 from miburi.live.memory import keep, remember, remembered
 from miburi.live.recording.archive import Archive
 from miburi.live.runner import Runner
@@ -35,7 +36,7 @@ from miburi.partner import solve_with
 from miburi.robot import Robot
 from miburi.safety.contact import Rule
 from miburi.serving.addresses import listening_plainly, listening_twice
-from miburi.serving.press import Hold, Press
+from miburi.serving.press import Press
 from miburi.serving.reach import Reach, pairing_url, qr_for_terminal
 from miburi.serving.renewal import reach_of
 from miburi.studio.words import FALLBACK, pressed_by, words
@@ -210,7 +211,7 @@ def _wake(launch: Launch, feelings: FeelingModel, folder: Path) -> Runner:
         rule=launch.rule,
         repertoire=launch.repertoire,
         solve=solve_with(launch.settings),
-        hold=Hold(programs_may_release=launch.programs_may_release),
+        hold=KeptHold(folder / "stopped.txt", programs_may_release=launch.programs_may_release),
         events=kept_events(folder),
     )
     stop = runner.body.state.stop

@@ -6,6 +6,7 @@ command that the loop runs between two steps.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from datetime import datetime
 from functools import singledispatch
 from typing import Any
 
@@ -87,12 +88,10 @@ class Inside:
         """Note an event at the body's present time."""
         return self.log.note(self.partner.body.state.time, kind, **content)
 
-    def stop(self, by: By, before: str | None = None) -> None:
+    def stop(self, by: By, before: datetime | None = None) -> None:
         """Stop the body for whoever pressed Stop; ``before`` is when, if before this start."""
         if self.hold.press(by):
-            pressed = self.note("pressed", by=by, detail=before)
-            if self.hold.by is not None and before is None:
-                self.log.keep_stop(pressed)
+            self.note("pressed", by=by, detail=before and before.isoformat())
         self.partner.stop()
         self.agenda.clear("stopped")
         self.stop_seen_in = self.serial + 1
@@ -215,7 +214,6 @@ def _release(wish: wishes.Release, inside: Inside) -> Command:
             raise BodyError(STOP_SINCE)
         inside.hold.check(by_person=wish.by_person)
         inside.partner.release(by_person=wish.by_person)
-        inside.log.keep_stop(None)
         inside.agenda.release(inside.hold.end(by_person=wish.by_person))
 
     return run

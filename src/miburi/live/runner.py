@@ -65,11 +65,11 @@ class Runner(LivePartner):
     repertoire, solve
         The gestures, and the inverse kinematics; by default those that ship with Miburi.
     lateness, hold
-        The watchdog's delays; and the policy for ending a Stop: by default, only a person may end a
-        person's Stop.
+        How late a step may be before the watchdog stops the body; ``hold`` says who may end a Stop:
+        by default, only a person may end a person's Stop, and a restart forgets it.
     events, boot
-        The store in which events, and a Stop that only a person may end, survive a restart; by
-        default none. And the id of this run, 8 hex digits, by default a new one.
+        The store in which events survive a restart, by default none; and the id of this run, 8 hex
+        digits, by default a new one.
     """
 
     recordings: Archive
@@ -114,8 +114,8 @@ class Runner(LivePartner):
         self._tape = Tape(feelings, self.history, seed)
         self._use(body, port, make_body(body, robot, port, rule))
         self._inside.note("started", name=__version__)
-        if (stopped := self._inside.log.stopped_before()) is not None:
-            self._inside.stop(*stopped)
+        if self._inside.hold.before is not None:
+            self._inside.stop(*self._inside.hold.before)
 
     @property
     def failure(self) -> str | None:
@@ -231,7 +231,8 @@ class Runner(LivePartner):
         self._pace.end(patience)
         self.recordings.end()
         self._inside.log.close()
-        if self.failure is None:  # otherwise closing the body might hang, too
+        self._inside.hold.close()
+        if self.failure is None:  # otherwise the loop hung; closing the body might hang, too
             self._at_home = self._inside.partner.at_rest
             self._inside.partner.body.close()
 

@@ -5,6 +5,7 @@ release counts as a program's unless it comes from a page, or from another place
 acts.
 """
 
+from datetime import datetime
 from typing import Literal, NamedTuple, get_args
 
 from miburi.errors import BodyError
@@ -83,6 +84,9 @@ class Hold:
         Whether programs may end a person's Stop, too.
     """
 
+    #: Who pressed a Stop before this start that only a person may end, and when, if that is known.
+    before: tuple[By, datetime | None] | None = None
+
     def __init__(self, *, programs_may_release: bool = False) -> None:
         self._programs_may_release = programs_may_release
         self._by: By | None = None  # None without a press
@@ -98,9 +102,12 @@ class Hold:
         return self._by != before
 
     def end(self, *, by_person: bool) -> By:
-        """Forget the Stop after a release; return who released it."""
-        self._by = None
+        """Forget the Stop after a release; return who pressed it."""
+        self._by = self.before = None
         return "person" if by_person else "program"
+
+    def close(self) -> None:
+        """Remember nothing more."""
 
     def check(self, *, by_person: bool) -> None:
         """Refuse a program's release of a Stop that only a person may end.

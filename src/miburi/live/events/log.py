@@ -9,10 +9,9 @@ import sqlite3
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable
-from contextlib import suppress
 from datetime import UTC, datetime, timedelta
 from operator import attrgetter
-from queue import Empty, SimpleQueue
+from queue import SimpleQueue
 from typing import Any
 from uuid import uuid4
 
@@ -20,7 +19,6 @@ from miburi.ground.log import log_once
 from miburi.ground.newer import newer
 from miburi.live.events.event import Cursor, LiveEvent, without_words
 from miburi.live.events.store import EventStore
-from miburi.serving.press import By, who
 
 #: The number of events in memory.
 LOGGED = 300
@@ -31,13 +29,8 @@ _UNKNOWN = (
 )
 #: The store's note that tells whether events may contain people's words.
 _WORDS = "words"
-#: A note in the store: who pressed a Stop that only a person may end, and when; empty if nobody.
-_STOPPED = "stopped"
-#: How long to wait for the disk, and until it is tried again, s.
-_PATIENCE, _AGAIN = 2.0, 5.0
-
-#: What the writing thread is told: an event, a note of a Stop, a flag to set, or None at the end.
-_Told = LiveEvent | str | threading.Event | None
+#: How long to wait for the disk, s.
+_PATIENCE = 2.0
 
 
 def _now() -> datetime:
@@ -162,26 +155,12 @@ class Log:
         #: Whether words said to the partner may be reported and stored.
         self.words = store is not None and store.note(_WORDS) == "1"
         self.history = History(boot, 1 if store is None else store.begin(boot), store)
-        self._told: SimpleQueue[_Told] = SimpleQueue()
+        self._told: SimpleQueue[LiveEvent | threading.Event | None] = SimpleQueue()
         self._thread: threading.Thread | None = None
         if store is not None:
             writing = (store, self._told)
             self._thread = threading.Thread(target=_write, args=writing, name="events", daemon=True)
             self._thread.start()
-
-    def stopped_before(self) -> tuple[By, str] | None:
-        """Return who pressed the Stop that an earlier start kept, and when; None if there is none.
-
-        Ask at the start, because this waits for the disk.
-        """
-        kept = self._store.note(_STOPPED) if self._store else None
-        by, _, when = (kept or "").partition(" ")
-        return (who(by), when) if kept else None
-
-    def keep_stop(self, pressed: LiveEvent | None) -> None:
-        """Keep a Stop across restarts, or forget it; a moment later the disk has it."""
-        if self._thread is not None:
-            self._told.put(f"{pressed.by} {pressed.wall.isoformat()}" if pressed else "")
 
     def allow_words(self, allowed: bool) -> None:
         """Allow people's words in events from now on, or delete them; this waits for the disk."""
@@ -218,23 +197,11 @@ class Log:
             self._thread = None
 
 
-def _write(store: EventStore, told: "SimpleQueue[_Told]") -> None:
+def _write(store: EventStore, told: "SimpleQueue[LiveEvent | threading.Event | None]") -> None:
     """Write batches from the queue until a None arrives; set any flags that are queued."""
     ended = False
-    stop: str | None = None  # the latest note of a Stop or of its end, if it is not yet on the disk
     while not ended:
-        waiting: list[_Told] = []
-        with suppress(Empty):
-            waiting.append(told.get(timeout=None if stop is None else _AGAIN))
-        waiting += [told.get_nowait() for _ in range(told.qsize())]
-        for one in waiting:
-            stop = one if isinstance(one, str) else stop
-        try:
-            if stop is not None:
-                store.set_note(_STOPPED, stop, sure=True)
-                stop = None
-        except sqlite3.Error as error:
-            log_once("a restart would forget that Stop was pressed, or that it was ended", error)
+        waiting = [told.get(), *(told.get_nowait() for _ in range(told.qsize()))]
         try:
             store.write(one for one in waiting if isinstance(one, LiveEvent))
         except sqlite3.Error as error:  # no room; later there may be some

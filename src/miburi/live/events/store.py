@@ -2,8 +2,7 @@
 
 The partner's process writes, the server's reads. Committed events survive if the program is killed;
 a power cut may lose the last moments. Besides events, the file holds the number of each run's first
-event, and small notes, such as the last event that a smart home has received, or who stopped the
-body.
+event, and small notes, such as the last event that a smart home has received.
 """
 
 import sqlite3
@@ -157,19 +156,13 @@ class EventStore:
             row = self._file.execute(query, (name,)).fetchone()
         return None if row is None else str(row[0])
 
-    def set_note(self, name: str, value: str, *, sure: bool = False) -> None:
-        """Keep a small note; a ``sure`` one survives a power cut from this moment on.
+    def set_note(self, name: str, value: str) -> None:
+        """Keep a small note.
 
         Raises sqlite3.Error if the file cannot be written.
         """
-        with self._lock:
-            if sure:
-                self._file.execute("PRAGMA synchronous=FULL")
-            try:
-                with self._file:
-                    self._set(name, value)
-            finally:
-                self._file.execute("PRAGMA synchronous=NORMAL")
+        with self._lock, self._file:
+            self._set(name, value)
 
     def forget_words(self) -> None:
         """Delete people's words from all events, and every byte of them from the file."""
@@ -204,9 +197,5 @@ def kept_events(folder: Path, *, quiet: bool = False) -> EventStore | None:
         return EventStore(folder / "events.sqlite")
     except OutputError as error:
         if not quiet:
-            print(
-                f"miburi: {error} Events will be lost when the program ends: a restart forgets "
-                "them, and that somebody pressed Stop.",
-                file=sys.stderr,
-            )
+            print(f"miburi: {error} Events will be lost when the program ends.", file=sys.stderr)
         return None

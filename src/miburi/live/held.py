@@ -1,0 +1,103 @@
+"""The Stop that outlasts the program: a file says who stopped the body, until a person releases it.
+
+A thread writes the file, so that no Stop waits for the disk; a moment later not even a power cut
+loses it. From the start the file is as long as it will ever be, so that a full disk takes a Stop,
+too.
+"""
+
+import os
+import sys
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from datetime import UTC, datetime
+from pathlib import Path
+from queue import SimpleQueue
+
+from miburi.serving.press import By, Hold, who
+
+#: Bytes in the file: a name and a moment, filled up with blanks.
+_LENGTH = 64
+#: How long to wait for the disk at the end, s.
+_PATIENCE = 2.0
+
+
+def _now() -> datetime:
+    return datetime.now(UTC)
+
+
+class KeptHold(Hold):
+    """Remembers across restarts who stopped the body, if only a person may release it.
+
+    A line on stderr says if the file cannot be written, and what that means.
+
+    Parameters
+    ----------
+    path
+        The file.
+    programs_may_release
+        As in :class:`~miburi.serving.press.Hold`.
+    now
+        The present moment by the computer's clock.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        *,
+        programs_may_release: bool = False,
+        now: Callable[[], datetime] = _now,
+    ) -> None:
+        super().__init__(programs_may_release=programs_may_release)
+        self._now, self._told = now, SimpleQueue[str | None]()
+        text = _read(path)
+        if text:
+            name, _, when = text.partition(" ")
+            self.before = who(name), None
+            with suppress(ValueError):
+                self.before = who(name), datetime.fromisoformat(when)
+        self._told.put(text)
+        self._thread = threading.Thread(target=_write, args=(path, self._told), daemon=True)
+        self._thread.start()
+
+    def press(self, by: By) -> bool:
+        """Record a press, also for the next start; return whether it changes who holds the body."""
+        changed = super().press(by)
+        if changed and self.by is not None and self.before is None:
+            self._told.put(f"{by} {self._now().isoformat()}")
+        return changed
+
+    def end(self, *, by_person: bool) -> By:
+        """Forget the Stop after a release; return who pressed it."""
+        self._told.put("")
+        return super().end(by_person=by_person)
+
+    def close(self) -> None:
+        """Wait until the disk has the latest Stop or release."""
+        self._told.put(None)
+        self._thread.join(_PATIENCE)
+
+
+def _read(path: Path) -> str:
+    """Return what an earlier start has written; nothing if there is no such file."""
+    try:
+        return path.read_bytes().decode(errors="replace").strip(" \0")
+    except OSError:
+        return ""
+
+
+def _write(path: Path, told: "SimpleQueue[str | None]") -> None:
+    for text in iter(told.get, None):
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.touch(mode=0o600)
+            with path.open("r+b", buffering=0) as file:
+                file.write(text.ljust(_LENGTH).encode())
+                file.truncate(_LENGTH)
+                os.fsync(file.fileno())
+        except OSError as error:
+            print(
+                f"miburi: {path}: cannot be written ({error.strerror}), so a restart will not know "
+                "whether somebody pressed Stop.",
+                file=sys.stderr,
+            )
