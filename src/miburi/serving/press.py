@@ -102,7 +102,7 @@ class Hold:
         return self._by != before
 
     def end(self, *, by_person: bool) -> By:
-        """Forget the Stop after a release; return who pressed it."""
+        """Forget the Stop after a release; return who released it."""
         self._by = self.before = None
         return "person" if by_person else "program"
 
