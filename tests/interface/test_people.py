@@ -1,5 +1,8 @@
 """What it knows of people: told in talk, seen, corrected and deleted over the interface."""
 
+import asyncio
+import errno
+import os
 from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -148,6 +151,50 @@ def test_no_question_order_mood_or_distress_is_kept(house: House) -> None:
     ):
         house.say(said)
         assert house.facts() == [], said
+
+
+def test_on_a_full_disk_a_cry_for_help_is_answered_and_deletions_say_why_not(
+    house: House, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(_file: int) -> None:
+        spoken.append(house.live.snapshot.state.spoken)
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    house.post("/allowed", allowed=True)
+    house.post("/present", name="Anna")
+    spoken: list[object] = []
+    monkeypatch.setattr(os, "fsync", full)
+    answer = house.say("Help me, I fell and I cannot get up!")
+    assert [said and said.text for said in spoken] == [answer], "said before it writes"
+    assert "Bert" in house.say("My name is Bert.")
+    assert house.post("/allowed", allowed=True) == 507
+    deleted = house.client.delete("/api/v1/people/Anna")
+    assert deleted.status_code == 507
+    assert "Make room" in deleted.json()["detail"]
+    assert house.post("/allowed", allowed=False) == 204
+    assert list(house.folder.iterdir()) == []
+
+
+def test_no_writing_holds_up_the_server(house: House, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A Stop may come while the disk is slow."""
+
+    def slow(_file: int) -> None:
+        nonlocal written
+        written += 1
+        with pytest.raises(RuntimeError, match="no running event loop"):
+            asyncio.get_running_loop()
+
+    written = 0
+    monkeypatch.setattr(os, "fsync", slow)
+    house.post("/allowed", allowed=True)
+    house.say("My name is Anna.")
+    house.say("Remember that the key is under the pot.")
+    house.post("/present", name="Bert")
+    house.post("/Anna/facts/1", text="The key is gone.")
+    house.post("/manners", on=True, most=4, quiet_from=20, quiet_to=9)
+    for path in ("/Anna/facts/1", "/Anna"):
+        assert house.client.delete(f"/api/v1/people{path}").status_code == 204
+    assert written >= 8
 
 
 def test_kindness_shows_in_the_resting_mood_of_that_person_alone(house: House) -> None:

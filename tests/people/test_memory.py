@@ -1,12 +1,16 @@
 """Whom the partner knows: on the user's disk if they allow it, gone when they delete it."""
 
+import errno
+import os
+import threading
+from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from miburi.errors import InputError
+from miburi.errors import InputError, OutputError
 from miburi.feelings import FEELINGS, EmotionalModel, Stimulus, shipped_temperament
 from miburi.languages import Language
 from miburi.people import Memory
@@ -171,11 +175,105 @@ def test_the_oldest_facts_go_first(clock: Clock) -> None:
     assert len({fact.number for fact in one.present.facts}) == MOST_FACTS
 
 
-def test_a_file_that_is_none_of_ours_is_refused_and_left(path: Path, clock: Clock) -> None:
+def test_a_file_that_is_none_of_ours_is_put_aside_until_everybody_is_forgotten(
+    path: Path, clock: Clock, capsys: pytest.CaptureFixture[str]
+) -> None:
     path.write_text("{}[", encoding="utf-8")
-    with pytest.raises(InputError, match="not a file of people"):
-        memory(path, clock)
-    assert path.read_text(encoding="utf-8") == "{}["
+    one = memory(path, clock)
+    assert one.people.people == []
+    assert "kept as people.json.bad" in capsys.readouterr().err
+    assert path.with_name("people.json.bad").read_text(encoding="utf-8") == "{}["
+    assert memory(path, clock).allowed, "as it was"
+    one.allow(False)
+    assert list(path.parent.iterdir()) == []
+
+
+def test_an_attachment_of_another_version_is_left_for_it(
+    one: Memory, path: Path, clock: Clock
+) -> None:
+    text = path.read_text(encoding="utf-8").replace('"version": 2', '"version": 1')
+    path.write_text(text, encoding="utf-8")
+    (dot,) = memory(path, clock).people.people
+    again = memory(path, clock)
+    again.meet("Dot")
+    again.hear((Stimulus("happiness", 0.8),))
+    assert again.leaning is not None
+    assert not again.leaning.any()
+    assert memory(path, clock).people.people[0].attachment == dot.attachment
+
+
+@pytest.fixture
+def full(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
+    """A function that fills the disk."""
+
+    def fsync(_file: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    return lambda: monkeypatch.setattr(os, "fsync", fsync)
+
+
+def test_a_full_disk_takes_no_deletion_and_nothing_else_from_it(
+    one: Memory, path: Path, clock: Clock, full: Callable[[], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fact = one.remember("My PIN is 4711.", "en")
+    assert fact is not None
+    full()
+    deletions = (
+        lambda: one.forget("Dot"),
+        lambda: one.correct("Dot", fact.number, None),
+        lambda: one.correct("Dot", fact.number, "My PIN is secret."),
+    )
+    for delete in deletions:
+        with pytest.raises(OutputError, match="No space left on device. Make room"):
+            delete()
+        for known in (one, memory(path, clock)):
+            assert [each.text for each in known.people.people[0].facts] == ["My PIN is 4711."]
+    one.hear((Stimulus("happiness", 0.8),))
+    assert one.remember("I like tea.", "en")
+    assert [each.text for each in one.people.people[0].facts] == ["My PIN is 4711.", "I like tea."]
+    monkeypatch.undo()
+    one.correct("Dot", fact.number, None)
+    assert [each.text for each in memory(path, clock).people.people[0].facts] == ["I like tea."]
+
+
+def test_on_a_full_disk_nobody_is_remembered_and_everybody_can_be_forgotten(
+    path: Path, clock: Clock, full: Callable[[], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one = memory(path, clock)
+    full()
+    with pytest.raises(OutputError):
+        one.allow(True)
+    assert not one.allowed
+    monkeypatch.undo()
+    one.allow(True)
+    full()
+    one.allow(False)
+    assert list(path.parent.iterdir()) == []
+
+
+@pytest.mark.parametrize("person", ["Dot", None])
+def test_what_is_deleted_while_it_is_being_written_stays_deleted(
+    one: Memory, path: Path, person: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    delete = (lambda: one.allow(False)) if person is None else (lambda: one.forget(person))
+    deleting = threading.Thread(target=delete)
+
+    def slow(_file: int) -> None:
+        monkeypatch.undo()
+        deleting.start()
+        deleting.join(0.2)  # it waits; else it would end in this time
+
+    monkeypatch.setattr(os, "fsync", slow)
+    one.hear()
+    deleting.join()
+    assert one.people.people == []
+    assert not path.exists() or "Dot" not in path.read_text(encoding="utf-8")
+
+
+def test_a_draft_that_a_killed_program_left_is_forgotten_too(one: Memory, path: Path) -> None:
+    path.with_name(".people.json.new").write_text("My PIN is 4711.")
+    one.allow(False)
+    assert list(path.parent.iterdir()) == []
 
 
 def lived(feeling: str | None) -> np.ndarray:

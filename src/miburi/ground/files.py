@@ -50,7 +50,7 @@ def write_whole(path: Path, text: str, *, private: bool = False) -> None:
     OSError
         The place cannot be written to, or is full; the file that was there is unchanged.
     """
-    draft = path.with_name(f".{path.name}.new")
+    draft = _draft(path)
     try:
         draft.unlink(missing_ok=True)
         draft.touch(mode=0o600 if private else 0o666)
@@ -67,6 +67,22 @@ def write_whole(path: Path, text: str, *, private: bool = False) -> None:
         with suppress(OSError):
             draft.unlink()
         raise
+
+
+def remove_whole(path: Path) -> None:
+    """Delete what :func:`write_whole` wrote, and the draft that a killed program has left.
+
+    Raises
+    ------
+    OSError
+        The folder cannot be written to.
+    """
+    for file in (path, _draft(path)):
+        file.unlink(missing_ok=True)
+
+
+def _draft(path: Path) -> Path:
+    return path.with_name(f".{path.name}.new")
 
 
 def _write_error(folder: Path, error: OSError) -> OutputError:

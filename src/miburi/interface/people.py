@@ -96,7 +96,7 @@ def add_people(
         return beginning.manners
 
     @router.post("/people/manners", status_code=NOTHING, responses=_REFUSED)
-    async def behave(wish: Manners) -> None:
+    def behave(wish: Manners) -> None:
         """Set when the partner may begin to speak by itself."""
         beginning.behave(wish)
 
@@ -111,12 +111,12 @@ def add_people(
         )
 
     @router.post("/people/allowed", status_code=NOTHING, responses=_REFUSED)
-    async def allow_people(wish: AllowPeopleIn) -> None:
+    def allow_people(wish: AllowPeopleIn) -> None:
         """Remember people from now on, or delete all that is known of them."""
         memory.allow(wish.allowed)
 
     @router.post("/people/present", status_code=NOTHING, responses=_REFUSED)
-    async def set_present(wish: PresentIn) -> None:
+    def set_present(wish: PresentIn) -> None:
         """Set which person is present."""
         if wish.name is None:
             memory.leave()
@@ -124,17 +124,17 @@ def add_people(
             memory.meet(wish.name)
 
     @router.post("/people/{name}/facts/{number}", status_code=NOTHING, responses=_REFUSED)
-    async def correct_fact(name: _NamePath, number: _NumberPath, wish: FactIn) -> None:
+    def correct_fact(name: _NamePath, number: _NumberPath, wish: FactIn) -> None:
         """Correct a fact."""
         memory.correct(name, number, wish.text, due_of(wish.text, language_of(wish.text), clock()))
 
     @router.delete("/people/{name}/facts/{number}", status_code=NOTHING, responses=_REFUSED)
-    async def delete_fact(name: _NamePath, number: _NumberPath) -> None:
+    def delete_fact(name: _NamePath, number: _NumberPath) -> None:
         """Delete a fact."""
         memory.correct(name, number, None)
 
     @router.delete("/people/{name}", status_code=NOTHING, responses=_REFUSED)
-    async def delete_person(name: _NamePath) -> None:
+    def delete_person(name: _NamePath) -> None:
         """Delete what the partner knows about a person."""
         memory.forget(name)
 

@@ -6,25 +6,51 @@ equations of the paper's three levels, in which time passes more slowly: an effe
 hour in a mood lasts three weeks in an attachment. The temperament has the constants.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable
 from typing import Any
 
-from miburi.feelings import EmotionalModel, Temperament
+from miburi.errors import InputError
+from miburi.feelings import EmotionalModel, Stimulus, Temperament
 from miburi.feelings.temperament import Array
+from miburi.ground.log import log_once
+
+#: The state of a saved attachment; None for a new one.
+State = dict[str, Any] | None
 
 
-def load_attachment(state: Mapping[str, Any] | None, temperament: Temperament) -> EmotionalModel:
-    """Return an attachment from its saved ``state``; a new one if the state is None."""
-    return EmotionalModel(temperament) if state is None else EmotionalModel.load(state, temperament)
+def lived(
+    state: State,
+    temperament: Temperament,
+    seconds: float,
+    stimuli: Iterable[Stimulus],
+    contacts: int,
+) -> State:
+    """Return an attachment's state after ``seconds`` of real time, then stimuli and contacts.
+
+    A state that this version cannot use is returned as it is, for one that can.
+    """
+    try:
+        attachment = _load(state, temperament)
+    except InputError:  # leaning_of logs it
+        return state
+    attachment.step(seconds / temperament.attachment.slower)
+    for stimulus in stimuli:
+        attachment.stimulate(stimulus)
+    for _ in range(contacts):
+        attachment.contact()
+    return attachment.save()
 
 
-def age(attachment: EmotionalModel, seconds: float) -> None:
-    """Let ``seconds`` of real time pass."""
-    attachment.step(seconds / attachment.temperament.attachment.slower)
-
-
-def leaning_of(attachment: EmotionalModel) -> Array:
+def leaning_of(state: State, temperament: Temperament) -> Array:
     """Return the shift of each resting mood, (n,) in [-1, 1], in the order of ``FEELINGS``."""
-    temperament = attachment.temperament
+    try:
+        attachment = _load(state, temperament)
+    except InputError as error:
+        log_once("an attachment cannot be used", error)
+        attachment = EmotionalModel(temperament)
     leaning: Array = temperament.attachment.leaning * (attachment.mood - temperament.rest)
     return leaning
+
+
+def _load(state: State, temperament: Temperament) -> EmotionalModel:
+    return EmotionalModel(temperament) if state is None else EmotionalModel.load(state, temperament)

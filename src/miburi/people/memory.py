@@ -2,18 +2,21 @@
 
 Each change rewrites the whole file, so nothing that was deleted remains in it. Without permission
 there is no file, and the partner forgets everybody when it ends.
+
+A change waits for the disk, and for other changes, so it belongs in a thread; reading never waits.
 """
 
+import threading
 from collections.abc import Callable, Sequence, Set
 from datetime import datetime, timedelta
 from pathlib import Path
 
-from miburi.errors import InputError
-from miburi.feelings import EmotionalModel, Stimulus, Temperament
+from miburi.errors import InputError, OutputError
+from miburi.feelings import Stimulus, Temperament
 from miburi.feelings.temperament import Array
-from miburi.ground.files import write_whole
+from miburi.ground.log import log_once
 from miburi.languages import FALLBACK, Language, fits, is_spaced, with_whom
-from miburi.people.attachment import age, leaning_of, load_attachment
+from miburi.people.attachment import leaning_of, lived
 from miburi.people.recall import ENOUGH, recall, ways_to_ask
 from miburi.people.records import (
     LONGEST_FACT,
@@ -22,6 +25,7 @@ from miburi.people.records import (
     Fact,
     People,
     read_people,
+    write_people,
 )
 from miburi.people.remarks import STAYS, Remarks
 
@@ -40,7 +44,8 @@ _LATEST = 3
 class Memory:
     """What one partner knows of people, and who is present.
 
-    Raises InputError if the file is not one of Miburi's.
+    If the disk takes nothing more, the partner knows what it is told until it ends, but it deletes
+    and corrects nothing that would stay on the disk: that raises OutputError.
 
     Parameters
     ----------
@@ -63,7 +68,7 @@ class Memory:
         #: The number of deletions; when it changes, other parts forget the conversation, too.
         self.deleted = 0
         self._until = clock()
-        self._attachment: EmotionalModel | None = None
+        self._lock = threading.RLock()  # one change at a time, with its writing
 
     @property
     def people(self) -> People:
@@ -80,25 +85,26 @@ class Memory:
     @property
     def leaning(self) -> Array | None:
         """The shift of each resting mood for the person present; None without a person."""
-        if self.present is None or self._attachment is None:
-            return None
-        return leaning_of(self._attachment)
+        person = self.present
+        return None if person is None else self.leaning_of(person)
 
     def leaning_of(self, person: Acquaintance) -> Array:
         """Return the shift of each resting mood, (n,), while somebody is present."""
-        return leaning_of(load_attachment(person.attachment, self._temperament))
+        return leaning_of(person.attachment, self._temperament)
 
     def allow(self, allowed: bool) -> None:
-        """Keep people on the disk from now on, or delete everybody, with their facts."""
-        self.allowed = allowed and self._path is not None
-        if allowed:
-            self._write()
-        else:
-            self._known = People()
-            self.leave()
-            self.forget_noted()
+        """Keep people on the disk from now on, or delete everybody, with their facts.
+
+        Raises OutputError, without any change, if the disk does not allow it.
+        """
+        with self._lock:
             if self._path is not None:
-                self._path.unlink(missing_ok=True)
+                write_people(self._path, self._known if allowed else None)
+            self.allowed = allowed and self._path is not None
+            if not allowed:
+                self._known = People()
+                self.leave()
+                self.forget_noted()
 
     def meet(self, name: str) -> Acquaintance:
         """Set the person present; return what is known about them.
@@ -108,26 +114,26 @@ class Memory:
         name, now = " ".join(name.split()), self._clock()
         if not 0 < len(name) <= LONGEST_NAME:
             raise InputError(f"a name must have 1 to {LONGEST_NAME} letters, got {len(name)}.")
-        person = self._known.find(name)
-        if person is None:
-            if len(self._known.people) >= MOST_PEOPLE:
-                raise InputError(f"it knows {MOST_PEOPLE} people already; delete somebody first.")
-            person = Acquaintance(name=name, since=now, seen=now)
-            self._known.people.append(person)
-        self._until = now + STAYS
-        if self._present is not person:
-            self.remarks.clear()
-            self._present = person
-            self._attachment = load_attachment(person.attachment, self._temperament)
-        self.hear()
-        for fact in self._untold:
-            self.remember(fact.text, fact.language, fact.due)
-        self._untold = []
-        return person
+        with self._lock:
+            person = self._known.find(name)
+            if person is None:
+                if len(self._known.people) >= MOST_PEOPLE:
+                    raise InputError(f"it knows {MOST_PEOPLE} people; delete somebody first.")
+                person = Acquaintance(name=name, since=now, seen=now)
+                self._known = People(people=[*self._known.people, person])
+            self._until = now + STAYS
+            if self._present is not person:
+                self.remarks.clear()
+                self._present = person
+            self.hear()
+            untold, self._untold = self._untold, []
+            for fact in untold:
+                self.remember(fact.text, fact.language, fact.due)
+            return self._known.find(name) or person
 
     def leave(self) -> None:
         """Note that nobody is present."""
-        self._present = self._attachment = None
+        self._present = None
         self._untold = []
         self.remarks.clear()
 
@@ -159,17 +165,15 @@ class Memory:
 
     def hear(self, stimuli: tuple[Stimulus, ...] = (), contacts: int = 0) -> None:
         """Add the present person's stimuli and contacts since the last call to their attachment."""
-        person, now = self.present, self._clock()
-        if person is None or self._attachment is None:
-            return
-        age(self._attachment, max(0.0, (now - person.seen).total_seconds()))
-        for stimulus in stimuli:
-            self._attachment.stimulate(stimulus)
-        for _ in range(contacts):
-            self._attachment.contact()
-        person.seen, self._until = now, now + STAYS
-        person.attachment = self._attachment.save()
-        self._write()
+        with self._lock:
+            person, now = self.present, self._clock()
+            if person is None:
+                return
+            away = max(0.0, (now - person.seen).total_seconds())
+            attachment = lived(person.attachment, self._temperament, away, stimuli, contacts)
+            self._until = now + STAYS
+            changes = {"seen": now, "attachment": attachment}
+            self._replace(person, person.model_copy(update=changes))
 
     def remember(
         self,
@@ -180,21 +184,18 @@ class Memory:
         asked: bool = False,
     ) -> Fact | None:
         """Keep a fact for the person present, or else until somebody gives a name."""
-        person, text = self.present, " ".join(text.split())[:LONGEST_FACT]
-        facts = self._facts_now()
-        same = next((fact for fact in facts if fact.text == text), None)
-        if not text or (same is not None and same.asked >= asked):
-            return same
-        number = max((fact.number for fact in facts), default=0) + 1
-        fact = Fact(
-            number=number, text=text, language=language, told=self._clock(), due=due, asked=asked
-        )
-        facts = [*(each for each in facts if each is not same), fact][-MOST_FACTS:]
-        if person is None:
-            self._untold = facts
-        else:
-            person.facts = facts
-            self._write()
+        text, told = " ".join(text.split())[:LONGEST_FACT], self._clock()
+        with self._lock:
+            facts = self._facts_now()
+            same = next((fact for fact in facts if fact.text == text), None)
+            if not text or (same is not None and same.asked >= asked):
+                return same
+            number = max((fact.number for fact in facts), default=0) + 1
+            fact = Fact(
+                number=number, text=text, language=language, told=told, due=due, asked=asked
+            )
+            others = [each for each in facts if each is not same]
+            self._keep(self.present, [*others, fact][-MOST_FACTS:])
         return fact
 
     def recall(self, question: str, language: Language, *, surely: bool = False) -> str | None:
@@ -217,18 +218,19 @@ class Memory:
 
     def amend(self, text: str, language: Language, due: datetime | None = None) -> None:
         """Add a correction to the fact or remark that it corrects."""
-        old = self.corrected(text, language)
-        if old is None:
-            return
-        joined = _together([old, " ".join(text.split())], language)[:LONGEST_FACT]
-        facts = self._facts_now()
-        place = next((n for n, fact in enumerate(facts) if fact.text == old), None)
-        if place is None:  # a remark that is not stored
-            self.remarks.amend(old, joined)
-        else:
-            due = due or facts[place].due
-            facts[place] = facts[place].model_copy(update={"text": joined, "due": due})
-            self._write()
+        with self._lock:
+            old = self.corrected(text, language)
+            if old is None:
+                return
+            joined = _together([old, " ".join(text.split())], language)[:LONGEST_FACT]
+            facts = [*self._facts_now()]
+            place = next((n for n, fact in enumerate(facts) if fact.text == old), None)
+            if place is None:  # a remark that is not stored
+                self.remarks.amend(old, joined)
+            else:
+                due = due or facts[place].due
+                facts[place] = facts[place].model_copy(update={"text": joined, "due": due})
+                self._keep(self.present, facts)
 
     def corrected(self, text: str, language: Language) -> str | None:
         """Return the fact or remark that a correction corrects; None if there is none.
@@ -251,8 +253,8 @@ class Memory:
         return _together(asked[-most:], language) or None
 
     def _facts_now(self) -> list[Fact]:
-        if self.present is not None:
-            return self.present.facts
+        if (person := self.present) is not None:
+            return person.facts
         now = self._clock()
         self._untold = [fact for fact in self._untold if now - fact.told <= STAYS]
         return self._untold
@@ -275,41 +277,70 @@ class Memory:
     ) -> None:
         """Replace the text and day of a fact; a text of None deletes it.
 
-        Raises InputError if there is no such person or fact, or the text is empty or too long.
+        Raises InputError if there is no such person or fact, or the text is empty or too long;
+        OutputError, without any change, if the file cannot be written.
         """
-        person = self._known.find(name)
-        facts = [] if person is None else person.facts
-        place = next((n for n, fact in enumerate(facts) if fact.number == number), None)
-        if place is None:
-            raise InputError(f"nothing is known under {name!r}, number {number}.")
-        if text is None:
-            del facts[place]
-        elif not 0 < len(text.strip()) <= LONGEST_FACT:
-            raise InputError(
-                f"a fact must have 1 to {LONGEST_FACT} characters, got {len(text.strip())}."
-            )
-        else:
-            facts[place] = facts[place].model_copy(update={"text": text.strip(), "due": due})
-        self.forget_noted()  # the remarks may contain the fact
-        self._write()
+        with self._lock:
+            person = self._known.find(name)
+            facts = [] if person is None else [*person.facts]
+            place = next((n for n, fact in enumerate(facts) if fact.number == number), None)
+            if place is None:
+                raise InputError(f"nothing is known under {name!r}, number {number}.")
+            if text is None:
+                del facts[place]
+            elif not 0 < len(text.strip()) <= LONGEST_FACT:
+                raise InputError(
+                    f"a fact must have 1 to {LONGEST_FACT} characters, got {len(text.strip())}."
+                )
+            else:
+                facts[place] = facts[place].model_copy(update={"text": text.strip(), "due": due})
+            self._keep(person, facts, surely=True)
+            self.forget_noted()  # the remarks may contain the fact
 
     def forget(self, name: str) -> None:
         """Delete somebody, with all their facts.
 
-        Raises InputError if there is nobody of that name.
+        Raises InputError if there is nobody of that name; OutputError, without any change, if the
+        file cannot be written.
         """
-        person = self._known.find(name)
-        if person is None:
-            raise InputError(f"nobody is known as {name!r}.")
-        self._known.people.remove(person)
-        if self._present is person:
-            self.leave()
-        self.forget_noted()
-        self._write()
+        with self._lock:
+            person = self._known.find(name)
+            if person is None:
+                raise InputError(f"nobody is known as {name!r}.")
+            there = self._present is person
+            self._replace(person, None, surely=True)
+            if there:
+                self.leave()
+            self.forget_noted()
 
-    def _write(self) -> None:
-        if self.allowed and self._path is not None:
-            write_whole(self._path, self._known.model_dump_json(indent=1), private=True)
+    def _keep(
+        self, person: Acquaintance | None, facts: list[Fact], *, surely: bool = False
+    ) -> None:
+        if person is None:
+            self._untold = facts
+        else:
+            self._replace(person, person.model_copy(update={"facts": facts}), surely=surely)
+
+    def _replace(
+        self, old: Acquaintance, new: Acquaintance | None, *, surely: bool = False
+    ) -> None:
+        """Put somebody, or nobody, in somebody's place: first in the file, and then here.
+
+        If the file cannot be written, this raises OutputError if ``surely``, or else changes what
+        is known here alone.
+        """
+        people = [new if each is old else each for each in self._known.people]
+        known = People(people=filter(None, people))
+        try:
+            if self.allowed and self._path is not None:
+                write_people(self._path, known)
+        except OutputError as error:
+            if surely:
+                raise
+            log_once("what the partner is told will be lost when it ends", error)
+        self._known = known
+        if self._present is old:
+            self._present = new
 
 
 def _most_telling(facts: list[Fact], language: Language) -> list[str]:

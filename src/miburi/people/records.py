@@ -1,13 +1,16 @@
 """The file of people and their facts."""
 
 import json
+import sys
+from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from miburi.errors import InputError
+from miburi.errors import OutputError
+from miburi.ground.files import remove_whole, write_whole
 from miburi.languages import Language
 
 #: Greatest number of letters in a name and in a fact (our choice).
@@ -30,6 +33,8 @@ class Fact(BaseModel):
 class Acquaintance(BaseModel):
     """Somebody whom the partner knows."""
 
+    model_config = ConfigDict(frozen=True)
+
     name: str = Field(min_length=1, max_length=LONGEST_NAME)
     since: datetime
     seen: datetime
@@ -50,14 +55,38 @@ class People(BaseModel):
 
 
 def read_people(path: Path) -> People:
-    """Read a file of people.
-
-    Raises InputError if the file is not one of Miburi's.
-    """
+    """Read a file of people; if it cannot be used, rename it to ``*.bad``, and begin a new one."""
     try:
         return People.model_validate(json.loads(path.read_text(encoding="utf-8")))
     except (OSError, ValueError, RecursionError, ValidationError) as error:
-        raise InputError(
-            f"{path}: this is not a file of people ({type(error).__name__}); if you move it away, "
-            "the partner starts over with nobody known."
+        print(
+            f"miburi: {path} cannot be used ({type(error).__name__}), so the partner starts with "
+            f"nobody known; the file is kept as {_aside(path).name}.",
+            file=sys.stderr,
+        )
+    with suppress(OSError, OutputError):  # the disk is read-only, or full
+        path.replace(_aside(path))
+        write_people(path, People())
+    return People()
+
+
+def write_people(path: Path, people: People | None) -> None:
+    """Write a file of people, or delete it, with what was put aside, if ``people`` is None.
+
+    Raises OutputError if the disk does not allow it.
+    """
+    try:
+        if people is None:
+            remove_whole(path)
+            remove_whole(_aside(path))
+        else:
+            write_whole(path, people.model_dump_json(indent=1), private=True)
+    except OSError as error:
+        raise OutputError(
+            f"{path}: the file of people cannot be changed: {error.strerror or error}. Make room "
+            "on the disk, or make it writable, and try again."
         ) from error
+
+
+def _aside(path: Path) -> Path:
+    return path.with_name(f"{path.name}.bad")

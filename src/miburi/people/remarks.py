@@ -27,7 +27,7 @@ class Remarks:
 
     def clear(self) -> None:
         """Forget them all."""
-        self._all.clear()
+        self._all = deque(maxlen=_KEPT)  # another thread may be reading the old ones
         self.about = None
 
     def note(self, said: str, told: Sequence[str], *, more: bool) -> None:
@@ -66,7 +66,7 @@ class Remarks:
     def told(self) -> list[str]:
         """Return the statements; those of a short remark are joined into one."""
         said, since = [], self._clock() - STAYS
-        for when, _, told in self._all:
+        for when, _, told in [*self._all]:
             whole = " ".join(told)
             if when >= since:
                 said += [whole] if len(whole) <= _SHORT else told
@@ -74,7 +74,7 @@ class Remarks:
 
     def amend(self, old: str, new: str) -> None:
         """Put a corrected sentence in the place of what it corrects."""
-        for n, (when, said, told) in enumerate(self._all):
+        for n, (when, said, told) in enumerate([*self._all]):
             if old in (" ".join(told), *told):
                 rest = [each for each in told if each not in old]
                 self._all[n] = when, said, [new, *rest]

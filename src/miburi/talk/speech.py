@@ -83,6 +83,7 @@ class Speech:
         self._counted = partner.history.number
         self._leaning: Array | None = None
         self._deleted = 0  # the memory's count of deletions, when last checked
+        self._changing = asyncio.Lock()  # else a slow disk would hold all threads
 
     async def live(self) -> None:
         """Load the data of answers, then check for reasons to speak first, until cancelled."""
@@ -140,8 +141,7 @@ class Speech:
             heard = Impression(None, 0.0, "speech")
         if (grave or heard.worry is not None) and self._conversation is not None:
             self._conversation.overtake()
-        felt = await granted(self._partner, Sense(heard, said, who(by)))
-        await self.count(felt)
+        felt = await granted(self._partner, Sense(heard, said))
         answer = self._comfort.answer(heard, said, language, wanted, after=after)
         wants = script(language).asks(said) or script(language).wants_more(said)
         idle = self._conversation is None and not wants and all(one.cue.broad for one in wanted)
@@ -150,7 +150,8 @@ class Speech:
         meant = None
         if answer is not None:
             await granted(self._partner, Speak(answer, "partner"))
-        else:
+        await self.count(felt)  # after the words of care: this waits for the disk
+        if answer is None:
             answer, meant = await self._answer(said, heard, language, felt, acts=acts)
             if meant == "repeat":
                 self._comfort.keep_open()
@@ -202,7 +203,9 @@ class Speech:
         feels = None if own is None else own.feeling
         known = self._known(said, language)
         answer = self._answerer.answer(said, heard, feels, language, self._clock(), known)
-        text = await self._perform(self._remember(answer, said))
+        async with self._changing:
+            await asyncio.to_thread(self._remember, answer, said)
+        text = await self._perform(answer)
         tune = None if answer.cue is None else answer.cue.tune
         await granted(self._partner, Speak(text, "partner", tune))
         if self._conversation is not None and not acts:
@@ -215,7 +218,8 @@ class Speech:
         self._counted = self._partner.history.number
         contacts = sum(one.kind == "stop" and one.name == StopReason.CONTACT for one in events)
         if self.memory.present is not None:
-            await asyncio.to_thread(self.memory.hear, felt, contacts)
+            async with self._changing:
+                await asyncio.to_thread(self.memory.hear, felt, contacts)
         if self._leaning is not (leaning := self.memory.leaning):
             self._leaning = leaning
             await granted(self._partner, Lean(leaning))
@@ -238,8 +242,8 @@ class Speech:
         }
         return {slot: text for slot, text in known.items() if text is not None}
 
-    def _remember(self, answer: SmallAnswer, said: str) -> SmallAnswer:
-        """Store a name or a fact; return the answer."""
+    def _remember(self, answer: SmallAnswer, said: str) -> None:
+        """Store a name or a fact, as the answer says."""
         words, memory, now = answer.words, self.memory, self._clock()
         if answer.do == "name" and words:
             memory.meet(words[:1].upper() + words[1:])
@@ -256,7 +260,6 @@ class Speech:
             for told in facts_in(said, script(answer.language)):
                 fact = memory.with_whom(told, answer.language)
                 memory.remember(fact, answer.language, due_of(fact, answer.language, now))
-        return answer
 
     async def _perform(self, answer: SmallAnswer) -> str:
         """Perform the act of an answer; return the words, which differ if the body cannot move."""
