@@ -128,6 +128,23 @@ def test_a_clock_that_jumps_takes_nothing_away(tmp_path: Path) -> None:
     assert heard(kept(tmp_path), Cursor(None, 0)) == ["in 1970"]
 
 
+def test_one_wrong_time_far_ahead_takes_nothing_away(tmp_path: Path) -> None:
+    log = kept(tmp_path)
+    log.note(0.0, "stop", name="stop")
+    for number in range(SURE):
+        log.note(0.0, "refused", name=f"old {number}")
+    log.close()
+    ahead = kept(tmp_path, days=5000)
+    ahead.note(0.0, "paused")
+    ahead.close()
+    later = kept(tmp_path)
+    for number in range(SURE):
+        later.note(0.0, "refused", name=f"new {number}")
+    later.close()
+    told = heard(kept(tmp_path), Cursor(None, 0))
+    assert told[:2] == ["stop", "old 0"]
+
+
 def test_events_that_a_full_disk_did_not_take_are_a_gap(tmp_path: Path) -> None:
     log = kept(tmp_path)
     cursor = log.note(0.0, "stop").cursor

@@ -295,6 +295,21 @@ def lived(feeling: str | None) -> np.ndarray:
     return model.mood
 
 
+def test_a_clock_that_starts_in_1970_ages_no_attachment(one: Memory, clock: Clock) -> None:
+    def meet() -> None:
+        one.meet("Dot")
+        one.hear((Stimulus("happiness", 0.8, "speech"),))
+
+    meet()
+    right = clock.now
+    clock.now = datetime(1970, 1, 1, 0, 1, tzinfo=UTC)
+    meet()
+    before = one.leaning
+    clock.now = right
+    one.meet("Dot")
+    assert one.leaning == pytest.approx(before)
+
+
 def test_a_month_of_kindness_of_unkindness_and_of_neglect_can_be_told_apart() -> None:
     kind, unkind, neglect = (lived(feeling) for feeling in ("happiness", "anger", None))
     assert kind[HAPPINESS] > neglect[HAPPINESS] + 0.1

@@ -172,7 +172,9 @@ class Memory:
             away = max(0.0, (now - person.seen).total_seconds())
             attachment = lived(person.attachment, self._temperament, away, stimuli, contacts)
             self._until = now + STAYS
-            changes = {"seen": now, "attachment": attachment}
+            # A small computer's clock may start in 1970; it must not seem an absence of decades.
+            seen = now if now >= person.since else person.seen
+            changes = {"seen": seen, "attachment": attachment}
             self._replace(person, person.model_copy(update=changes))
 
     def remember(

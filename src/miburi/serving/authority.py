@@ -196,8 +196,7 @@ def _check_authority(found: _Identity, now: datetime) -> None:
         bound = False
     if not bound:
         raise _UnfitError("is not an authority limited to this home")
-    if certificate.not_valid_before_utc > now:
-        raise _UnfitError("is not valid yet")
+    # If it is not valid yet, the clock is wrong: a small computer's may start in 1970.
     if certificate.not_valid_after_utc < now + _CERTIFICATE_LASTS:
         raise _UnfitError("expires too soon")
 
@@ -211,8 +210,9 @@ def _check_server(found: _Identity, authority: _Identity, names: list[str], now:
         raise _UnfitError("is another authority's") from error
     if vouched.value != x509.SubjectAlternativeName([_name(name) for name in names]):
         raise _UnfitError("is for other addresses")
-    if not certificate.not_valid_before_utc <= now <= certificate.not_valid_after_utc - _LEFT:
-        raise _UnfitError("ends soon")
+    early = authority.certificate.not_valid_before_utc <= now < certificate.not_valid_before_utc
+    if early or now > certificate.not_valid_after_utc - _LEFT:
+        raise _UnfitError("is not valid, or not for long")
 
 
 def _sign_authority(now: datetime) -> _Identity:

@@ -21,7 +21,8 @@ from miburi.live.events.event import LiveEvent
 
 #: How many events are kept, and for how long; those about stops are kept for a year (our choice).
 KEPT, MONTH, YEAR = 100_000, timedelta(days=30), timedelta(days=365)
-#: This many events are kept whatever their age: a computer's clock may start in 1970.
+#: This many events are kept whatever their age, since a computer's clock may start in 1970. The
+#: present is taken to be the tenth part of the way into their times, lest one wrong time counts.
 SURE = 1_000
 #: Events written between two prunings.
 _PRUNED_EVERY = 1_000
@@ -34,6 +35,10 @@ CREATE TABLE IF NOT EXISTS notes (name TEXT PRIMARY KEY, value TEXT NOT NULL);
 """
 _OLD = """
     number <= :sure AND (wall < :year OR (NOT long AND (number <= :kept OR wall < :month)))
+"""
+_PRESENT = """
+SELECT wall FROM (SELECT wall FROM events ORDER BY number DESC LIMIT :sure)
+    ORDER BY wall LIMIT 1 OFFSET :tenth
 """
 _FORGET = """
 UPDATE events SET content = json_remove(content, '$.text', '$.why', '$.detail')
@@ -175,9 +180,11 @@ class EventStore:
         self._file.execute("INSERT OR REPLACE INTO notes VALUES (?, ?)", (name, value))
 
     def _prune(self) -> None:
-        (latest, now) = self._file.execute("SELECT max(number), max(wall) FROM events").fetchone()
-        if latest is None:
+        (latest,) = self._file.execute("SELECT max(number) FROM events").fetchone()
+        present = self._file.execute(_PRESENT, {"sure": SURE, "tenth": SURE // 10}).fetchone()
+        if latest is None or present is None:
             return
+        (now,) = present
         bounds = {
             "sure": latest - SURE,
             "kept": latest - KEPT,
