@@ -1,11 +1,12 @@
 """Files are complete under their final names, or not there at all."""
 
+import sys
 from pathlib import Path
 
 import pytest
 
 from miburi.errors import OutputError
-from miburi.ground.files import whole_files
+from miburi.ground.files import alone_in, whole_files
 
 
 def test_complete_files_replace_older_ones(tmp_path: Path) -> None:
@@ -44,3 +45,19 @@ def test_a_full_disk_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(OutputError, match="No space left.*make room"), whole_files(tmp_path):
         Path("/dev/full").write_text("x" * 100_000, encoding="utf-8")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has other locks")
+def test_a_folder_is_for_one_at_a_time(tmp_path: Path) -> None:
+    for _ in range(2):
+        with (
+            alone_in(tmp_path / "new"),
+            pytest.raises(OutputError, match="--folder"),
+            alone_in(tmp_path / "new"),
+        ):
+            pass
+
+
+def test_a_read_only_folder_keeps_nobody_out() -> None:
+    with alone_in(Path("/proc/miburi")), alone_in(Path("/proc/miburi")):
+        pass

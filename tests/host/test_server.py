@@ -7,6 +7,7 @@ import re
 import signal
 import socket
 import ssl
+import sys
 from collections.abc import Iterator
 from contextlib import suppress
 from functools import partial
@@ -32,6 +33,7 @@ from miburi.cli.commands import app
 from miburi.client.connection import ConnectionLostError
 from miburi.errors import InputError, OutputError
 from miburi.feelings import SpikingModel, shipped_temperament
+from miburi.ground.files import alone_in
 from miburi.live.memory import remembered
 from miburi.live.recording.recorder import read
 from miburi.serving.access import AGENTS
@@ -244,6 +246,17 @@ def test_a_port_that_is_taken_is_said(https: bool) -> None:
         port = taken.getsockname()[1]
         with listening_twice("0.0.0.0", port - 1) if https else listening_plainly("0.0.0.0", port):
             pass
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has other locks")
+def test_a_folder_that_another_partner_uses_is_said_and_nothing_there_is_touched(
+    tmp_path: Path,
+) -> None:
+    with alone_in(tmp_path):
+        done = command("run", "--headless", "--port", "0", "--folder", tmp_path)
+    assert done.returncode == 1
+    assert "a folder of its own with --folder" in done.stderr
+    assert [file.name for file in tmp_path.iterdir()] == [".lock"]
 
 
 @pytest.mark.parametrize(

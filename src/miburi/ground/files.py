@@ -2,9 +2,10 @@
 
 import os
 import shutil
+import sys
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from miburi.errors import OutputError
@@ -79,6 +80,36 @@ def remove_whole(path: Path) -> None:
     """
     for file in (path, _draft(path)):
         file.unlink(missing_ok=True)
+
+
+@contextmanager
+def alone_in(folder: Path) -> Iterator[None]:
+    """Keep a folder, which is created if missing, from other programs that call this.
+
+    It keeps nobody out on Windows, nor of a folder that cannot be written to.
+
+    Raises
+    ------
+    OutputError
+        Another program is in the folder.
+    """
+    with ExitStack() as end:
+        if sys.platform != "win32":
+            import fcntl
+
+            try:
+                folder.mkdir(parents=True, exist_ok=True)
+                lock = os.open(folder / ".lock", os.O_RDONLY | os.O_CREAT, 0o600)
+                end.callback(os.close, lock)
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # it ends with this process
+            except BlockingIOError:
+                raise OutputError(
+                    f"another Miburi keeps its files in {folder}: use its page or end it; or give "
+                    "this one a folder of its own with --folder."
+                ) from None
+            except OSError:
+                pass  # nothing is written there, or the disk has no locks
+        yield
 
 
 def _draft(path: Path) -> Path:

@@ -10,7 +10,7 @@ import sys
 import threading
 import webbrowser
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import partial
@@ -23,6 +23,7 @@ from miburi.errors import BodyError, InputError, OutputError, need
 from miburi.feelings import EmotionalModel, FeelingModel, Stimulus, Temperament
 from miburi.gestures import Repertoire
 from miburi.ground.cores import coming_first
+from miburi.ground.files import alone_in
 from miburi.host.given import Pages
 from miburi.host.helpers import GLANCE, Helpers, Moment, signals, start_helpers, watch_process
 from miburi.live.bodies import KINDS
@@ -111,8 +112,8 @@ def serve(launch: Launch, meanwhile: Callable[[], None] = lambda: None) -> None:
     The server answers until the body is home. A body that somebody stopped stays where it is.
 
     Raises InputError if the seed, the host, the port or the body is not valid; OutputError if the
-    port is taken; BodyError if the body cannot be reached, or if the loop or the server has failed
-    and the body was stopped.
+    port or the folder is taken; BodyError if the body cannot be reached, or if the loop or the
+    server has failed and the body was stopped.
 
     Parameters
     ----------
@@ -120,16 +121,17 @@ def serve(launch: Launch, meanwhile: Callable[[], None] = lambda: None) -> None:
         Called while the server's process loads its libraries.
     """
     _check(launch)
-    with coming_first():  # a Stop must not wait for other programs
-        _serve(launch, meanwhile)
+    with coming_first(), ExitStack() as alone:  # a Stop must not wait for other programs
+        _serve(launch, meanwhile, alone)
 
 
-def _serve(launch: Launch, meanwhile: Callable[[], None]) -> None:
+def _serve(launch: Launch, meanwhile: Callable[[], None], alone: ExitStack) -> None:
     folder = launch.folder or own_folder()
     memory = None if launch.forget else _memory(folder, launch.emotional_model)
     _keep_private(folder)
     listen = listening_twice if launch.https else listening_plainly
     with listen(launch.host, launch.port) as listeners:
+        alone.enter_context(alone_in(folder))
         reach, certificate = reach_of(listeners, folder, datetime.now(UTC))
         helpers = start_helpers(Pages(listeners, reach, launch.doors, folder, certificate))
         url = listeners.url

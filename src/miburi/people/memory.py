@@ -331,8 +331,8 @@ class Memory:
         If the file cannot be written, this raises OutputError if ``surely``, or else changes what
         is known here alone.
         """
-        people = [new if each is old else each for each in self._known.people]
-        known = People(people=filter(None, people))
+        people = (new if each is old else each for each in self._known.people)
+        known = People(people=[*filter(None, people)])
         try:
             if self.allowed and self._path is not None:
                 write_people(self._path, known)

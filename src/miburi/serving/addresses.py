@@ -116,7 +116,7 @@ def listening(host: str, port: int) -> Iterator[socket.socket]:
             raise OutputError(
                 f"cannot listen on {host} port {port}: {error.strerror}. If another Miburi is "
                 "running, use its page or end it; or choose another port with --port, 0 for any "
-                "that is free."
+                "that is free, and another folder with --folder."
             ) from error
         listener.setblocking(False)
         yield listener
