@@ -156,6 +156,21 @@ def test_it_speaks_of_a_day_that_it_was_told(talk: Talk) -> None:
     assert [why for why, _ in begun(talk, 120)] != ["date"]
 
 
+def test_it_speaks_of_a_day_that_was_corrected(talk: Talk) -> None:
+    talk.speech.beginning.behave(Manners(on=True))
+    talk.say("My name is Anna.")
+    talk.say("My daughter comes today.")
+    ((why, _),) = begun(talk, 120)
+    assert why == "date"
+    (fact,) = talk.speech.memory.people.people[0].facts
+    talk.now += timedelta(days=2)
+    talk.speech.memory.correct("Anna", fact.number, "My daughter comes on Friday.", talk.now)
+    talk.say("My name is Anna.")
+    ((why, text),) = begun(talk, 120)
+    assert why == "date"
+    assert "Friday" in (text or "")
+
+
 @pytest.mark.parametrize("hindrance", ["stopped", "paused", "distress", "hushed", "night"])
 def test_it_begins_nothing_when_it_should_not(talk: Talk, hindrance: str) -> None:
     talk.speech.beginning.behave(Manners(on=True))

@@ -261,16 +261,14 @@ class Memory:
         self._untold = [fact for fact in self._untold if now - fact.told <= STAYS]
         return self._untold
 
-    def due(
-        self, now: datetime, but: Set[tuple[str, int]] = frozenset()
-    ) -> tuple[Acquaintance, Fact] | None:
+    def due(self, now: datetime, but: Set[Fact] = frozenset()) -> tuple[Acquaintance, Fact] | None:
         """Return the person present, and a fact due today by now that is not in ``but``."""
         person = self.present
         if person is None:
             return None
         for fact in person.facts:
             today = fact.due is not None and fact.due.date() == now.date() and fact.due <= now
-            if today and (person.name, fact.number) not in but:
+            if today and fact not in but:
                 return person, fact
         return None
 
@@ -296,7 +294,7 @@ class Memory:
                 )
             else:
                 facts[place] = facts[place].model_copy(update={"text": text.strip(), "due": due})
-            self._keep(person, facts, surely=True)
+            self._keep(person, facts, sure=True)
             self.forget_noted()  # the remarks may contain the fact
 
     def forget(self, name: str) -> None:
@@ -310,25 +308,21 @@ class Memory:
             if person is None:
                 raise InputError(f"nobody is known as {name!r}.")
             there = self._present is person
-            self._replace(person, None, surely=True)
+            self._replace(person, None, sure=True)
             if there:
                 self.leave()
             self.forget_noted()
 
-    def _keep(
-        self, person: Acquaintance | None, facts: list[Fact], *, surely: bool = False
-    ) -> None:
+    def _keep(self, person: Acquaintance | None, facts: list[Fact], *, sure: bool = False) -> None:
         if person is None:
             self._untold = facts
         else:
-            self._replace(person, person.model_copy(update={"facts": facts}), surely=surely)
+            self._replace(person, person.model_copy(update={"facts": facts}), sure=sure)
 
-    def _replace(
-        self, old: Acquaintance, new: Acquaintance | None, *, surely: bool = False
-    ) -> None:
+    def _replace(self, old: Acquaintance, new: Acquaintance | None, *, sure: bool = False) -> None:
         """Put somebody, or nobody, in somebody's place: first in the file, and then here.
 
-        If the file cannot be written, this raises OutputError if ``surely``, or else changes what
+        If the file cannot be written, this raises OutputError if ``sure``, or else changes what
         is known here alone.
         """
         people = (new if each is old else each for each in self._known.people)
@@ -337,7 +331,7 @@ class Memory:
             if self.allowed and self._path is not None:
                 write_people(self._path, known)
         except OutputError as error:
-            if surely:
+            if sure:
                 raise
             log_once("what the partner is told will be lost when it ends", error)
         self._known = known

@@ -14,7 +14,7 @@ from miburi.languages import FALLBACK, Language
 from miburi.live.settle import granted
 from miburi.live.view import LivePartner
 from miburi.live.wishes import Speak
-from miburi.people import Memory
+from miburi.people import Fact, Memory
 from miburi.talk.answers import Answerer
 from miburi.talk.initiative import Initiative, Manners, Presence
 from miburi.talk.script import script
@@ -46,7 +46,7 @@ class Beginning:
         self._clock, self._path = clock, path
         self._initiative, self._presence = Initiative(_read(path)), Presence()
         self._language, self._hushed = FALLBACK, clock()
-        self._spoken_of: set[tuple[str, int]] = set()
+        self._spoken_of: set[Fact] = set()
 
     @property
     def manners(self) -> Manners:
@@ -97,7 +97,7 @@ class Beginning:
         if due is not None:
             known["told"] = due[1].text.rstrip(".。")
             if reason == "date":
-                self._spoken_of.add((due[0].name, due[1].number))
+                self._spoken_of.add(due[1])
         text = self._answerer.say(script(self._language).begin[reason], known)
         await granted(self._partner, Speak(text, "partner", why=reason))
 
