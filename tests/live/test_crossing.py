@@ -4,7 +4,9 @@ import itertools
 import threading
 from collections.abc import Iterator
 from concurrent.futures import Future
+from functools import partial
 from multiprocessing import Pipe
+from pathlib import Path
 from queue import SimpleQueue
 from selectors import DefaultSelector, SelectorKey
 
@@ -22,6 +24,9 @@ from miburi.live import granting, wishes
 from miburi.live.crossing.answering import Answering
 from miburi.live.crossing.far import FarPartner
 from miburi.live.crossing.lanes import Answer, Ask, Hello, Lanes, Latest, lanes
+from miburi.live.events.event import Cursor
+from miburi.live.events.log import Log
+from miburi.live.events.store import EventStore, kept_events
 from miburi.live.runner import Runner
 from miburi.live.view import UnreachableError
 from miburi.live.wishes import (
@@ -80,6 +85,23 @@ def pair(runner: Runner) -> Iterator[tuple[FarPartner, Lanes]]:
     ticks = itertools.count(0.0)
     yield FarPartner(ends, clock=lambda: next(ticks)), near
     near.close()
+
+
+def test_a_store_in_which_the_partner_could_not_begin_is_not_read(
+    runner: Runner, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The numbers of its events would be taken for those of this start."""
+    monkeypatch.setattr("miburi.live.events.log.LOGGED", 1)
+    log = Log(EventStore(tmp_path / "events.sqlite"))
+    log.note(1.0, "paused")
+    log.close()
+    near, ends = lanes()
+    Answering(runner, near)
+    far = FarPartner(ends, open_store=partial(kept_events, tmp_path))
+    done(runner, far.ask(Feel(Stimulus("happiness", 0.9, "speech"))))
+    until(lambda: far.history.number == runner.history.number > 1)
+    assert "paused" not in [event.kind for event in far.history.since(Cursor(None, 0), 100)]
+    ends.close()
 
 
 def test_it_shows_what_the_runner_has(runner: Runner, far: FarPartner) -> None:

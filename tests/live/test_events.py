@@ -2,6 +2,7 @@
 
 import itertools
 import sqlite3
+import threading
 from collections.abc import Iterator
 from contextlib import closing
 from datetime import UTC, datetime, timedelta
@@ -11,8 +12,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.fixtures.live import block, run, until
+from tests.fixtures.waiting import PATIENCE
 
-from miburi.errors import InputError
+from miburi.errors import InputError, OutputError
 from miburi.feelings import EmotionalModel, Expression
 from miburi.live.events.event import Cursor, LiveEvent
 from miburi.live.events.log import Log
@@ -159,6 +161,110 @@ def test_events_that_a_full_disk_did_not_take_are_a_gap(tmp_path: Path) -> None:
     (gap,) = [event for event in told if event.kind == "gap"]
     assert told[told.index(gap) + 1].number == gap.number + 1 == 21
     assert len(told) == 2 * FEW - 11 + 1
+
+
+def test_an_event_of_another_version_hides_no_other(tmp_path: Path) -> None:
+    log = kept(tmp_path)
+    for number in range(3 * FEW):
+        log.note(0.0, "refused", name=str(number))
+    log.close()
+    with closing(sqlite3.connect(tmp_path / "events.sqlite")) as file, file:
+        file.execute(
+            "UPDATE events SET content = replace(content, 'refused', 'x') WHERE number = 3"
+        )
+    told, cursor = [], Cursor(None, 0)
+    while events := log.history.since(cursor, FEW):
+        told += [event.name or event.kind for event in events]
+        cursor = events[-1].cursor
+    assert told == ["0", "1", "gap", *map(str, range(3, 3 * FEW))]
+
+
+def test_events_that_the_file_does_not_take_at_first_are_written_later(tmp_path: Path) -> None:
+    log = kept(tmp_path)
+    with pytest.MonkeyPatch.context() as patch:
+        tried = threading.Event()
+
+        def locked(_store: EventStore, _events: object) -> None:
+            tried.set()
+            raise sqlite3.OperationalError("database is locked")
+
+        patch.setattr(EventStore, "write", locked)
+        log.note(0.0, "stop", name="while it is locked")
+        assert tried.wait(PATIENCE)
+    log.note(0.0, "paused")
+    log.close()
+    assert heard(kept(tmp_path), Cursor(None, 0)) == ["while it is locked", "paused"]
+
+
+@pytest.mark.parametrize("write", ["forget_words", "set_note"])
+def test_words_are_kept_or_forgotten_as_it_says_even_if_the_disk_is_full(
+    tmp_path: Path, write: str
+) -> None:
+    def full(*_: object) -> None:
+        raise sqlite3.OperationalError("database or disk is full")
+
+    log = kept(tmp_path)
+    log.allow_words(True)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(EventStore, write, full)
+        with pytest.raises(OutputError, match="disk is full. Make room"):
+            log.allow_words(False)
+        assert log.words
+    log.close()
+    again = kept(tmp_path)
+    assert again.words
+    again.allow_words(False)
+    assert not kept(tmp_path).words
+
+
+def test_what_somebody_in_distress_said_is_forgotten_wherever_it_was(runner: Runner) -> None:
+    runner.ask(AllowWords(True))
+    run(runner, 0.1)
+    said = "I fell in the larder"
+    runner.ask(Sense(hear(said), said))
+    run(runner, 0.1)
+    distress = runner.snapshot.state.distress
+    assert distress is not None
+    assert distress.words == said
+    runner.ask(AllowWords(False))
+    run(runner, 0.1)
+    assert runner.snapshot.state.distress == distress.model_copy(update={"words": None})
+    assert [event.text for event in runner.history.after(0) if event.text] == []
+
+
+def test_a_damaged_file_is_put_aside_until_words_are_forgotten(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = kept(tmp_path)
+    for number in range(10 * SURE):
+        log.note(0.0, "refused", name=str(number))
+    log.close()
+    with closing(sqlite3.connect(tmp_path / "events.sqlite")) as file:
+        file.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+    whole = (tmp_path / "events.sqlite").read_bytes()
+    (tmp_path / "events.sqlite").write_bytes(whole[:4096] + bytes(len(whole) - 4096))
+    log = kept(tmp_path)
+    log.note(0.0, "stop", name="new")
+    assert "kept as events.sqlite.bad" in capsys.readouterr().err
+    assert heard(log, Cursor(None, 0)) == ["new"]
+    assert (tmp_path / "events.sqlite.bad").exists()
+    log.allow_words(False)
+    assert not (tmp_path / "events.sqlite.bad").exists()
+
+
+def test_a_file_that_cannot_be_written_leaves_the_partner_without_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise sqlite3.OperationalError("database or disk is full")
+
+    monkeypatch.setattr(EventStore, "begin", full)
+    log = kept(tmp_path)
+    assert "disk is full. Events will be lost" in capsys.readouterr().err
+    log.note(0.0, "stop", name="here")
+    assert heard(log, Cursor(None, 0)) == ["here"]
+    log.allow_words(True)
+    assert log.words
 
 
 def test_a_file_that_is_none_of_ours_is_put_aside(tmp_path: Path) -> None:

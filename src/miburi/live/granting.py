@@ -204,7 +204,13 @@ def _while_awake(inside: Inside, perform: Callable[[], str]) -> Command:
 @command.register
 def _allow_words(wish: wishes.AllowWords, inside: Inside) -> Command:
     inside.log.allow_words(wish.allowed)
-    return lambda: inside.note("words", name="on" if wish.allowed else "off")
+
+    def run() -> LiveEvent:
+        if not wish.allowed:
+            inside.speaker.forget_words()
+        return inside.note("words", name="on" if wish.allowed else "off")
+
+    return run
 
 
 @command.register

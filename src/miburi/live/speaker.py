@@ -42,6 +42,11 @@ class Speaker:
         numbers = {"number": event.number, "time": event.time}
         self.distress, self._calm = DistressOut.model_validate(heard | numbers), CALM
 
+    def forget_words(self) -> None:
+        """Forget what somebody in distress said."""
+        if self.distress is not None:
+            self.distress = self.distress.model_copy(update={"words": None})
+
     def step(self, dt: float) -> bool:
         """Advance by ``dt`` s; return whether the latest sentence ends in it."""
         ended = self._left is not None and self._left <= dt

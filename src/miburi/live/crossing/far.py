@@ -76,7 +76,10 @@ class FarPartner(LivePartner):
         self._post = Post(ends.asking)
         try:
             hello: Hello = ends.asking.recv()
-            self.history = History(hello.boot, hello.first, open_store())
+            store = open_store()
+            if store is not None and store.end_of(hello.boot) is None:
+                store = None  # the partner could not write there
+            self.history = History(hello.boot, hello.first, store)
             self._look()
             self._take(ends.asking.recv())
         except (OSError, EOFError):

@@ -6,15 +6,18 @@ thread writes events to the disk, so that a slow disk does not hold up the partn
 
 import math
 import sqlite3
+import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from datetime import UTC, datetime, timedelta
 from operator import attrgetter
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from typing import Any
 from uuid import uuid4
 
+from miburi.errors import OutputError
 from miburi.ground.log import log_once
 from miburi.ground.newer import newer
 from miburi.live.events.event import Cursor, LiveEvent, without_words
@@ -29,8 +32,10 @@ _UNKNOWN = (
 )
 #: The store's note that tells whether events may contain people's words.
 _WORDS = "words"
-#: How long to wait for the disk, s.
-_PATIENCE = 2.0
+#: How long to wait for the disk, and between two tries to write, s.
+_PATIENCE, _AGAIN = 2.0, 1.0
+#: The most events that wait for the disk, and that are written at once (our choice).
+_MOST, _AT_ONCE = 5_000, 100
 
 
 def _now() -> datetime:
@@ -57,8 +62,10 @@ class History:
         self._store = store
 
     def add(self, events: Iterable[LiveEvent]) -> None:
-        """Add new events."""
+        """Add new events; when people's words are no longer allowed, forget those in memory."""
         for event in events:
+            if event.kind == "words" and event.name == "off":
+                self._events = deque(map(without_words, self._events), maxlen=LOGGED)
             self._events.append(event)
             self.number = event.number
         if self._events:
@@ -150,11 +157,18 @@ class Log:
         boot: str | None = None,
         now: Callable[[], datetime] = _now,
     ) -> None:
-        boot = boot or uuid4().hex[:8]
-        self._store, self._now = store, now
+        boot, first = boot or uuid4().hex[:8], 1
         #: Whether words said to the partner may be reported and stored.
-        self.words = store is not None and store.note(_WORDS) == "1"
-        self.history = History(boot, 1 if store is None else store.begin(boot), store)
+        self.words = False
+        if store is not None:
+            try:
+                first, self.words = store.begin(boot), store.note(_WORDS) == "1"
+            except sqlite3.Error as error:  # no room, no permission, or locked by another program
+                lost = "Events will be lost when the program ends."
+                print(f"miburi: events cannot be kept: {error}. {lost}", file=sys.stderr)
+                store = None
+        self._store, self._now = store, now
+        self.history = History(boot, first, store)
         self._told: SimpleQueue[LiveEvent | threading.Event | None] = SimpleQueue()
         self._thread: threading.Thread | None = None
         if store is not None:
@@ -163,14 +177,25 @@ class Log:
             self._thread.start()
 
     def allow_words(self, allowed: bool) -> None:
-        """Allow people's words in events from now on, or delete them; this waits for the disk."""
-        self.words = allowed
-        if self._store is not None:
-            self._store.set_note(_WORDS, "1" if allowed else "0")
-            if not allowed:
+        """Allow people's words in events from now on, or delete them; this waits for the disk.
+
+        Raises OutputError if the file cannot be written; then it is as it was.
+        """
+        before, self.words = self.words, self.words and allowed  # no more meanwhile
+        try:
+            if self._store is not None and not allowed:
                 self._told.put(written := threading.Event())
                 written.wait(_PATIENCE)
                 self._store.forget_words()
+            if self._store is not None:
+                self._store.set_note(_WORDS, "1" if allowed else "0")
+        except (sqlite3.Error, OSError) as error:
+            self.words = before
+            raise OutputError(
+                f"this could not be changed for good: {error}. Make room on the disk, or make it "
+                "writable, and try again."
+            ) from error
+        self.words = allowed
 
     def holds(self, kind: str, name: str, seconds: float = math.inf) -> bool:
         """Whether an event in memory, at most ``seconds`` s old, has this kind and name."""
@@ -198,15 +223,24 @@ class Log:
 
 
 def _write(store: EventStore, told: "SimpleQueue[LiveEvent | threading.Event | None]") -> None:
-    """Write batches from the queue until a None arrives; set any flags that are queued."""
+    """Write batches from the queue until a None arrives; at a flag, forget words, and set it."""
+    left: list[LiveEvent] = []
     ended = False
     while not ended:
-        waiting = [told.get(), *(told.get_nowait() for _ in range(told.qsize()))]
+        waiting: list[LiveEvent | threading.Event | None] = []
+        with suppress(Empty):
+            waiting.append(told.get(timeout=_AGAIN if left else None))
+            waiting += [told.get_nowait() for _ in range(told.qsize())]
+        left = [*left, *(one for one in waiting if isinstance(one, LiveEvent))][-_MOST:]
+        flags = [one for one in waiting if isinstance(one, threading.Event)]
+        if flags:
+            left = [*map(without_words, left)]
         try:
-            store.write(one for one in waiting if isinstance(one, LiveEvent))
-        except sqlite3.Error as error:  # no room; later there may be some
+            while left:
+                store.write(left[:_AT_ONCE])
+                del left[:_AT_ONCE]
+        except sqlite3.Error as error:  # no room, or locked; later it may work
             log_once("events are not kept", error)
-        for flag in waiting:
-            if isinstance(flag, threading.Event):
-                flag.set()
+        for flag in flags:
+            flag.set()
         ended = None in waiting

@@ -57,11 +57,13 @@ class EventStore:
     Parameters
     ----------
     path
-        The file; if it is not our database, it is renamed, and a new one is begun.
+        The file; if it is not our database, or is damaged, it is renamed to ``*.bad``, and a new
+        one is begun.
     """
 
     def __init__(self, path: Path) -> None:
         self._path, self._lock = path, threading.Lock()
+        self._aside = path.with_name(f"{path.name}.bad")
         self._written = _PRUNED_EVERY  # since the last pruning
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -70,7 +72,12 @@ class EventStore:
             except sqlite3.DatabaseError as error:
                 if isinstance(error, sqlite3.OperationalError):
                     raise  # no room, or no permission: the file may be good
-                path.replace(path.with_name(f"{path.name}.bad"))
+                path.replace(self._aside)
+                print(
+                    f"miburi: {path} cannot be used, so events are kept anew; the file is kept as "
+                    f"{self._aside.name}: {error}.",
+                    file=sys.stderr,
+                )
                 for suffix in ("-wal", "-shm"):
                     path.with_name(path.name + suffix).unlink(missing_ok=True)
                 self._file = self._open()
@@ -85,6 +92,8 @@ class EventStore:
             file.execute("PRAGMA synchronous=NORMAL")
             file.execute("PRAGMA secure_delete=ON")
             file.executescript(_TABLES)
+            if file.execute("PRAGMA quick_check(1)").fetchone() != ("ok",):
+                raise sqlite3.DatabaseError("it is damaged")  # as by a power cut
         except sqlite3.Error:
             file.close()
             raise
@@ -145,13 +154,14 @@ class EventStore:
 
     def read(self, after: int, most: int) -> list[LiveEvent]:
         """Return at most ``most`` events after a number, the oldest first."""
-        query = "SELECT content FROM events WHERE number > ? ORDER BY number LIMIT ?"
+        query = "SELECT content FROM events WHERE number > ? ORDER BY number"
+        events: list[LiveEvent] = []
         with self._lock:
-            rows = self._file.execute(query, (after, most)).fetchall()
-        events = []
-        for (content,) in rows:
-            with suppress(ValidationError):  # an event of another version; readers see a gap
-                events.append(LiveEvent.model_validate_json(content))
+            for (content,) in self._file.execute(query, (after,)):
+                with suppress(ValidationError):  # an event of another version; readers see a gap
+                    events.append(LiveEvent.model_validate_json(content))
+                if len(events) >= most:
+                    break
         return events
 
     def note(self, name: str) -> str | None:
@@ -170,8 +180,14 @@ class EventStore:
             self._set(name, value)
 
     def forget_words(self) -> None:
-        """Delete people's words from all events, and every byte of them from the file."""
+        """Delete people's words from all events, and every byte of them from the file.
+
+        A damaged file that was put aside is deleted, too.
+
+        Raises sqlite3.Error or OSError if the disk does not allow it.
+        """
         with self._lock:
+            self._aside.unlink(missing_ok=True)
             with self._file:
                 self._file.execute(_FORGET)
             self._file.execute("PRAGMA wal_checkpoint(TRUNCATE)")
