@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import aiomqtt
 import pytest
 from tests.fixtures.broker import Listener, Mosquitto, at_home, start_broker
 from tests.fixtures.live import block_the_right_arm, stays_stopped
@@ -241,6 +242,22 @@ def test_a_stop_while_the_broker_was_away_is_told_when_it_is_back(
         heard["report"] = hear_report(listener, lambda report: report.stopped)
     assert heard["stop"].event_type is StopReason.ASKED
     assert heard["report"].stops_today == 1
+
+
+def test_a_stop_that_the_broker_takes_at_the_second_try_counts_once(
+    home: RemotePartner, listener: Listener, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    publish, tries = aiomqtt.Client.publish, itertools.count()
+
+    async def fail_once(client: aiomqtt.Client, topic: str, *content: Any, **how: Any) -> None:
+        if topic == TOPICS.stops and next(tries) == 0:
+            raise aiomqtt.MqttError("gone")
+        await publish(client, topic, *content, **how)
+
+    monkeypatch.setattr(aiomqtt.Client, "publish", fail_once)
+    home.stop()
+    listener.hear(TOPICS.stops)
+    assert hear_report(listener, lambda report: report.stops_today).stops_today == 1
 
 
 @pytest.mark.proof("test_a_home_finds_it_and_hears_what_it_feels")

@@ -239,7 +239,6 @@ class _Home:
                 topic = self._topics.distress
                 news: BaseModel = DistressNews.model_validate(content | about)
             case "stop" if event.stop is not None:
-                self._stops += event.wall.astimezone().date() == date.today()
                 stop = event.stop
                 content = {"event_type": stop.reason, "motor": stop.motor, "force": stop.force}
                 topic, news = self._topics.stops, StopNews.model_validate(content | about)
@@ -249,6 +248,8 @@ class _Home:
             case _:
                 return
         await client.publish(topic, news.model_dump_json(), qos=1)
+        if event.kind == "stop":
+            self._stops += event.wall.astimezone().date() == date.today()
         await self._remember(event.cursor)
 
     async def _remember(self, cursor: Cursor) -> None:
