@@ -264,6 +264,19 @@ def test_a_change_of_bodies_shortens_no_pause_after_a_contact(runner: Runner) ->
     until(runner, lambda state: state.phase == "idle")
 
 
+def test_another_body_goes_on_after_the_pause_unless_a_person_stops_it(runner: Runner) -> None:
+    block(runner)
+    runner.ask(ChangeBody("simulated"))
+    runner.tick()
+    assert not runner.held
+    until(runner, lambda state: state.phase == "idle", seconds=5.0)
+    block(runner)
+    runner.ask(ChangeBody("simulated"))
+    run(runner, 0.1)
+    runner.stop()
+    assert {(state.phase, state.held) for state in run(runner, 5.0)} == {("stopped", True)}
+
+
 def test_a_command_that_the_body_refuses_does_not_end_the_loop(
     runner: Runner, monkeypatch: pytest.MonkeyPatch
 ) -> None:

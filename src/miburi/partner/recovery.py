@@ -46,6 +46,7 @@ class Recovery:
         self.halted = False
         self._encounters = 0
         self._release_at: float | None = None
+        self._inherits = False  # whether the next stop is the rest of another body's pause
         self._pause_ends = self._moved_at = self._seen_at = 0.0
         self._silent = False
         self._stillness = REST_TIME
@@ -63,6 +64,7 @@ class Recovery:
         """Plan the release after a new stop; return the stop, with the partner's reason if any."""
         late = self.halted and stop.reason is StopReason.ASKED
         self.halted = False
+        inherits, self._inherits = self._inherits and stop.reason is StopReason.ASKED, False
         if late or stop.reason is StopReason.CONTACT:
             pause = min(FIRST_PAUSE * 2**self._encounters, LONGEST_PAUSE)
             self._release_at = self._pause_ends = time + pause
@@ -72,7 +74,8 @@ class Recovery:
             self._release_at, self._stillness = time, LET_GO
             self._moved_at, self._place = time, None
         else:  # somebody asked for it, or something failed: only a person ends it
-            self._release_at, self._stillness = None, REST_TIME
+            self._release_at = self._pause_ends if inherits else None
+            self._stillness = REST_TIME
         return replace(stop, reason=StopReason.LOOP_LATE) if late else stop
 
     def look(self, state: BodyState) -> None:
@@ -116,8 +119,8 @@ class Recovery:
         """
         left = max(0.0, other._pause_ends - then)
         self._pause_ends, self._encounters = now + left, other._encounters
-        self.held = other.held or left > 0
-        return self.held
+        self.held, self._inherits = other.held, left > 0
+        return self.held or self._inherits
 
     def is_due(self, time: float) -> bool:
         """Whether to release the body now."""
