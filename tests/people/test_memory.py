@@ -4,7 +4,7 @@ import errno
 import os
 import threading
 from collections.abc import Callable
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime, timedelta, timezone
 from pathlib import Path
 
 import numpy as np
@@ -308,6 +308,13 @@ def test_a_clock_that_starts_in_1970_ages_no_attachment(one: Memory, clock: Cloc
     clock.now = right
     one.meet("Dot")
     assert one.leaning == pytest.approx(before)
+
+
+def test_the_morning_of_a_day_is_the_same_hour_in_summer(one: Memory) -> None:
+    winter, summer = (timezone(timedelta(hours=hours)) for hours in (1, 2))
+    one.remember("Anna comes today.", "en", datetime(2026, 11, 25, 9, tzinfo=summer))
+    assert one.due(datetime(2026, 11, 25, 8, 59, tzinfo=winter)) is None
+    assert one.due(datetime(2026, 11, 25, 9, 0, tzinfo=winter)) is not None
 
 
 def test_a_month_of_kindness_of_unkindness_and_of_neglect_can_be_told_apart() -> None:

@@ -267,7 +267,8 @@ class Memory:
         if person is None:
             return None
         for fact in person.facts:
-            today = fact.due is not None and fact.due.date() == now.date() and fact.due <= now
+            due = fact.due and fact.due.replace(tzinfo=now.tzinfo)  # nine is nine in summer, too
+            today = due is not None and due.date() == now.date() and due <= now
             if today and fact not in but:
                 return person, fact
         return None

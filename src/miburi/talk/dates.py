@@ -1,6 +1,7 @@
 """Find the days and times in remarks: "tomorrow", "on Sunday", "on May 2nd", "at half two"."""
 
 import re
+from contextlib import suppress
 from datetime import datetime, time, timedelta
 
 from miburi.languages import Language, compile_phrases, plain
@@ -21,6 +22,9 @@ def due_of(said: str, language: Language, now: datetime) -> datetime | None:
 
     >>> due_of("Anna comes on Sunday.", "en", datetime(2026, 11, 25)).date().isoformat()
     '2026-11-29'
+    >>> due_of("She was born on February 29th.", "en", datetime(2026, 11, 25)).date().isoformat()
+    '2028-02-29'
+    >>> due_of("It is on February 30th.", "en", datetime(2026, 11, 25))
     """
     words, text = script(language), plain(said, language)
     for pattern, days in words.plain_days:
@@ -116,13 +120,11 @@ def _day_of(month: str, text: str, words: Script) -> int | None:
 
 
 def _next(now: datetime, month: int, day: int) -> datetime | None:
-    for year in (now.year, now.year + 1):
-        try:
+    for year in range(now.year, now.year + 9):  # February 29th may be eight years away
+        with suppress(ValueError):
             due = _morning(now.replace(year=year, month=month, day=day))
-        except ValueError:
-            return None
-        if due.date() >= now.date():
-            return due
+            if due.date() >= now.date():
+                return due
     return None
 
 
