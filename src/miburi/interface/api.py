@@ -19,7 +19,14 @@ from miburi.interface.description import describe, describe_interface
 from miburi.interface.events import add_events
 from miburi.interface.people import add_people
 from miburi.interface.recordings import add_recordings
-from miburi.interface.refusing import NOTHING, REFUSED, Refusals, known_queries, refuse_in_words
+from miburi.interface.refusing import (
+    NO_ROOM,
+    NOTHING,
+    REFUSED,
+    Refusals,
+    known_queries,
+    refuse_in_words,
+)
 from miburi.live.bodies import KINDS
 from miburi.live.settle import done, granted
 from miburi.live.state import MotorsOut, Sample, State
@@ -367,7 +374,7 @@ def _showing(router: APIRouter, runner: LivePartner) -> None:
 def _private(router: APIRouter, runner: LivePartner) -> None:
     """Add the setting that decides whether people's words are kept."""
 
-    @router.post("/words", status_code=NOTHING, responses=REFUSED)
+    @router.post("/words", status_code=NOTHING, responses=REFUSED | NO_ROOM)
     async def words(wish: WordsIn) -> None:
         """Set whether events include people's words; if not, the words kept so far are deleted."""
         await granted(runner, AllowWords(wish.allowed))

@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
 from miburi.feelings import FEELINGS
 from miburi.feelings.catalogue import TheirFeeling
-from miburi.interface.refusing import NOTHING, Refusals
+from miburi.interface.refusing import NO_ROOM, NOTHING, Refusals
 from miburi.languages import language_of
 from miburi.people import Acquaintance, Memory
 from miburi.talk.beginning import Beginning
@@ -19,7 +19,7 @@ from miburi.wire.messages import Message
 
 _REFUSED: Refusals = {
     400: {"description": "There is no such person or fact, or the value is not allowed."},
-    507: {"description": "The disk is full, or cannot be written to."},
+    **NO_ROOM,
 }
 _Name = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=40)]
 _NamePath = Annotated[str, Path(min_length=1, max_length=40, description="The person's name.")]

@@ -6,12 +6,11 @@ from fastapi import APIRouter, HTTPException, Path
 from fastapi.responses import FileResponse
 
 from miburi.errors import InputError
-from miburi.interface.refusing import NOTHING, REFUSED, Refusals
+from miburi.interface.refusing import NO_ROOM, NOTHING, REFUSED, Refusals
 from miburi.live.view import LivePartner
 from miburi.wire.messages import RecordingIn, RecordingOut
 
 _NONE: Refusals = {404: {"description": "Nothing has that name."}}
-_NO_ROOM: Refusals = {507: {"description": "The folder is full or read-only."}}
 _RecordingName = Annotated[str, Path(max_length=60, description="The name of its file.")]
 
 
@@ -26,7 +25,7 @@ def add_recordings(router: APIRouter, runner: LivePartner) -> None:
         """Return all recordings, and the one that is being written."""
         return [RecordingOut.model_validate(one._asdict()) for one in kept.kept()]
 
-    @router.post("/recordings", status_code=NOTHING, responses=REFUSED | _NO_ROOM)
+    @router.post("/recordings", status_code=NOTHING, responses=REFUSED | NO_ROOM)
     def record(wish: RecordingIn) -> None:
         """Start or end a recording."""
         if wish.on:
@@ -48,7 +47,7 @@ def add_recordings(router: APIRouter, runner: LivePartner) -> None:
             raise HTTPException(404, str(error)) from error
         return FileResponse(path, filename=name, media_type="application/octet-stream")
 
-    @router.delete("/recordings/{name}", status_code=NOTHING, responses=_NONE | _NO_ROOM)
+    @router.delete("/recordings/{name}", status_code=NOTHING, responses=_NONE | NO_ROOM)
     def delete(name: _RecordingName) -> None:
         """Delete a recording."""
         try:

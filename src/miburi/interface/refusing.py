@@ -21,6 +21,8 @@ REFUSED: Refusals = {
     409: {"description": "The body cannot do that now."},
     503: {"description": "Too much at once, or the robot cannot be reached."},
 }
+#: The refusal of a request that needs the disk.
+NO_ROOM: Refusals = {507: {"description": "The disk is full, or cannot be written to."}}
 _STATUSES = {
     BodyError: 409,
     InputError: 400,
