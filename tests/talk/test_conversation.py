@@ -97,7 +97,8 @@ def test_a_reply_is_spoken_and_felt_and_the_log_says_where_words_go(
         ("stimulus", None, "happiness", "talk"),
         ("speech_begun", None, told[3][2], None),
     ]
-    assert [e.text for e in entries if e.kind == "speech_begun"] == ["How lovely!"]
+    # A reply may repeat what was said, which the log may not tell.
+    assert [e.text for e in entries if e.kind == "speech_begun"] == [None]
     assert live.snapshot.state.spoken is not None
     assert live.snapshot.state.spoken.text == "How lovely!"
 

@@ -141,7 +141,7 @@ class Speech:
             heard = Impression(None, 0.0, "speech")
         if (grave or heard.worry is not None) and self._conversation is not None:
             self._conversation.overtake()
-        felt = await granted(self._partner, Sense(heard, said))
+        felt = await granted(self._partner, Sense(heard, said, who(by)))
         answer = self._comfort.answer(heard, said, language, wanted, after=after)
         wants = script(language).asks(said) or script(language).wants_more(said)
         idle = self._conversation is None and not wants and all(one.cue.broad for one in wanted)
