@@ -4,7 +4,7 @@ In goes a sentence; out comes a kind of distress, or None. Distress is judged be
 on text without punctuation and capitals, which speech recognisers omit.
 
 Hand-written patterns (a language's ``distress.toml``) match the plainest phrases, and others that
-show that no distress is meant. For English and Japanese there are two models. A small linear model
+show that no distress is meant. A few match words that are always worth a question. For English and Japanese there are two models. A small linear model
 (``distress.npz``, trained by ``tools/train_distress.py`` on sentences that we and strangers wrote
 for it) weighs the patterns together with groups of words and letters. A small network
 (:mod:`miburi.senses.network`) weighs the words in their order. The geometric mean of their
@@ -68,10 +68,16 @@ _Fitting = tuple[dict[Distress, str], set[str]]
 
 
 class _Patterns(Table):
-    """One language's ``distress.toml``; above the likelihood ``finds``, distress is reported."""
+    """One language's ``distress.toml``; above the likelihood ``finds``, distress is reported.
+
+    ``read_as`` has harmless phrases with grave words in them, and what is read instead ("electric
+    fire", "heater"); ``asks`` has words that are worth a question even if the models hear nothing.
+    """
 
     finds: float = 0.66
     words: dict[str, str]
+    read_as: dict[str, str] = Field(default_factory=dict)
+    asks: dict[Distress, list[str]] = Field(default_factory=dict)
     kinds: dict[Distress, Annotated[list[str], Field(min_length=1)]]
     excuses: dict[str, Annotated[list[str], Field(min_length=1)]]
 
@@ -118,6 +124,28 @@ def _compiled(
         for name, phrases in table.excuses.items()
     }
     return kinds, excuses
+
+
+@cache
+def _asked(language: Language) -> dict[Distress, re.Pattern[str]]:
+    table = read(_Patterns, language, "distress")
+    if table is None:
+        return {}
+    return {
+        kind: compile_phrases(phrases, language, table.words)
+        for kind, phrases in table.asks.items()
+    }
+
+
+@cache
+def _read_as(language: Language) -> list[tuple[re.Pattern[str], str]]:
+    table = read(_Patterns, language, "distress")
+    if table is None:
+        return []
+    return [
+        (compile_phrases([phrase], language, table.words), instead)
+        for phrase, instead in table.read_as.items()
+    ]
 
 
 def hears_distress_in(language: Language) -> bool:
@@ -230,14 +258,33 @@ def _by_language(text: str, usual: Language) -> Iterator[tuple[str, Language]]:
 
 def _judge(text: str, language: Language) -> Heard | None:
     said = plain(text, language)
+    for phrase, instead in _read_as(language):
+        said = phrase.sub(instead, said)
     if not said:
         return None
     if (model := _model(language)) is not None:
-        return model(said)
+        return _at_least_asked(model(said), said, language)
     found, excuses = _fitting(said, language)
     if excuses - {"idioms"}:
         return None
     return next((Heard(kind, words) for kind, words in found.items()), None)
+
+
+def _at_least_asked(heard: Heard | None, said: str, language: Language) -> Heard | None:
+    """Return what the models heard, or a question where the words are always worth one.
+
+    Where the models heard distress but no pattern knows its kind, these words tell the kind, unless
+    it is about a child.
+    """
+    sure = heard is not None and heard.doubt is not Doubt.SLIGHT_SIGN
+    if heard is not None and (heard.words or (sure and heard.kind == "child")):
+        return heard
+    kinds = (kind for kind, words in _asked(language).items() if find_phrase(words, said, language))
+    kind = next(kinds, None)
+    if kind is None or _fitting(said, language)[1] - {"idioms", "fine"}:
+        return heard
+    doubt = Doubt.NONE if heard is not None and not heard.doubt else Doubt.WORTH_A_QUESTION
+    return Heard(kind, "", doubt)
 
 
 def _fitting(said: str, language: Language) -> _Fitting:

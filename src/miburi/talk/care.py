@@ -42,6 +42,22 @@ class Numbers(Table):
     listening: str | None = None
 
 
+class Follow(Table):
+    """What somebody asks or says next in an emergency, and the answers to it.
+
+    Attributes
+    ----------
+    kinds, when
+        The kinds of distress that it may follow, and regular expressions of the words.
+    say
+        The answers, used in turn.
+    """
+
+    kinds: Annotated[list[Distress], Field(min_length=1)]
+    when: Annotated[list[str], Field(min_length=1)]
+    say: _Lines
+
+
 class WordsOfCare(Table):
     """One language's ``care.toml``.
 
@@ -53,8 +69,11 @@ class WordsOfCare(Table):
         Advice, by kind of distress, and lines for the ten minutes afterwards, used in turn.
     ask, yes, wonder, no
         Questions about possible distress, by kind, and regular expressions for a yes; questions
-        after a slight sign, and regular expressions for a no. All are empty in a language without a
-        model of distress.
+        after a slight sign, and regular expressions for a no. They are empty in a language without
+        a model of distress.
+    follow, goes_on
+        Answers to what is asked and said next, and regular expressions of other questions by
+        somebody in need ("Should I …?").
     untrue, besides, misheard
         Regular expressions of clauses that deny distress, and of harmless clauses after them; and
         the replies.
@@ -70,6 +89,8 @@ class WordsOfCare(Table):
     yes: list[str] = Field(default_factory=list)
     wonder: list[_Line] = Field(default_factory=list)
     no: list[str] = Field(default_factory=list)
+    follow: list[Follow] = Field(default_factory=list)
+    goes_on: list[str] = Field(default_factory=list)
     untrue: list[str]
     besides: list[str]
     words: dict[str, str] = Field(default_factory=dict)
@@ -110,6 +131,10 @@ class Care:
         """Return a line for the ten minutes after distress."""
         return self._fill(words_of_care(language).after, language, turn)
 
+    def follow(self, follow: Follow, language: Language, turn: int) -> str:
+        """Return the answer to what is asked or said next."""
+        return self._fill(follow.say, language, turn)
+
     def _fill(self, lines: list[str], language: Language, turn: int) -> str:
         words = words_of_care(language)
         numbers = regions()[self.region] if self.region else None
@@ -140,6 +165,18 @@ def agrees(text: str, language: Language) -> bool:
 def denies(text: str, language: Language) -> bool:
     """Whether a reply says that somebody is not all right."""
     return find_phrase(_pattern("no", language), plain(text, language), language) is not None
+
+
+def find_follow(text: str, kind: Distress, language: Language) -> Follow | None:
+    """Return what a remark asks or says about an emergency of this kind, if it is known."""
+    said = plain(text, language)
+    fits = (one for one, words in _follows(language) if kind in one.kinds and words.search(said))
+    return next(fits, None)
+
+
+def goes_on(text: str, language: Language) -> bool:
+    """Whether a remark asks what somebody in need should or may do."""
+    return _pattern("goes_on", language).search(plain(text, language)) is not None
 
 
 def takes_back(text: str, language: Language) -> bool:
@@ -180,7 +217,13 @@ def regions() -> dict[str, Numbers]:
 
 @cache
 def _pattern(
-    name: Literal["yes", "no", "untrue", "besides", "never"], language: Language
+    name: Literal["yes", "no", "untrue", "besides", "never", "goes_on"], language: Language
 ) -> re.Pattern[str]:
     words = words_of_care(language)
     return compile_phrases(getattr(words, name) or ["(?!)"], language, words.words)
+
+
+@cache
+def _follows(language: Language) -> list[tuple[Follow, re.Pattern[str]]]:
+    words = words_of_care(language)
+    return [(one, compile_phrases(one.when, language, words.words)) for one in words.follow]

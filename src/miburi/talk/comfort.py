@@ -10,7 +10,7 @@ from miburi.languages import Language
 from miburi.senses import Impression
 from miburi.senses.kinds import Distress
 from miburi.talk.answers import is_needless
-from miburi.talk.care import Care, agrees, denies, takes_back
+from miburi.talk.care import Care, agrees, denies, find_follow, goes_on, takes_back
 from miburi.talk.cue import Match
 from miburi.talk.script import script
 
@@ -39,8 +39,10 @@ class Comfort:
         self._turns: Counter[str] = Counter()  # of help and questions, by kind
         self._since = 0  # remarks since words of distress, except orders and unrelated questions
         self._hidden: datetime | None = None  # when there was last a sign of suicide or abuse
-        self._plain = False  # whether the latest distress was explicit
-        self._over = False  # whether the conversation has moved on from distress
+        self._kind: Distress | None = None  # of the latest words of distress
+        self._untrue = False  # whether somebody has said that nothing has happened
+        self._plain = False  # whether the latest words of distress were plain
+        self._over = False  # whether somebody has wanted something else, after words that were not
         self._asked: _Question | None = None  # whether somebody needs help
         self._before: _Question | None = None  # the same question, as of before this remark
         self._wondered: _Question | None = None  # whether somebody is all right
@@ -83,19 +85,47 @@ class Comfort:
 
         It is None if the remark is not about distress, or has a better answer.
         """
-        if heard.worry is not None:
+        back = not self._over and not self._hides() and takes_back(said, language)
+        if after and back and heard.distress is None and heard.worry is None:
+            self._over = self._untrue = True
+            return self._care.give_way(language, self._turn("misheard"))
+        follow = self._follow(heard, said, language, after=after)
+        if heard.worry is not None and follow is None:
             self._asked = heard.worry, self._clock()
             return self._care.ask(heard.worry, language, self._turn(f"ask {heard.worry}"))
         if heard.distress is not None:
-            self._since, self._over = 0, False
+            self._since, self._over, self._untrue = 0, False, False
             self._plain = bool(heard.why) or self._is_open(self._before)
-            return self._care.help(heard.distress, language, self._turn(heard.distress))
-        if after and not self._over and not self._hides() and takes_back(said, language):
-            self._over = True
-            return self._care.give_way(language, self._turn("misheard"))
+            if follow is None and not (after and self._kind and heard.distress == "help"):
+                self._kind = heard.distress
+            if follow is None:
+                return self._care.help(heard.distress, language, self._turn(heard.distress))
+        if follow is not None:
+            return follow
         if after and self._stays(said, language, wanted):
             return self._care.stay(language, self._turn(""))
         return None
+
+    def _follow(
+        self, heard: Impression, said: str, language: Language, *, after: bool
+    ) -> str | None:
+        """Return the answer to what is asked next in the emergency that was heard or asked about.
+
+        None: it is not known, or plain words tell of another emergency.
+        """
+        if after and not self._untrue and (self._plain or not self._over):
+            kind = self._kind
+        elif self._is_open(self._before):
+            kind = self._before[0]
+        else:
+            return None
+        if kind is None or (heard.why and heard.distress not in (None, kind, "help")):
+            return None
+        follow = find_follow(said, kind, language)
+        if follow is None:
+            return None
+        self.keep_open()
+        return self._care.follow(follow, language, self._turn(follow.when[0]))
 
     def wonder(self, hint: Distress, language: Language) -> str:
         """Ask whether somebody is all right, after a slight sign of distress."""
@@ -121,17 +151,18 @@ class Comfort:
     def _stays(self, said: str, language: Language, wanted: list[Match]) -> bool:
         """Return whether the answer comes back to earlier distress."""
         words = script(language)
-        known = any(not (match.cue.broad or match.cue.aside) for match in wanted)
-        asks = words.asks(said)
-        stays, people = self._since < _STAYS, words.fits("people", said)
-        other = asks and ((known and not stays) or (not people and (known or not stays)))
         acts = any(match.cue.acts for match in wanted)
-        # After "Do you know any jokes?", the distress was misheard, or is over.
+        onward = goes_on(said, language) and not acts
+        known = any(not (match.cue.broad or match.cue.aside) for match in wanted) and not onward
+        asks = words.asks(said) or onward
+        stays, people = self._since < _STAYS, onward or words.fits("people", said)
+        other = asks and ((known and not stays) or (not people and (known or not stays)))
+        # Whoever asks "Do you know any jokes?" was misheard, or the distress is over.
         fun = not stays and any(match.cue.light and match.cue.stays for match in wanted)
         self._over = self._over or fun or (not self._plain and (known or acts))
         if self._over or other or acts:
             return False
         self._since += 1
         if not self._plain:
-            return self._since == 1
+            return onward or self._since == 1
         return asks or self._since <= _STAYS or self._since % _EVERY == 0
