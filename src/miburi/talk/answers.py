@@ -67,9 +67,12 @@ class SmallAnswer:
         return None if self.cue is None else self.cue.do
 
 
-def wants_stop(said: str, language: Language) -> bool:
-    """Whether somebody tells the body to stop; checked before anything else."""
-    return any(script(language).intents_of(said, do="stop"))
+def wants_stop(said: str, language: Language, *, moving: bool = False) -> bool:
+    """Whether somebody tells the body to stop; checked before anything else.
+
+    While it is ``moving``, so do words such as "That hurts" and "Pack it in".
+    """
+    return any(script(language).intents_of(said, ("moving",) if moving else (), do="stop"))
 
 
 def is_needless(worry: str, wanted: Iterable[Match]) -> bool:

@@ -64,8 +64,10 @@ class Script(Calendar):
         Regular expressions for facts, for questions, and for a sentence that belongs to the fact
         before it.
     begin, stopped, paused, gentle
-        Sentences for speaking first, by reason; for a body that cannot move; and for ``heavy``
-        words without another answer (by default, the usual answers).
+        What the partner says when it speaks first, for each reason; when the body cannot move; and
+        in answer to ``heavy`` words that have no other answer (by default, the usual answers).
+    whys
+        Why the body is stopped, by the name of a stop's reason; ``other`` stands for the rest.
     likely
         The least likelihood of a question's intent without a pattern.
     """
@@ -97,6 +99,7 @@ class Script(Calendar):
     stopped: Lines
     paused: Lines
     gentle: Lines = Field(default_factory=list)
+    whys: dict[str, str] = Field(default_factory=dict)
     likely: Annotated[float, Field(gt=0, lt=1)] = 0.45
 
     @cached_property

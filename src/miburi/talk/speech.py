@@ -22,6 +22,7 @@ from miburi.senses.tone import Tone, coloured
 from miburi.serving.press import Press, who
 from miburi.talk.answers import JOYS, Answerer, SmallAnswer, wants_stop
 from miburi.talk.beginning import Beginning
+from miburi.talk.body import slots_of
 from miburi.talk.care import Care, may_be_said, words_of_care
 from miburi.talk.comfort import Comfort
 from miburi.talk.cue import Cue
@@ -82,6 +83,7 @@ class Speech:
         self._noted: tuple[str | None] | None = None  # the conversation's trouble, as logged
         self._counted = partner.history.number
         self._leaning: Array | None = None
+        self._body: dict[str, str] = {}  # what the body did when the last remark came, as slots
         self._deleted = 0  # the memory's count of deletions, when last checked
         self._changing = asyncio.Lock()  # else a slow disk would hold all threads
 
@@ -124,7 +126,8 @@ class Speech:
         self._forget_deleted()
         self._language = language = language_of(said, self._language)
         self.beginning.notice(language)
-        if wants_stop(said, language):
+        self._body = slots_of(self._partner.snapshot.state, language)
+        if wants_stop(said, language, moving="moving" in self._body):
             await done(self._partner.stop(Press(who(by))))
         heard = coloured(await asyncio.to_thread(hear, said, language), tone)
         heard = self._comfort.confirm(heard, said, language)
@@ -240,7 +243,7 @@ class Speech:
             "corrected": self.memory.corrected(said, language),
             "before": self.memory.remarks.latest_told(),
         }
-        return {slot: text for slot, text in known.items() if text is not None}
+        return {slot: text for slot, text in known.items() if text is not None} | self._body
 
     def _remember(self, answer: SmallAnswer, said: str) -> None:
         """Store a name or a fact, as the answer says."""
