@@ -96,6 +96,10 @@ KEPT_BACK = {
         ("Who are you and why are you in my house?", "lost"),
         ("銀行の人が暗証番号を教えてと言うの", "fraud"),
         ("On m'a arnaquée au téléphone", "fraud"),
+        ("I had a sip of the bleach thinking it was water", "poison"),
+        ("my insulin I did two lots", "poison"),
+        ("さっきからお台所がなんだか臭いんだよ", "gas"),
+        ("台所がくさい", "gas"),
     ],
 )
 def test_somebody_in_distress_is_heard(said: str, kind: str) -> None:
@@ -146,6 +150,11 @@ def test_somebody_in_distress_is_heard(said: str, kind: str) -> None:
         "Good evening. It's only me, as if it would be anyone else.",
         "For me it's George Best and I won't hear otherwise.",
         "You'd tell me, wouldn't you, if I kept saying the same thing over and over?",
+        # Leave-taking and heaters.
+        "I'm off now, here's Mum",
+        "Right, I'm going now, this is my daughter.",
+        "should I put the electric fire in the bathroom",
+        "The electric fire is on in the bedroom.",
     ],
 )
 def test_something_else_is_no_distress(said: str) -> None:
@@ -171,6 +180,43 @@ def test_what_may_be_distress_is_asked_about() -> None:
     assert Impression(None, 0.0, "speech", distress="fire").reason == "distress (fire)"
     for said in ("Good morning!", "I am so happy", "おはよう"):
         assert (hear(said).worry, hear(said).hint) == (None, None)
+
+
+@pytest.mark.parametrize(
+    ("said", "kind"),
+    [
+        ("I haven't had a bite since Thursday", "help"),
+        ("He has not eaten a thing for two days", "help"),
+        ("not a morsel has passed my lips", "help"),
+        ("I had a sip of the bleach", "poison"),
+        ("なんだか臭い", "gas"),
+        ("部屋がなんか臭う", "gas"),
+        ("木曜から何も食べてない", "help"),
+    ],
+)
+def test_some_words_are_always_worth_a_question(said: str, kind: str) -> None:
+    """The models heard nothing in these, or not what it was."""
+    heard = hear(said)
+    assert (heard.distress, heard.worry) == (None, kind)
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "I haven't had a bite of chocolate since Thursday",
+        "I haven't had a bite since breakfast",
+        "In the film he had a sip of bleach",
+        "台所の生ゴミが臭い",
+        "納豆が臭い",
+    ],
+)
+def test_what_only_sounds_like_it_is_not_asked_about(said: str) -> None:
+    heard = hear(said)
+    assert (heard.distress, heard.worry) == (None, None)
+
+
+def test_a_heater_may_burn() -> None:
+    assert hear("The electric fire is on fire").distress == "fire"
 
 
 def test_a_slight_sign_of_distress_is_not_asked_about_at_once() -> None:

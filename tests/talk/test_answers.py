@@ -199,7 +199,7 @@ def test_it_speaks_of_its_own_feeling_every_other_time_at_most() -> None:
 @pytest.mark.parametrize("language", folders())
 def test_every_answer_is_in_its_language_and_can_be_said(language: Language) -> None:
     slots = {"it", "words", "name", "clock", "date", "tomorrow", "last"}
-    slots |= {"told", "latest", "kept", "before", "next", "away", "ahead", "day", "sum"}
+    slots |= {"told", "latest", "kept", "before", "next", "away", "ahead", "day", "sum", "stopped"}
     for line in lines(language):
         used = {name for _, name, _, _ in Formatter().parse(line) if name}
         assert used <= slots, line

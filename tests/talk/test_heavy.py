@@ -197,6 +197,43 @@ def test_no_other_stop_stops_the_body(said: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("said", "at_rest"),
+    [
+        ("that hurts, let go", True), ("you've got my finger", True), ("keep still will you", True),
+        ("Ouch, you've got hold of my hand!", True), ("let go, that's my finger", True),
+        ("ow, that's my finger", False), ("Ow! My finger!", False), ("oh do give over", False),
+        ("sit still", False), ("can't you sit still", False), ("pack it in", False),
+        ("Give over, you daft thing", False), ("let go", False), ("ouch", False),
+        ("That really hurts!", False), ("Mind my fingers", False), ("Knock it off", False),
+        ("You nearly had my eye out", False), ("that's pinching my finger", False),
+        ("痛い、離して", False), ("指が挟まった", False), ("やめてってば", False), ("痛っ", False),
+        ("手がぶつかった", False),
+    ],
+)  # fmt: skip
+def test_while_it_moves_the_words_of_somebody_caught_or_hurt_stop_it(
+    said: str, at_rest: bool
+) -> None:
+    language = language_of(said)
+    assert wants_stop(said, language, moving=True)
+    assert wants_stop(said, language) == at_rest
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "my knee hurts", "that hurts my feelings", "I cut my finger this morning", "ow, my back",
+        "It hurts when I walk.", "My hand hurts in the cold.", "You've got my mother's eyes.",
+        "He told me to pack it in.", "The children won't sit still.", "let it go",
+        "I can't let go of the past.", "Get off at the next stop.", "I sat still in church.",
+        "I trapped my finger in the door yesterday", "You have a nice hand.",
+        "膝が痛い", "頭が痛い", "今朝指を切った", "昨日ドアに指を挟んだ", "心が痛い",
+    ],
+)  # fmt: skip
+def test_other_pain_does_not_stop_it_even_while_it_moves(said: str) -> None:
+    assert not wants_stop(said, language_of(said), moving=True)
+
+
+@pytest.mark.parametrize(
     "asks",
     [
         "And is there another one about now?",

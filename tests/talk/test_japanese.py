@@ -15,6 +15,7 @@ from tests.fixtures.talk import Talk
         ("出かけてる間、お鍋の火を見張っててくれるかしら", "watch_for"),
         ("左の手だけ、すうっと上げてごらん", "lift_left"),
         ("これ、怒っていいよね？", "right_to"),
+        ("手を上げてちょうだい", "lift_arms"),
     ],
 )
 def test_a_question_is_understood_that_no_pattern_has(said: str, meant: str) -> None:

@@ -45,6 +45,11 @@ TOLD = [
      "Who has the sugars, then, did you catch that?", "two sugars"),
     (["I'd like to go to Whitby on the train.", "Ruth wants me to do pottery."],
      "Where was it I said I wanted to go?", "Whitby"),
+    (["my son is Simon", "Simon comes on Thursdays", "It's Friday he comes, not Thursday"],
+     "when does my son come", "Friday"),
+    (["Mavis brought scones", "no, I tell a lie, it was Doreen"], "who came round", "Doreen"),
+    (["My husband was a baker.", "I tell a lie, he was a miller."], "What was my husband?",
+     "miller"),
     (["木曜日はな、十時から手芸教室があるねん。", "今日は寒いなあ"],
      "手芸教室は何曜日やった", "木曜日"),
     (["眼鏡は戸棚の引き出しにしまった", "昼は蕎麦にしよう"],
@@ -101,6 +106,15 @@ def test_what_somebody_asked_it_to_keep_is_said_back_before_what_was_told(talk: 
     kept = talk.say(asks).answer
     assert "the bins tonight" in kept
     assert "Leeds" not in kept
+
+
+@pytest.mark.parametrize(
+    "asks", ["what did I ask you to remember", "What have I asked you to remember?"]
+)
+def test_it_says_what_it_was_asked_to_remember(talk: Talk, asks: str) -> None:
+    assert talk.say(asks).meant == "reminders"
+    talk.say("Remember that Simon comes on Thursdays.")
+    assert "Thursdays" in talk.say(asks).answer
 
 
 def test_it_takes_a_correction_and_repeats_what_it_said_not_that_it_said_it(talk: Talk) -> None:

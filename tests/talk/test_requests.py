@@ -4,7 +4,35 @@ import pytest
 from tests.fixtures.answers import answer, meant
 from tests.fixtures.talk import Talk
 
+from miburi.languages import language_of
 from miburi.talk.answers import Answerer
+from miburi.talk.script import script
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "do you tell anyone what I say",
+        "are you going to tell Simon what I say",
+        "who hears what I tell you",
+        "Does anybody else hear what I say?",
+        "Will you tell my daughter about this?",
+        "Is this private?",
+        "話したことをだれかに言う？",
+        "息子に私の言ったことを話すの？",
+    ],
+)
+def test_who_hears_somebody_is_answered_truly(said: str) -> None:
+    language = language_of(said)
+    for seed in range(6):
+        text = answer(said, language, Answerer(seed)).text
+        assert ("sharing" if language == "en" else "共有") in text
+
+
+@pytest.mark.parametrize("language", ["en", "ja"])
+def test_it_promises_no_secrecy(language: str) -> None:
+    said = [line for cue in script(language).intent for line in cue.say]
+    assert not [line for line in said if "tell nobody." in line or "だれにも言いません" in line]
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ import pytest
 from tests.fixtures.talk import Talk
 
 from miburi.live.wishes import Pause, Release
+from miburi.safety.stop import StopReason
 from miburi.talk.answers import Answerer
 from miburi.talk.initiative import Manners
 from miburi.talk.script import script
@@ -24,6 +25,59 @@ def test_stop_stops_the_body_and_only_a_person_releases_it(talk: Talk, said: str
     assert answer.answer in [
         line for words in ("en", "ja", "fr") for line in script(words).intent[0].say
     ]
+
+
+@pytest.mark.parametrize(
+    "said", ["that hurts, let go", "sit still", "ow, that's my finger", "痛い！"]
+)
+def test_words_of_somebody_caught_stop_a_body_that_moves(talk: Talk, said: str) -> None:
+    assert talk.runner.snapshot.state.phase == "idle"
+    talk.say("Dance!")
+    talk.until(lambda state: state.phase == "moving")
+    assert talk.say(said).meant == "stop"
+    assert talk.runner.snapshot.state.phase == "stopped"
+
+
+@pytest.mark.parametrize("said", ["sit still", "ow, that's my finger", "pack it in", "痛い！"])
+def test_at_rest_such_words_are_only_talk(talk: Talk, said: str) -> None:
+    assert talk.say(said).meant != "stop"
+    assert talk.runner.snapshot.state.phase == "idle"
+
+
+@pytest.mark.parametrize(
+    ("said", "language", "why"),
+    [
+        ("why have you stopped", "en", True),
+        ("Why aren't you moving?", "en", True),
+        ("how do I get you going again", "en", False),
+        ("carry on then", "en", False),
+        ("start again", "en", False),
+        ("What do I press?", "en", False),
+        ("どうして止まったの", "ja", True),
+        ("どうすればまた動くの", "ja", False),
+        ("続けて", "ja", False),
+    ],
+)
+def test_stopped_it_says_why_and_how_to_go_on_but_no_voice_releases_it(
+    talk: Talk, said: str, language: str, why: bool
+) -> None:
+    talk.runner.stop()
+    talk.runner.tick()
+    heard = talk.say(said)
+    assert ("Release" if language == "en" else "解除") in heard.answer
+    assert (script(language).whys["asked"] in heard.answer) == why
+    assert talk.runner.snapshot.state.phase == "stopped"
+
+
+def test_where_it_is_paused_it_names_resume(talk: Talk) -> None:
+    talk.runner.ask(Pause(True))
+    talk.runner.tick()
+    assert "Resume" in talk.say("carry on then").answer
+
+
+@pytest.mark.parametrize("language", ["en", "ja"])
+def test_every_reason_that_it_names_is_one(language: str) -> None:
+    assert set(script(language).whys) <= {*StopReason, "other"}
 
 
 def test_a_program_that_says_stop_is_known_as_one(talk: Talk) -> None:

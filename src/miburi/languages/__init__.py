@@ -16,7 +16,7 @@ Miburi's folder of the same name.
 import os
 import re
 import unicodedata
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache, cached_property
 from importlib import resources
 from importlib.resources.abc import Traversable
@@ -43,6 +43,7 @@ __all__ = [
     "is_elsewhere",
     "is_spaced",
     "language_of",
+    "otherwise_named",
     "plain",
     "read",
     "same_words",
@@ -105,6 +106,7 @@ class _Rules(Table):
     clues: list[Clue] = Field(default_factory=list)
     elsewhere: list[str] = Field(default_factory=list)
     whom: list[_Whom] = Field(default_factory=list)
+    called: list[str] = Field(default_factory=list)
     parts: dict[str, str] = Field(default_factory=dict)
 
     @cached_property
@@ -210,6 +212,22 @@ def subjects_of(question: str, language: Language) -> list[str]:
     found = re.finditer(_rules(language).subject, plain(question, language))
     names = _NAMED.findall(question) if is_spaced(language) else []
     return [match["it"] for match in found] + [plain(name, language) for name in names]
+
+
+def otherwise_named(question: str, told: Iterable[str], language: Language) -> Iterator[str]:
+    """Yield a question with somebody's name for the relation, or the reverse, as it was told.
+
+    >>> [*otherwise_named("When does my son come?", ["My son is Simon."], "en")]
+    ['When does Simon come?']
+    """
+    found = (
+        one for each in told for rule in _rules(language).called for one in re.finditer(rule, each)
+    )
+    for one in found:
+        for called, instead in ((one["who"], one["name"]), (one["name"], one["who"])):
+            other = re.sub(rf"\b{re.escape(called)}\b", instead, question, flags=re.IGNORECASE)
+            if other != question:
+                yield other
 
 
 def fits(rule: Literal["everything", "naming", "own"], said: str, language: Language) -> bool:

@@ -4,12 +4,13 @@ In goes a sentence; out comes a kind of distress, or None. Distress is judged be
 on text without punctuation and capitals, which speech recognisers omit.
 
 Hand-written patterns (a language's ``distress.toml``) match the plainest phrases, and others that
-show that no distress is meant. A few match words that are always worth a question. For English and Japanese there are two models. A small linear model
-(``distress.npz``, trained by ``tools/train_distress.py`` on sentences that we and strangers wrote
-for it) weighs the patterns together with groups of words and letters. A small network
-(:mod:`miburi.senses.network`) weighs the words in their order. The geometric mean of their
-likelihoods counts. In other languages the patterns decide. No expert has reviewed the patterns or
-the models. This is neither an alarm nor a medical device.
+show that no distress is meant. A few match words that are always worth a question. For English and
+Japanese there are two models. A small linear model (``distress.npz``, trained by
+``tools/train_distress.py`` on sentences that we and strangers wrote for it) weighs the patterns
+together with groups of words and letters. A small network (:mod:`miburi.senses.network`) weighs the
+words in their order. The geometric mean of their likelihoods counts. In other languages the
+patterns decide. No expert has reviewed the patterns or the models. This is neither an alarm nor a
+medical device.
 """
 
 import re

@@ -241,6 +241,7 @@ class Speech:
             "latest": self.memory.kept(language, 1),
             "kept": self.memory.kept(language),
             "corrected": self.memory.corrected(said, language),
+            "lately": self.memory.remarks.last_told(),
             "before": self.memory.remarks.latest_told(),
         }
         return {slot: text for slot, text in known.items() if text is not None} | self._body
