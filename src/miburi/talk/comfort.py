@@ -164,5 +164,5 @@ class Comfort:
             return False
         self._since += 1
         if not self._plain:
-            return onward or self._since == 1
+            return self._since <= (_STAYS if onward else 1)
         return asks or self._since <= _STAYS or self._since % _EVERY == 0
