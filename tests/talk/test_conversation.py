@@ -103,6 +103,16 @@ def test_a_reply_is_spoken_and_felt_and_the_log_says_where_words_go(
     assert live.snapshot.state.spoken.text == "How lovely!"
 
 
+def test_who_hears_somebody_is_told_by_itself_and_the_model_is_named(
+    live: Runner, mind: Mind
+) -> None:
+    with talking(live, mind.endpoint) as url, miburi.connect(url) as partner:
+        heard = partner.say("Do you tell anyone what I say?")
+    assert heard.meant == "who_hears"
+    assert "language model" in heard.answer
+    assert mind.asked == []
+
+
 def test_who_speaks_of_ending_their_life_is_answered_by_no_model(live: Runner, mind: Mind) -> None:
     with talking(live, mind.endpoint) as url, miburi.connect(url) as partner:
         heard = partner.say("I want to kill myself")

@@ -57,9 +57,12 @@ class Cue(Table):
         Whether it can be requested without a question ("Keep me company"), although it triggers no
         movement. A wrong match would do no harm.
     without, within
-        Names of a slot that must be empty, and of a slot that must be filled. For example, "it is
-        Toby" gives a name only while none is known, and "I do not get it" is about a joke only
-        after a joke (``after_joke``).
+        Names of a slot that must be empty, and of one that must be filled. Once the speaker's name
+        is known, "it is Toby" does not change it; "I do not get it" is about a joke only after a
+        joke (``after_joke``).
+    own
+        Whether the partner answers this itself even if a language model answers the rest, because a
+        model cannot know the answer.
     named, refers
         Regular expression of words that name this cue's act for a later "do it"; and whether this
         cue is such a "do it".
@@ -81,6 +84,7 @@ class Cue(Table):
     capital: bool = False
     heavy: bool = False
     mine: bool = False
+    own: bool = False
     named: str | None = None
     refers: bool = False
     without: str | None = None

@@ -153,9 +153,9 @@ class Speech:
         meant = None
         if answer is not None:
             await granted(self._partner, Speak(answer, "partner"))
-        await self.count(felt)  # after the words of care: this waits for the disk
-        if answer is None:
-            answer, meant = await self._answer(said, heard, language, felt, acts=acts)
+        else:
+            alone = acts or any(match.cue.own for match in wanted)
+            answer, meant = await self._answer(said, heard, language, felt, acts=alone)
             if meant == "repeat":
                 self._comfort.keep_open()
         self._answerer.spoke(answer)
@@ -242,6 +242,7 @@ class Speech:
             "kept": self.memory.kept(language),
             "corrected": self.memory.corrected(said, language),
             "lately": self.memory.remarks.last_told(),
+            "model": None if self._conversation is None else "",
             "before": self.memory.remarks.latest_told(),
         }
         return {slot: text for slot, text in known.items() if text is not None} | self._body
