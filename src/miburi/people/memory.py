@@ -15,9 +15,9 @@ from pathlib import Path
 from miburi.errors import InputError, OutputError
 from miburi.feelings import Stimulus, Temperament
 from miburi.feelings.temperament import Array
-from miburi.ground.files import write_whole
+from miburi.ground.log import log_once
 from miburi.languages import FALLBACK, Language, fits, is_spaced, otherwise_named, with_whom
-from miburi.people.attachment import age, leaning_of, load_attachment
+from miburi.people.attachment import leaning_of, lived
 from miburi.people.recall import ENOUGH, recall, ways_to_ask
 from miburi.people.records import (
     LONGEST_FACT,
@@ -222,19 +222,20 @@ class Memory:
         return None
 
     def amend(self, text: str, language: Language, due: datetime | None = None) -> None:
-        """Add a correction to what it corrects, or else to the latest statement."""
-        old = self.corrected(text, language) or self.remarks.last_told()
-        if old is None:
-            return
-        joined = _together([old, " ".join(text.split())], language)[:LONGEST_FACT]
-        facts = self._facts_now()
-        place = next((n for n, fact in enumerate(facts) if fact.text == old), None)
-        if place is None:  # it was only said by the way, and is not written
-            self.remarks.amend(old, joined)
-        else:
-            due = due or facts[place].due
-            facts[place] = facts[place].model_copy(update={"text": joined, "due": due})
-            self._write()
+        """Add a correction to the fact or remark that it corrects, or else to the latest remark."""
+        with self._lock:
+            old = self.corrected(text, language) or self.remarks.last_told()
+            if old is None:
+                return
+            joined = _together([old, " ".join(text.split())], language)[:LONGEST_FACT]
+            facts = [*self._facts_now()]
+            place = next((n for n, fact in enumerate(facts) if fact.text == old), None)
+            if place is None:  # a remark that is not stored
+                self.remarks.amend(old, joined)
+            else:
+                due = due or facts[place].due
+                facts[place] = facts[place].model_copy(update={"text": joined, "due": due})
+                self._keep(self.present, facts)
 
     def corrected(self, text: str, language: Language) -> str | None:
         """Return the fact or remark that a correction corrects; None if there is none.

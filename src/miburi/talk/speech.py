@@ -153,7 +153,8 @@ class Speech:
         meant = None
         if answer is not None:
             await granted(self._partner, Speak(answer, "partner"))
-        else:
+        await self.count(felt)  # after the words of care: this waits for the disk
+        if answer is None:
             alone = acts or any(match.cue.own for match in wanted)
             answer, meant = await self._answer(said, heard, language, felt, acts=alone)
             if meant == "repeat":
