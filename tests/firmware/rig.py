@@ -69,14 +69,22 @@ def calibrated() -> CardSettings:
 
 
 class Line(EmulatedCard):
-    """An emulated card whose cable can be pulled."""
+    """An emulated card whose cable can be pulled, and which can be mute.
 
-    pulled = False
+    ``closings`` counts how often the host has closed it.
+    """
+
+    pulled = mute = False
     sent = b""
+    closings = 0
 
     def read(self, until: float) -> bytes:
         if self.pulled:
             raise OSError("pulled")
+        if self.mute:
+            self.wait(until)
+            super().read(until)
+            return b""
         return super().read(until)
 
     def write(self, data: bytes) -> None:
@@ -87,6 +95,7 @@ class Line(EmulatedCard):
 
     def close(self) -> None:
         """The card stays on when the host lets go of the cable."""
+        self.closings += 1
 
 
 class Talking(Card):

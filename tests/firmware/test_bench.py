@@ -39,7 +39,7 @@ def person(emulation: EmulatedRobot, robot: Robot) -> Callable[[str], None]:
 def emulation(firmware: Path, robot: Robot, monkeypatch: pytest.MonkeyPatch) -> EmulatedRobot:
     """The card that the command finds; it stays on from call to call."""
     made = EmulatedRobot(robot, CardSettings.of(robot))
-    monkeypatch.setattr("miburi.card.card.SerialLine", lambda _: made)
+    monkeypatch.setattr("miburi.card.line.SerialLine", lambda _: made)
     monkeypatch.setattr(made, "close", lambda: None)
     monkeypatch.setattr("miburi.cli.card.robot_of", lambda _: robot)
     monkeypatch.setattr("miburi.cli.card.wait_for_enter", person(made, robot))

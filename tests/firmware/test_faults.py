@@ -128,6 +128,28 @@ def test_pulled_cable_is_a_stop_until_released(rig: Rig) -> None:
     recovers(rig)
 
 
+def test_a_mute_card_is_heard_again_however_late_the_steps_are(rig: Rig) -> None:
+    """A live partner's loop does not catch up after a long step. To open a port restarts a Mega."""
+
+    def live(seconds: float) -> None:
+        until = rig.line.now() + seconds
+        while rig.line.now() < until:
+            due = rig.line.now() + 0.02
+            rig.body.step(0.02)
+            rig.line.wait(due)
+
+    rig.line.mute = True
+    live(4.0)
+    assert rig.cause == (StopReason.LINE_LOST, None)
+    assert rig.line.closings == 0
+    live(8.0)
+    assert 1 <= rig.line.closings <= 2
+    rig.line.mute = False
+    live(2.0)
+    assert rig.cause == (StopReason.LINE_LOST, None)
+    recovers(rig)
+
+
 def test_silent_card_is_a_stop_and_the_servos_stop_by_themselves(rig: Rig, firmware: Path) -> None:
     """A card that hangs: its watchdog resets it; before that, the servos' own one has bitten."""
     raise_arms(rig, speed=0.8)

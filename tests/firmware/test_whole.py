@@ -5,6 +5,7 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +29,7 @@ from miburi.robot.specimens import specimens
 from miburi.safety.drive import EASES_AFTER
 from miburi.safety.move import Move, plan_move
 from miburi.safety.profile import SECOND
-from miburi.safety.stop import Phase
+from miburi.safety.stop import Phase, StopReason
 from miburi.studies import experiment
 
 
@@ -108,26 +109,56 @@ def test_who_has_sped_up_may_push_less(firmware: Path) -> None:
     body.close()
 
 
-def test_a_body_on_a_pseudo_terminal(firmware: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """pyserial at one end, the emulated card at the other; time passes as the host waits."""
-    robot = iphonoid()
-    emulation = EmulatedRobot(robot, CardSettings.of(robot))
-    ours, theirs = os.openpty()
-    os.set_blocking(ours, False)
-    clock = 0.0
+class Socket:
+    """Where a card is plugged in: a link to a pseudo-terminal; time passes as the host waits."""
 
-    def now(self: SerialLine) -> float:
-        return clock
+    def __init__(self, link: Path) -> None:
+        self.link, self.clock = link, 0.0
+        self.plug()
 
-    def read(self: SerialLine, until: float) -> bytes:
-        nonlocal clock
-        clock = max(clock, min(until, clock + 0.002))
-        pump(emulation, ours, clock)
-        return bytes(self._port.read(self._port.in_waiting))
+    def plug(self) -> None:
+        """Plug in a card that was switched off until now."""
+        robot = iphonoid()
+        self.card = EmulatedRobot(robot, CardSettings.of(robot))
+        self.ours, self.theirs = os.openpty()
+        os.set_blocking(self.ours, False)
+        self.link.unlink(missing_ok=True)
+        self.link.symlink_to(os.ttyname(self.theirs))
+        self.plugged = True
 
-    monkeypatch.setattr(SerialLine, "now", now)
+    def unplug(self) -> None:
+        self.plugged = False
+        os.close(self.ours)
+        os.close(self.theirs)
+        self.card.close()
+
+    def wait(self, until: float) -> None:
+        self.clock = max(self.clock, min(until, self.clock + 0.002))
+        if self.plugged:
+            pump(self.card, self.ours, max(self.clock, self.card.now()))
+
+
+@pytest.fixture
+def socket(
+    firmware: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[Socket]:
+    made = Socket(tmp_path / "ttyACM0")
+
+    def read(line: SerialLine, until: float) -> bytes:
+        made.wait(until)
+        return bytes(line._port.read(line._port.in_waiting))
+
+    monkeypatch.setattr(SerialLine, "now", lambda _: made.clock)
+    monkeypatch.setattr(SerialLine, "wait", lambda _, until: made.wait(until))
     monkeypatch.setattr(SerialLine, "read", read)
-    body = Card(os.ttyname(theirs), robot)
+    yield made
+    made.unplug()
+
+
+def test_a_body_on_a_pseudo_terminal(socket: Socket) -> None:
+    """pyserial at one end, the emulated card at the other."""
+    robot = iphonoid()
+    body = Card(str(socket.link), robot)
     wake(body)
     angles = robot.neutral.copy()
     angles[0] += 0.4
@@ -137,9 +168,36 @@ def test_a_body_on_a_pseudo_terminal(firmware: Path, monkeypatch: pytest.MonkeyP
     assert body.state.phase is Phase.IDLE
     assert np.abs(body.state.angles - angles).max() < 0.01
     body.close()
-    os.close(ours)
-    os.close(theirs)
-    emulation.close()
+
+
+def test_a_card_that_was_unplugged_is_found_again(socket: Socket) -> None:
+    """However late its steps are: the loop of a live partner does not catch up after a pause."""
+    body = Card(str(socket.link), iphonoid())
+    wake(body)
+
+    def live(seconds: float) -> None:
+        until = socket.clock + seconds
+        while socket.clock < until:
+            due = socket.clock + 0.02
+            body.step(0.02)
+            pause(due)
+
+    def pause(until: float) -> None:
+        while socket.clock < until:
+            socket.wait(until)
+
+    pause(socket.clock + 0.5)
+    live(0.1)
+    socket.unplug()
+    live(3.0)
+    assert body.state.stop is not None
+    assert body.state.stop.reason is StopReason.LINE_LOST
+    socket.plug()
+    live(3.0)
+    assert body.state.phase is Phase.STOPPED
+    assert body.state.stop.reason is StopReason.CARD_STARTED
+    wake(body)
+    body.close()
 
 
 @pytest.mark.proof("test_a_specimen_moves_as_it_is_and_the_card_as_it_is_described")

@@ -30,7 +30,7 @@ from miburi.card.answers import (
 )
 from miburi.card.exchange import Exchange
 from miburi.card.history import ReportHistory
-from miburi.card.line import Line, SerialLine
+from miburi.card.line import Line, SamePort
 from miburi.card.link import FrameKind, Reason, Report
 from miburi.card.order import Order, Underway
 from miburi.card.reading import motors_of, window_of
@@ -102,7 +102,7 @@ class Card:
         self._guessed = False  # whether defaults stand in for what another firmware saved
         self.settings = settings or CardSettings.of(self.robot)
         self.on_report: Callable[[Report], None] = lambda _: None
-        open_line = (lambda: SerialLine(port)) if isinstance(port, str) else port
+        open_line = SamePort(port) if isinstance(port, str) else port
         try:
             self._exchange = Exchange(open_line, self._take)
         except OSError as error:
@@ -237,7 +237,9 @@ class Card:
         """Listen for ``dt`` seconds; if the card is lost, look for it."""
         # Time spent on requests counts as part of the step. A long pause before the call does not.
         now = self._exchange.now()
-        self._due = (self._due if now - self._due < _SILENCE else now) + dt
+        # While the card is lost, nothing is caught up: attempts to reach it take longer than steps.
+        late = self._connected and now - self._due < _SILENCE
+        self._due = (self._due if late else now) + dt
         if self._connected:
             self._hear(self._exchange.now())
             if (
@@ -331,6 +333,7 @@ class Card:
         if self._connected:
             self._connected = False
             self._retry_at = self._exchange.now()
+            self._reopen_at = self._retry_at + _START_UP
             self._own_stop = Stop(self._retry_at - self._history.began, StopReason.LINE_LOST)
 
     def _reconnect(self) -> None:
@@ -344,7 +347,10 @@ class Card:
             if self.report.reason == Reason.STARTED:
                 self._own_stop = None  # the card reports its own stop
         except BodyError:
-            self._exchange.reopen()
+            # To open its port restarts a card, which then needs time to answer.
+            if self._exchange.broken or self._exchange.now() >= self._reopen_at:
+                self._exchange.reopen()
+                self._reopen_at = self._exchange.now() + _START_UP
 
 
 def wake(card: Card) -> None:

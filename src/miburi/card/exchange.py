@@ -24,6 +24,8 @@ class Exchange:
     ----------
     asked
         When the latest request was sent, s.
+    broken
+        Whether a request met a broken line, which must be opened again.
     """
 
     def __init__(self, open_line: Callable[[], Line], take: Callable[[Report], None]) -> None:
@@ -33,6 +35,7 @@ class Exchange:
         self._answers: list[Frame] = []
         self._sequence = 0
         self.asked = self.now()
+        self.broken = False
 
     def now(self) -> float:
         """Return the time, s."""
@@ -49,10 +52,11 @@ class Exchange:
     def reopen(self) -> None:
         """Open the line again, if that is possible."""
         try:
-            self._line.close()
+            self._line.close()  # first: a device that is held open gets another name
             self._line = self._open()
+            self.broken = False
         except OSError:
-            pass
+            self.broken = True
 
     def close(self) -> None:
         """Close the line."""
@@ -98,6 +102,7 @@ class Exchange:
                             return read_answer(kind, answer, settings)
                     self._answers.clear()
             except OSError as error:
+                self.broken = True
                 raise NoAnswerError(f"The line to the card is broken: {error}.") from error
         raise NoAnswerError(
             "The card does not answer. Check cable and power, and that it has Miburi's firmware "

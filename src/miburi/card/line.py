@@ -4,6 +4,7 @@
 """
 
 import errno
+import os
 from time import monotonic, sleep
 from typing import Protocol
 
@@ -64,6 +65,35 @@ class SerialLine:
     def close(self) -> None:
         """Close the port."""
         self._port.close()
+
+
+class SamePort:
+    """Opens a serial port again and again, even if its USB device has another name after a replug.
+
+    A device is known by its maker, kind and serial number; without that number, only ``port``, the
+    name, is tried.
+    """
+
+    def __init__(self, port: str) -> None:
+        self._port = port
+        self._device: tuple[int, int, str] | None = None
+
+    def __call__(self) -> SerialLine:
+        """Open the port; raise OSError if that is impossible."""
+        from serial.tools.list_ports import comports
+
+        devices = {
+            one.device: (one.vid, one.pid, one.serial_number)
+            for one in comports()
+            if one.serial_number
+        }
+        names = [name for name, device in devices.items() if device == self._device]
+        linked = os.path.realpath(self._port)  # such as /dev/serial/by-id/…
+        if not names or linked in names or self._port in names:
+            names = [self._port, linked]
+        line = SerialLine(names[0])
+        self._device = next((devices[name] for name in names if name in devices), self._device)
+        return line
 
 
 def _in_words(port: str, error: OSError) -> str:
