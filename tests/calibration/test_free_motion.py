@@ -132,15 +132,19 @@ def test_the_file_keeps_the_rule_to_the_step(robot: Robot, tmp_path: Path) -> No
     write_calibration(robot, rule, path, "two\nlines")
     found = read_calibration(robot, path)
     back = found.rule
-    assert found.servos is None
+    assert (found.servos, found.named) == (None, True)
     assert (back.period, back.ratio) == (80_000, 9100)
     for name, values in vars(rule.guards).items():
         np.testing.assert_array_equal(vars(back.guards)[name], values)
     # Nothing was identified: what the rule expects is the description's servo.
     np.testing.assert_array_equal(back.servo, FreeRule.of(robot).servo)
     good = path.read_text()
-    # None of these would be a rule that stops.
+    path.write_text(good.replace('robot = "iphonoid"', "").replace('servo = "XL330-M288-T"', ""))
+    assert not read_calibration(robot, path).named
+    # None of these would be a rule that stops this robot.
     for right, wrong, words in [
+        ('robot = "iph', 'robot = "s', r"is for the robot sonoid, and this one is iphonoid"),
+        ('servo = "XL', 'servo = "X', r"is for the servo X330-M288-T, but the robot has XL330"),
         ("ratio = 0.91", "ratio = 1.5", r"rule\.ratio"),
         ("ratio = 0.91", "ratio = 0.5", r"rule\.ratio"),
         ("period = 0.08", "period = 0.5", r"rule\.period"),

@@ -87,8 +87,13 @@ class IdentifiedTable(Table):
 
 
 class CalibrationFile(Table):
-    """The content of a calibration file; ``guards`` is the same table as in a description."""
+    """The content of a calibration file; ``guards`` is the same table as in a description.
 
+    ``robot`` and ``servo`` name what was calibrated; earlier files do not say it.
+    """
+
+    robot: str | None = None
+    servo: str | None = None
     rule: RuleTable
     guards: GuardsTable
     servos: Mounting | None = None
@@ -109,12 +114,15 @@ class Calibration:
         How the servos are mounted; None in a calibration that is not a card's.
     identified
         The rule with a model of the measured servos; None if they were not measured.
+    named
+        Whether the file names its robot, which was then found to be this one.
     """
 
     robot: Robot
     rule: "FreeRule"
     servos: Mounting | None
     identified: "FreeRule | None" = None
+    named: bool = False
 
 
 def write_calibration(
@@ -128,6 +136,7 @@ def write_calibration(
     """Write a calibration as TOML, in rad and s; ``note`` becomes a comment at the top."""
     step = robot.servo.step
     lines = [f"# {line}".rstrip() for line in note.splitlines()]
+    lines += ["", f'robot = "{robot.name}"', f'servo = "{robot.servo.model.name}"']
     lines += ["", "[rule]", f"period = {rule.period / SECOND:g} # s"]
     lines += [f"ratio = {rule.ratio / 10_000:g}", "", "[guards]"]
     for name, values in vars(rule.guards).items():
@@ -154,13 +163,14 @@ def read_calibration(robot: Robot, path: Path) -> Calibration:
     Raises
     ------
     DescriptionError
-        The file cannot be read, or it is not a calibration.
+        The file cannot be read, or it is not a calibration of this robot.
     """
     from miburi.calibration.identify import expecting  # it loads Numba
     from miburi.calibration.shares import Shares
     from miburi.safety.free import FreeRule
 
     table = load_table(CalibrationFile, path)
+    _check_names(robot, table, path)
     period, ratio = round(table.rule.period * SECOND), round(table.rule.ratio * 10_000)
     try:
         check_ranges(table.guards)
@@ -169,20 +179,31 @@ def read_calibration(robot: Robot, path: Path) -> Calibration:
     guards = in_whole_units(table.guards, robot.servo.step)
     own, rule = table.identified, FreeRule.of(robot)
     if own is not None:
-        robot = _with_identified(robot, own, path)
+        robot = _with_identified(robot, own)
         values = {name: np.array(vars(own)[name]) for name in _SHARES}
         rule = expecting(robot, Shares(**values, wear=own.wear), guards)
     rule = replace(rule, guards=guards, period=period, ratio=ratio)
-    return Calibration(robot, rule, table.servos, rule if own is not None else None)
+    identified = rule if own is not None else None
+    return Calibration(robot, rule, table.servos, identified, named=table.robot is not None)
 
 
-def _with_identified(robot: Robot, table: IdentifiedTable, path: Path) -> Robot:
-    servo = robot.servo.model.varied(friction=table.wear)
-    if table.servo != servo.name:
+def _check_names(robot: Robot, table: CalibrationFile, path: Path) -> None:
+    if table.robot not in (None, robot.name):
         raise DescriptionError(
-            f"{path} is for the servo {table.servo}, but the robot has {servo.name}; choose that "
-            "servo with --servo, or calibrate this one."
+            f"{path} is for the robot {table.robot}, and this one is {robot.name}; give the file "
+            "of that robot with --robot, or calibrate this one."
         )
+    own = robot.servo.model.name
+    for servo in (table.servo, table.identified and table.identified.servo):
+        if servo not in (None, own):
+            raise DescriptionError(
+                f"{path} is for the servo {servo}, but the robot has {own}; choose that servo "
+                "with --servo, or calibrate this one."
+            )
+
+
+def _with_identified(robot: Robot, table: IdentifiedTable) -> Robot:
+    servo = robot.servo.model.varied(friction=table.wear)
     drive = servo.drive.model_copy(update={"gain": table.gain})
     divisor = servo.divisor.model_copy(update={"p_divisor": table.divisor})
     return robot.with_servo(servo.model_copy(update={"drive": drive, "divisor": divisor}))

@@ -277,6 +277,8 @@ def load(
         if lines:
             step = card.robot.servo.step
             print(f"Angles are rounded to the servo's steps of {step:.6f} rad.")
+        if not calibration.named:
+            print("The file does not name its robot: make sure that it was calibrated on this one.")
         if calibration.servos is None:
             print("The file names no servos: their ids, directions and zeros stay as they were.")
         print("storing …")

@@ -179,7 +179,8 @@ def _check(launch: Launch) -> None:
         )
     if launch.rule is not None and launch.body == "card":
         raise InputError(
-            "a card has its own calibration; load the file onto it with `miburi card load`."
+            "the card stores its calibration, so leave --calibration out; `miburi card load` puts "
+            "a file onto a card."
         )
 
 
