@@ -6,6 +6,8 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -139,14 +141,12 @@ class Socket:
 
 
 @pytest.fixture
-def socket(
-    firmware: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> Iterator[Socket]:
+def socket(firmware: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Socket]:
     made = Socket(tmp_path / "ttyACM0")
 
-    def read(line: SerialLine, until: float) -> bytes:
+    def read(self: SerialLine, until: float) -> bytes:
         made.wait(until)
-        return bytes(line._port.read(line._port.in_waiting))
+        return bytes(self._port.read(self._port.in_waiting))
 
     monkeypatch.setattr(SerialLine, "now", lambda _: made.clock)
     monkeypatch.setattr(SerialLine, "wait", lambda _, until: made.wait(until))
@@ -198,6 +198,31 @@ def test_a_card_that_was_unplugged_is_found_again(socket: Socket) -> None:
     assert body.state.stop.reason is StopReason.CARD_STARTED
     wake(body)
     body.close()
+
+
+def test_to_look_at_a_card_changes_none_of_its_settings(socket: Socket, tall_file: Path) -> None:
+    port, robot, named = str(socket.link), iphonoid(), ["--robot", str(tall_file)]
+
+    def look() -> Card:
+        return Card(port, robot, keep=True)
+
+    assert "no settings yet" in miburi("card", "info", port).stdout
+    assert json.loads(miburi("card", "info", port, "--json").stdout)["servos"] == []
+    with closing(look()) as card:
+        assert not card.has.complete
+    stored = CardSettings.of(robot)
+    head = replace(stored.joints[7], max=stored.joints[7].max - 100)
+    stored = replace(stored, joints=(*stored.joints[:7], head))
+    with closing(Card(port, robot, stored)) as card:
+        card.save()
+    for more in (["info"], ["info", "--json"], ["monitor", "--seconds", "0.4"]):
+        command = ["card", more[0], port, *more[1:]]
+        for line in (command, [*command, *named]):
+            done = miburi(*line)
+            assert done.returncode == 0, done.stderr
+            assert "no settings" not in done.stdout
+    with closing(look()) as card:
+        assert (card.settings, card.has.stored) == (stored, True)
 
 
 @pytest.mark.proof("test_a_specimen_moves_as_it_is_and_the_card_as_it_is_described")

@@ -35,7 +35,7 @@ from miburi.card.link import FrameKind, Reason, Report
 from miburi.card.order import Order, Underway
 from miburi.card.reading import motors_of, window_of
 from miburi.card.settings import CardSettings
-from miburi.card.transfer import greet, replace_settings, save_settings, stop_and_settle
+from miburi.card.transfer import Greeting, greet, replace_settings, save_settings, stop_and_settle
 from miburi.card.units import check_encoder
 from miburi.errors import BodyError
 from miburi.robot import JOINTS, Robot
@@ -70,6 +70,8 @@ class Card:
         The description. The card uses its limits and speeds.
     settings
         The card's settings; by default the robot's, with any calibration stored on the card.
+    keep
+        Only look: the card keeps the settings that it has; one that has none gets ``settings``.
 
     Attributes
     ----------
@@ -92,8 +94,11 @@ class Card:
         port: str | Callable[[], Line],
         robot: Robot,
         settings: CardSettings | None = None,
+        *,
+        keep: bool = False,
     ) -> None:
         self.robot = robot
+        self._keep = keep
         check_encoder(robot)
         self._requested_settings = settings
         self._own_stop: Stop | None = None
@@ -225,9 +230,9 @@ class Card:
         self.settings, self._guessed = settings, False
 
     @property
-    def stored(self) -> bool:
-        """Whether the card's settings are stored and survive a loss of power."""
-        return greet(self.ask).stored
+    def has(self) -> Greeting:
+        """Which settings the card has, and whether they are stored."""
+        return greet(self.ask)
 
     def save(self) -> None:
         """Store the settings in the card's EEPROM; this takes about 4 s."""
@@ -296,7 +301,7 @@ class Card:
                 if self._exchange.now() >= until:
                     raise
         self.settings, self._guessed = stop_and_settle(
-            self.ask, has, self.robot, self._requested_settings
+            self.ask, has, self.robot, self._requested_settings, keep=self._keep
         )
         self.ask(FrameKind.STATUS, struct.pack("<H", _REPORT_PERIOD))
         self._connected = True

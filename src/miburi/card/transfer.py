@@ -50,18 +50,21 @@ def read_settings(ask: Ask) -> CardSettings:
 
 
 def stop_and_settle(
-    ask: Ask, has: Greeting, robot: Robot, wanted: CardSettings | None
+    ask: Ask, has: Greeting, robot: Robot, wanted: CardSettings | None, *, keep: bool
 ) -> tuple[CardSettings, bool]:
     """Stop a card and send it the settings that it should have; return them.
 
     ``has`` is the card's greeting. ``wanted`` is None for the robot's own settings, with the
-    calibration that the card has.
+    calibration that the card has. With ``keep``, nothing is sent to a card that has settings, and
+    to another only what is ``wanted``.
 
     Returns the card's present settings, and whether they are defaults because another firmware's
     saved settings are unreadable.
     """
     ask(FrameKind.STOP, b"")
     settings = of_robot = CardSettings.of(robot)
+    if keep and (has.complete or wanted is None):
+        return read_settings(ask) if has.complete else of_robot, has.unreadable
     if wanted is not None:
         settings = wanted
     elif has.complete:

@@ -5,7 +5,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -20,6 +20,7 @@ from miburi.errors import BodyError, InputError
 if TYPE_CHECKING:
     from miburi.bodies import BodyState
     from miburi.card.card import Card
+    from miburi.card.transfer import Greeting
     from miburi.robot import Robot
 
 
@@ -34,6 +35,10 @@ Port = Annotated[
 _NOT_STORED = (
     "Its settings are not stored: the card forgets them when it is switched off. "
     "`miburi card calibrate` and `miburi card load` store them."
+)
+_NO_SETTINGS = (
+    "It has no settings yet, so it does not know its servos. `miburi card calibrate` gives it some; "
+    "with --robot FILE, this command lends it those of a robot until it is switched off."
 )
 
 
@@ -58,19 +63,23 @@ def list_ports(as_json: AsJson = False) -> None:
 
 @app.command()
 def info(port: Port, robot: RobotFile = None, as_json: AsJson = False) -> None:
-    """Print the card's state, rule and servos; nothing moves."""
-    with _open_card(port, robot_of(robot)) as card:
-        for _ in range(10):  # the card reads the servos' health twice a second
+    """Print the card's state, rule and servos; nothing moves, and no settings change."""
+    with _look_at_card(port, robot) as card:
+        has = card.has
+        for _ in range(10 if has.complete else 0):  # it reads the servos' health twice a second
             card.step(0.2)
             if all(card.report.voltages):
                 break
-        found = _as_json(card)
+        found = _as_json(card, has)
         if as_json:
             print(json.dumps(found))
             return
         print(f"The body is {card.state.phase}{_why(card.state)}.")
+        if not has.complete:
+            print(_NO_SETTINGS)
+            return
         print(f"Contact rule: p {found['period_s']:g} s, ratio {found['ratio']:g}.")
-        print("Its settings are stored on the card." if card.stored else _NOT_STORED)
+        print("Its settings are stored on the card." if has.stored else _NOT_STORED)
         for servo in found["servos"]:
             volts = servo["voltage_V"]
             health = f"{servo['temperature_C']} °C, {volts:.1f} V" if volts else "not measured yet"
@@ -80,7 +89,7 @@ def info(port: Port, robot: RobotFile = None, as_json: AsJson = False) -> None:
             print(f"{servo['joint']:>15}  servo {servo['servo']:3}  {there}")
 
 
-def _as_json(card: "Card") -> dict[str, Any]:
+def _as_json(card: "Card", has: "Greeting") -> dict[str, Any]:
     from miburi.robot import JOINTS
 
     state, report, rule = card.state, card.report, card.settings.general
@@ -98,10 +107,10 @@ def _as_json(card: "Card") -> dict[str, Any]:
     return {
         "phase": state.phase,
         "stop": state.stop.reason if state.stop else None,
-        "period_s": rule.period / 1e6,
-        "ratio": rule.ratio / 1e4,
-        "stored": card.stored,
-        "servos": servos,
+        "period_s": rule.period / 1e6 if has.complete else None,
+        "ratio": rule.ratio / 1e4 if has.complete else None,
+        "stored": has.stored,
+        "servos": servos if has.complete else [],
     }
 
 
@@ -139,8 +148,10 @@ def monitor(
     ] = 60.0,
     robot: RobotFile = None,
 ) -> None:
-    """Print the card's state five times a second; nothing moves."""
-    with _open_card(port, robot_of(robot)) as card:
+    """Print the card's state five times a second; nothing moves, and no settings change."""
+    with _look_at_card(port, robot) as card:
+        if not card.has.complete:
+            print(_NO_SETTINGS)
         for _ in range(round(seconds * 5)):
             state = card.step(0.2)
             angles = " ".join(f"{angle:+.2f}" for angle in state.angles)
@@ -225,7 +236,7 @@ def measure_servos(
     description = robot_of(robot)
     report = read_report(description, out)
     with _open_card(port, description) as card:
-        if not card.stored:
+        if not card.has.stored:
             print(_NOT_STORED)
         for number, step in enumerate(STEPS, 1):
             print(f"{number} of {len(STEPS)}: {step.what}")
@@ -301,11 +312,19 @@ def _open_card(port: str, robot: "Robot") -> Iterator["Card"]:
     """Open the card; stop it and close the port at the end of the block."""
     from miburi.card.card import Card
 
-    card = Card(port, robot)
-    try:
+    with closing(Card(port, robot)) as card:
         yield card
-    finally:
-        card.close()
+
+
+@contextmanager
+def _look_at_card(port: str, file: Path | None) -> Iterator["Card"]:
+    """Open the card, which keeps the settings that it has; without any, it gets the file's."""
+    from miburi.card.card import Card
+    from miburi.card.settings import CardSettings
+
+    robot = robot_of(file)
+    with closing(Card(port, robot, CardSettings.of(robot) if file else None, keep=True)) as card:
+        yield card
 
 
 @app.command()
