@@ -119,6 +119,9 @@ def test_servos_on_the_table_are_numbered_and_nothing_moves(firmware: Path) -> N
     asked: list[str] = []
 
     def connect(what: str) -> None:
+        if what == "Unplug it":
+            rig.bus.servos[:] = []
+            return
         asked.append(what)
         rig.bus.servos[:] = [Servo.new(1)]
         rig.bus.servos[0].set("baud", 1)
@@ -129,6 +132,51 @@ def test_servos_on_the_table_are_numbered_and_nothing_moves(firmware: Path) -> N
     ]
     assert rig.bus.servos[0].get("id") == 8
     assert not rig.bus.servos[0].get("torque_enable")
+    rig.close()
+
+
+def test_a_servo_that_has_its_number_gets_no_other(firmware: Path) -> None:
+    """A person who forgets to unplug it, or plugs the next one into it, is told its number."""
+    rig = Rig(firmware, awake=False, twin=False)
+    kept, asked = list[Servo](), list[str]()
+
+    def forget(what: str) -> str:
+        asked.append(what)
+        match what.split(maxsplit=1)[0]:
+            case "Connect":
+                fresh = Servo.new(1)
+                fresh.set("baud", 1)
+                # One that came along from another project, at the bus's speed.
+                rig.bus.servos[:] = [*kept[1:2], fresh] if len(kept) < 3 else [Servo.new(1)]
+                kept.append(rig.bus.servos[-1])
+            case "Unplug" if what != "Unplug it":
+                rig.bus.servos[:] = [rig.bus.servos[-1]]
+            case "Servo":
+                rig.bus.servos[:] = []
+        return ""
+
+    assert not prepare(rig.body, forget, ids=True, zeros=False, built=False)
+    assert [servo.get("id") for servo in kept] == [1, 2, 3, 4, 5, 6, 7, 8]
+    assert asked[1:3] == ["Unplug it", "Servo 1 still answers. Unplug it"]
+    (told,) = [what for what in asked if what.startswith("Unplug servo 2, and connect only")]
+    assert told.endswith("of the right elbow; or type 2 to give it the number 3 instead")
+    rig.close()
+
+
+def test_servos_with_wrong_numbers_are_numbered_again(firmware: Path) -> None:
+    rig = Rig(firmware, awake=False, twin=False)
+    servos = [Servo.new(number) for number in (2, 1, 5, 3, 5, 6, 7, 8)]
+    names = [name.replace("_", " ") for name in JOINTS]
+
+    def connect(what: str) -> str:
+        if what.startswith("Connect"):
+            rig.bus.servos[:] = [servos[names.index(what.partition(" of the ")[2])]]
+        elif what == "Unplug it":
+            rig.bus.servos[:] = []
+        return what.removeprefix("Unplug servo ").partition(",")[0]
+
+    assert not prepare(rig.body, connect, ids=True, zeros=False, built=False)
+    assert [servo.get("id") for servo in servos] == [1, 2, 3, 4, 5, 6, 7, 8]
     rig.close()
 
 

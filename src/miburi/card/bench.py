@@ -70,7 +70,7 @@ class Bench:
     """
 
     card: Card
-    ask: Callable[[str], None]
+    ask: Callable[[str], object]
     gestures: int = 200
 
 

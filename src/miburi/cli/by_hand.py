@@ -17,11 +17,17 @@ if TYPE_CHECKING:
 
 #: The smallest turn that gives a direction, encoder steps: 8.8° (our choice).
 _TURN = 100
+#: A servo's register with its number on the bus.
+_ID = 7
 _SHOULDER = (
     "with its elbow bent, the forearm hangs straight down",
     "the bent forearm swings forward",
 )
 _STRAIGHT = "straight out, in line with the upper arm"
+_SILENT = (
+    "Check cables and supply. Two servos with one number silence each other: number all servos "
+    "again (--ids)."
+)
 #: Each joint's zero and positive direction, in words for the person who turns it.
 _BY_HAND = {
     "waist": ("the chest faces straight ahead", "to the robot's own left"),
@@ -46,13 +52,15 @@ _BUILT = {
 _OUT = {"right": "downwards", "left": "upwards"}
 
 
-def wait_for_enter(what: str) -> None:
-    """Ask the person at the terminal to do something, and wait until it is done."""
-    typer.prompt(f"{what}, then press Enter", default="", show_default=False, prompt_suffix=" ")
+def wait_for_enter(what: str) -> str:
+    """Ask the person at the terminal to do something; return what was typed once it is done."""
+    return str(
+        typer.prompt(f"{what}, then press Enter", default="", show_default=False, prompt_suffix=" ")
+    )
 
 
 def prepare(
-    card: "Card", wait: Callable[[str], None], *, ids: bool, zeros: bool, built: bool
+    card: "Card", wait: Callable[[str], object], *, ids: bool, zeros: bool, built: bool
 ) -> bool:
     """Do the requested steps by hand; return whether the robot may move then.
 
@@ -74,22 +82,56 @@ def prepare(
     return True
 
 
-def _give_ids(card: "Card", wait: Callable[[str], None]) -> None:
+def _give_ids(card: "Card", wait: Callable[[str], object]) -> None:
     from miburi.robot import JOINTS
 
     for name, joint in zip(JOINTS, card.settings.joints, strict=True):
-        wait(f"Connect only the servo of the {_in_words(name)}")
+        only = f"connect only the servo of the {_in_words(name)}"
+        wait(only.capitalize())
         while True:
+            old = _number(card, joint.servo, only, wait)
             try:
-                card.identify(1, joint.servo)
+                card.identify(old, joint.servo)
                 break
             except BodyError:
                 print("No new servo answers.")
                 wait("Check its cable and the supply")
         print(f"This servo is number {joint.servo} now.")
+        if name != JOINTS[-1]:  # else the next step would take it for a new one
+            wait("Unplug it")
+            while joint.servo in _answering(card):
+                wait(f"Servo {joint.servo} still answers. Unplug it")
 
 
-def find_zeros(card: "Card", wait: Callable[[str], None]) -> None:
+def _number(card: "Card", new: int, only: str, wait: Callable[[str], object]) -> int:
+    """Return the number of the servo that is to get the number ``new``; a new servo has 1."""
+    while others := (found := _answering(card)) - {1, new}:
+        one = min(others)
+        kept = f"or type {one} to give it the number {new} instead"
+        said = wait(f"Unplug servo {one}, and {only}; {kept}")
+        if said == str(one) and found == {one}:
+            return one
+    return new if new in found else 1
+
+
+def _answering(card: "Card") -> set[int]:
+    """Return the numbers of the joints' servos that answer."""
+    from miburi.card.answers import NoAnswerError
+    from miburi.card.bench_moves import peek
+
+    found = set()
+    for motor, joint in enumerate(card.settings.joints):
+        try:
+            peek(card, motor, _ID, 1)
+        except NoAnswerError:
+            raise
+        except BodyError:
+            continue
+        found.add(joint.servo)
+    return found
+
+
+def find_zeros(card: "Card", wait: Callable[[str], object]) -> None:
     """Find each servo's zero and direction while a person turns the limp joints."""
     from miburi.card.calibration import find_zero
     from miburi.robot import JOINTS
@@ -105,7 +147,7 @@ def find_zeros(card: "Card", wait: Callable[[str], None]) -> None:
                 wait(f"Turn the {_in_words(name)} {what}")
                 card.look()
                 if not card.report.heard >> motor & 1:
-                    raise BodyError(f"{name}: its servo does not answer. Check cable and supply.")
+                    raise BodyError(f"{name}: its servo does not answer. {_SILENT}")
                 places.append(joint.zero + joint.direction * card.report.positions[motor])
             try:
                 settings = find_zero(settings, motor, places[0], places[1], _TURN)
@@ -115,7 +157,7 @@ def find_zeros(card: "Card", wait: Callable[[str], None]) -> None:
     card.configure(settings)
 
 
-def find_faults(card: "Card", built: "Mounting", wait: Callable[[str], None]) -> None:
+def find_faults(card: "Card", built: "Mounting", wait: Callable[[str], object]) -> None:
     """Find wrongly mounted servos in a built robot, while a person turns the limp joints.
 
     A joint that seems wrong is turned once more.
@@ -162,7 +204,7 @@ def _positions(card: "Card") -> "NDArray[np.int64]":
     silent = [name for motor, name in enumerate(JOINTS) if not card.report.heard >> motor & 1]
     if silent:
         named = ", ".join(map(_in_words, silent))
-        raise BodyError(f"no answer from these joints' servos: {named}. Check cables and supply.")
+        raise BodyError(f"no answer from these joints' servos: {named}. {_SILENT}")
     counts = [
         joint.zero + joint.direction * place
         for joint, place in zip(card.settings.joints, card.report.positions, strict=True)

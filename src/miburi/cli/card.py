@@ -37,8 +37,8 @@ _NOT_STORED = (
     "`miburi card calibrate` and `miburi card load` store them."
 )
 _NO_SETTINGS = (
-    "It has no settings yet, so it does not know its servos. `miburi card calibrate` gives it some; "
-    "with --robot FILE, this command lends it those of a robot until it is switched off."
+    "It has no settings yet, so it does not know its servos. `miburi card calibrate` gives it "
+    "some; with --robot FILE, this command lends it those of a robot until it is switched off."
 )
 
 
