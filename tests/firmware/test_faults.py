@@ -14,6 +14,7 @@ from miburi.bodies import Motor
 from miburi.card.card import wake
 from miburi.card.link import FrameKind
 from miburi.errors import BodyError
+from miburi.host.server import why_stopped
 from miburi.robot import JOINTS
 from miburi.safety.move import Move
 from miburi.safety.stop import Phase, StopReason
@@ -107,6 +108,9 @@ def test_a_card_tells_how_its_servos_are_until_it_is_lost(firmware: Path) -> Non
     assert told.settings == f"{rig.settings.crc:04x}"
     assert [motor.answers for motor in told.each] == [i != 4 for i in range(8)]
     assert told.each[0] == Motor(1, True, 35, 5.0)
+    said = why_stopped(rig.body)
+    assert said is not None
+    assert "the card has just started. No answer from: left shoulder (servo 5);" in said
     rig.line.pulled = True
     rig.run(0.1)
     assert rig.body.motors().each == tuple(Motor(i + 1, False) for i in range(8))

@@ -18,6 +18,7 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 
 from miburi.bma.settings import Settings
+from miburi.bodies import Body
 from miburi.doors.doors import Doors
 from miburi.errors import BodyError, InputError, OutputError, need
 from miburi.feelings import EmotionalModel, FeelingModel, Stimulus, Temperament
@@ -34,7 +35,7 @@ from miburi.live.memory import keep, remember, remembered
 from miburi.live.recording.archive import Archive
 from miburi.live.runner import Runner
 from miburi.partner import solve_with
-from miburi.robot import Robot
+from miburi.robot import JOINTS, Robot
 from miburi.safety.contact import Rule
 from miburi.serving.addresses import listening_plainly, listening_twice
 from miburi.serving.press import Press
@@ -217,17 +218,28 @@ def _wake(launch: Launch, feelings: FeelingModel, folder: Path) -> Runner:
         hold=KeptHold(folder / "stopped.txt", programs_may_release=launch.programs_may_release),
         events=kept_events(folder),
     )
-    stop = runner.body.state.stop
-    if stop is not None:
-        why = words(FALLBACK)["reason"][stop.reason]
-        pressed = runner.history.latest
-        if pressed is not None and pressed.kind == "pressed":
-            why = pressed_by(pressed.by or "person", pressed.detail, words(FALLBACK))
-        print(
-            f"The body is stopped: {why}. Clear the space around the robot, then release it "
-            "in the studio."
-        )
+    if stopped := why_stopped(runner.body):
+        print(stopped)
     return runner
+
+
+def why_stopped(body: Body) -> str | None:
+    """Say why a body is stopped, which servos do not answer, and what to do; None if it is not."""
+    stop = body.state.stop
+    if stop is None:
+        return None
+    said = f"The body is stopped: {words(FALLBACK)['reason'][stop.reason]}. "
+    silent = [
+        f"{joint.replace('_', ' ')} (servo {motor.servo})"
+        for joint, motor in zip(JOINTS, body.motors().each, strict=True)
+        if motor.answers is False
+    ]
+    if silent:
+        said += (
+            f"No answer from: {', '.join(silent)}; check plugs and supply, and that no two servos "
+            "have one number. "
+        )
+    return f"{said}Clear the space around the robot, then release it in the studio."
 
 
 def _live(
