@@ -77,6 +77,14 @@ def test_after_a_missing_servo_a_sync_read_falls_silent(port: Port) -> None:
     assert read.txRxPacket() != COMM_SUCCESS
 
 
+def test_servos_with_one_id_talk_at_once_and_both_obey(port: Port) -> None:
+    port.bus.servos[1].set("id", 1)
+    assert SDK.read4ByteTxRx(port, 1, 132)[1] != COMM_SUCCESS  # they stand in different places
+    assert SDK.read1ByteTxRx(port, 1, 7) == (1, COMM_SUCCESS, 0)
+    SDK.write1ByteTxRx(port, 1, 64, 1)
+    assert [servo.get("torque_enable") for servo in port.bus.servos[:3]] == [1, 1, 0]
+
+
 def test_profile_speed_is_the_speed() -> None:
     servo = Servo.new(1, 0.0)
     servo.shaft.lag = 0.0

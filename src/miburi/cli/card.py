@@ -332,6 +332,16 @@ def emulate(
     seconds: Annotated[
         float, typer.Option(help="How long, in seconds; 0: until Ctrl-C.", min=0)
     ] = 0.0,
+    unplugged: Annotated[
+        list[int] | None,
+        typer.Option(help="To rehearse: the number of a servo that is unplugged.", min=1, max=8),
+    ] = None,
+    renumbered: Annotated[
+        tuple[int, int] | None,
+        typer.Option(
+            help="To rehearse: a servo's number, and the wrong number that it has, such as 2 1."
+        ),
+    ] = None,
     robot: RobotFile = None,
 ) -> None:
     """Run an emulated card with eight servos in real time, and print its port."""
@@ -342,4 +352,4 @@ def emulate(
         )
     from miburi.emulation.terminal import serve
 
-    serve(robot_of(robot), seconds, print)
+    serve(robot_of(robot), seconds, print, unplugged or (), renumbered)

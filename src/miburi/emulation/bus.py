@@ -1,12 +1,16 @@
 """The wire between a card and its emulated servos: who hears a packet, and who answers when.
 
 Where the manual leaves behaviour open, the worst case is modelled: if a servo is missing, those
-that come after it never answer a sync read. The servos obey the instructions that a card sends, and
+that come after it never answer a sync read. Servos with the same id answer at the same time, and
+the wire is low while either pulls it low. The servos obey the instructions that a card sends, and
 a ping; they refuse any other. Times are µs on the card's clock.
 """
 
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from functools import reduce
+from itertools import chain, zip_longest
+from operator import and_
 
 from miburi.emulation.packets import (
     BROADCAST,
@@ -40,7 +44,7 @@ class Bus:
     Attributes
     ----------
     servos
-        The servos, in any order, each with an id of its own.
+        The servos, in any order.
     spoil
         Changes bytes in transit, from the card and to it.
     instructions
@@ -52,7 +56,7 @@ class Bus:
         self.spoil: Callable[[bytes], bytes] = lambda data: data
         self.instructions = 0
         self._byte = 0.0
-        self._alive: dict[int, Servo] = {}  # the servos that are hearing a packet, by id
+        self._alive: dict[int, list[Servo]] = {}  # the servos that are hearing a packet, by id
         self._begun, self._last = b"", 0.0
 
     def answer(self, data: bytes, time: float, baud: int = 1_000_000) -> list[Answer]:
@@ -72,7 +76,7 @@ class Bus:
             for one in self.servos:
                 if not one.dead and abs(_BAUDS[one.get("baud")] / baud - 1) < _BAUD_TOLERANCE:
                     one.heard(time)
-                    self._alive[one.get("id")] = one
+                    self._alive.setdefault(one.get("id"), []).append(one)
             answers += self._obey(servo, instruction, parameters, time)
         return [(start, self.spoil(said)) for start, said in answers]
 
@@ -82,29 +86,31 @@ class Bus:
         if instruction == SYNC_WRITE and len(parameters) >= 4:
             address, count = struct.unpack_from("<HH", parameters)
             for at in range(4, len(parameters) - count, count + 1):
-                if one := self._alive.get(parameters[at]):
+                for one in self._alive.get(parameters[at], ()):
                     one.write(address, parameters[at + 1 : at + 1 + count], time)
             return []
         if servo == BROADCAST:
-            for one in self._alive.values():
+            for one in chain(*self._alive.values()):
                 self._answer_alone(one, instruction, parameters, time)
             return []
-        if one := self._alive.get(servo):
-            return [self._answer_alone(one, instruction, parameters, time)]
-        return []
+        return _at_once(
+            self._answer_alone(one, instruction, parameters, time)
+            for one in self._alive.get(servo, ())
+        )
 
     def _read_in_turn(self, parameters: bytes, time: float) -> list[Answer]:
         """Let the servos answer in turn; those that come after a missing one do not answer."""
         answers: list[Answer] = []
         address, count = struct.unpack_from("<HH", parameters)
         for servo in parameters[4:]:
-            one = self._alive.get(servo)
-            if one is None:
+            said = _at_once(
+                (time + self._delay(one), self._status(one, servo, *one.read(address, count, time)))
+                for one in self._alive.get(servo, ())
+            )
+            if not said:
                 break
-            start = time + self._delay(one)
-            said = self._status(one, servo, *one.read(address, count, time))
-            answers.append((start, said))
-            time = start + len(said) * self._byte
+            answers += said
+            time = said[0][0] + len(said[0][1]) * self._byte
         return answers
 
     def _answer_alone(self, one: Servo, instruction: int, parameters: bytes, time: float) -> Answer:
@@ -131,3 +137,13 @@ class Bus:
     def _status(self, one: Servo, own: int, error: int, data: bytes) -> bytes:
         servo = own if one.alias is None else one.alias
         return packet(servo, STATUS, bytes((error,)) + data)
+
+
+def _at_once(answers: Iterable[Answer]) -> list[Answer]:
+    """Return what is heard of answers that begin together: one, or none if there are none."""
+    together = list(answers)
+    if len(together) < 2:
+        return together
+    starts, said = zip(*together, strict=True)
+    low = (reduce(and_, column) for column in zip_longest(*said, fillvalue=0xFF))
+    return [(min(starts), bytes(low))]

@@ -6,7 +6,7 @@ The port is a pseudo-terminal, which programs open as they open a real card's po
 import os
 import pty
 import tty
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from contextlib import suppress
 from time import monotonic, sleep
 
@@ -21,10 +21,17 @@ _TICK = 0.005
 _PATIENCE = 0.05
 
 
-def serve(robot: Robot, seconds: float, tell: Callable[[str], None]) -> None:
+def serve(
+    robot: Robot,
+    seconds: float,
+    tell: Callable[[str], None],
+    unplugged: Collection[int] = (),
+    renumbered: tuple[int, int] | None = None,
+) -> None:
     """Run a card in real time on a pseudo-terminal; call ``tell`` with a sentence that names it.
 
-    The card drives ``robot`` for ``seconds``, or for ever if that is 0.
+    The card drives ``robot`` for ``seconds``, or for ever if that is 0. The servos with the numbers
+    in ``unplugged`` are silent; the first of ``renumbered`` has the second as its number.
 
     Raises
     ------
@@ -32,6 +39,10 @@ def serve(robot: Robot, seconds: float, tell: Callable[[str], None]) -> None:
         The firmware or the emulated processor has not been built.
     """
     card = EmulatedRobot(robot, CardSettings.of(robot))
+    for servo in card.bus.servos:
+        servo.dead = servo.get("id") in unplugged
+        if renumbered is not None and servo.get("id") == renumbered[0]:
+            servo.set("id", renumbered[1])
     ours, theirs = pty.openpty()
     try:
         tty.setraw(theirs)
