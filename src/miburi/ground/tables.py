@@ -113,7 +113,7 @@ def _in_words(error: ValidationError, model: type[Table]) -> str:
                 allowed = ", ".join(_keys(model, path[:-1]))
                 lines.append(f"{key} = {got}: not a known key here; the known ones are {allowed}.")
             case "value_error":
-                what = item["msg"].removeprefix("Value error, ")
+                what = item["msg"].removeprefix("Value error, ").rstrip(".")
                 lines.append(f"{key}: {what}." if path else f"{what}.")
             case _:
                 lines.append(f"{key} = {got}: {item['msg'][0].lower()}{item['msg'][1:]}.")
