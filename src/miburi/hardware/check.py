@@ -42,7 +42,7 @@ _CABLE, _BENDS, _WAY = 180.0, 15.0, 1.15
 #: Share by which a mass may differ from the description's.
 _MASS = 0.10
 #: Points on a part at which its wall is measured.
-_POINTS = 1500
+_POINTS = 10_000
 #: Largest zero-moment radius that counts as stable, as a share of the foot's radius (our choice).
 _EDGE = 0.9
 #: The number of random poses in which the torques are checked.
@@ -129,7 +129,10 @@ def _angles(found: Iterable[tuple[str, float]]) -> list[str]:
 def _walls(parts: Sequence[PrintedPart]) -> Finding:
     least = dimensions().wall.least
     thinnest, name = min((_thinnest(part.solid), part.name) for part in parts)
-    words = f"thinnest {thinnest:.2f} mm ({name}), at least {least:.1f} mm are needed"
+    words = (
+        f"thinnest {thinnest:.2f} mm ({name}), at least {least:.1f} mm are needed; the plastic "
+        "between engraved letters does not count"
+    )
     return Finding("walls", thinnest >= least - 0.01, words)
 
 
@@ -210,7 +213,7 @@ def _loads(
         f"push with at most {_PUSH} N"
     )
     # The robot can be built all the same, so this is not a defect.
-    yield Finding("push", True, words + ("" if push > _PUSH else ": screw the foot to the table"))
+    yield Finding("push", True, words + ("" if push > _PUSH else ": tape or clamp the foot to the table"))
 
 
 def _screws() -> Finding:
