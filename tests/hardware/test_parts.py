@@ -13,7 +13,7 @@ import trimesh
 
 from miburi.errors import InputError
 from miburi.hardware import engraving, exports, meetings, servo
-from miburi.hardware.bill import bill, slice_part, slicer, to_csv
+from miburi.hardware.bill import bill, priced, slice_part, slicer, to_csv
 from miburi.hardware.build import FIT, PrintedPart, bodies, link_frames, printed_mass, printed_parts
 from miburi.hardware.check import check
 from miburi.hardware.gauge import FITS, PITCH, TURNED, gauge
@@ -251,6 +251,11 @@ def test_the_bill_counts_the_parts_and_gives_no_price_without_a_source(parts: Pa
     assert counts["screw M2.6x8"] == 4
     assert [row.name for row in rows if bool(row.price) != bool(row.source)] == []
     assert {f"printed: {name}" for name in parts} <= set(counts)
+    (filament,) = [float(row.grams) for row in rows if row.name == "filament PETG"]
+    printed = [float(row.grams) for row in rows if row.name.startswith("printed: ")]
+    assert filament == pytest.approx(sum(printed), abs=len(printed))
+    without = sum(not row.price for row in rows) - len(printed)
+    assert priced(rows) == f"The lines with a price come to 251.77 USD; {without} others have none."
     lines = to_csv(rows).splitlines()
     assert len(lines) == len(rows) + 1
     assert lines[0].startswith("name,count,number,price,source")

@@ -107,7 +107,7 @@ def bill(
 
     body = _robot(robot)
     from miburi.hardware.bill import bill as rows_of
-    from miburi.hardware.bill import slicer, to_csv
+    from miburi.hardware.bill import priced, slicer, to_csv
     from miburi.hardware.build import printed_parts
 
     program = slicer() if slicing else None
@@ -123,6 +123,7 @@ def bill(
                 str(row.count), row.name, row.number, row.price, row.grams, row.time, row.remark
             )
         Console().print(table)
+        print(priced(rows))
     if csv is not None:
         from miburi.ground.files import whole_files
 

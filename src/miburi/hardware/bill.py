@@ -108,14 +108,32 @@ def bill(
         "ballast: loose steel, such as nuts", 1, grams=f"{1000 * ballast(robot):.0f}",
         remark="in the foot's two chambers, in bags",
     )  # fmt: skip
+    printed, whole = list[BillRow](), 0.0
     for part in parts:
         if program is None:
             grams, time, remark = 1000 * printed_mass(part), "", ""
         else:
             grams, time = slice_part(program, part)
             remark = "with supports"
+        whole += grams
         name = f"printed: {part.name}"
-        yield BillRow(name, 1, grams=f"{grams:.0f}", time=time, remark=remark)
+        printed.append(BillRow(name, 1, grams=f"{grams:.0f}", time=time, remark=remark))
+    told = "with supports" if program else "without supports (--slice tells more)"
+    yield BillRow("filament PETG", 1, grams=f"{whole:.0f}", remark=f"{told}; and the gauge")
+    yield from printed
+
+
+def priced(rows: Sequence[BillRow]) -> str:
+    """Return the total of the lines that have a price, in words, and how many have none."""
+    totals: dict[str, float] = {}
+    bought = [row for row in rows if not row.name.startswith("printed: ")]
+    for row in bought:
+        if row.price:
+            amount, currency = row.price.split()
+            totals[currency] = totals.get(currency, 0.0) + row.count * float(amount)
+    told = " + ".join(f"{total:.2f} {currency}" for currency, total in totals.items())
+    without = sum(not row.price for row in bought)
+    return f"The lines with a price come to {told}; {without} others have none."
 
 
 def to_csv(rows: Sequence[BillRow]) -> str:

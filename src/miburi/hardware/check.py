@@ -213,7 +213,9 @@ def _loads(
         f"push with at most {_PUSH} N"
     )
     # The robot can be built all the same, so this is not a defect.
-    yield Finding("push", True, words + ("" if push > _PUSH else ": tape or clamp the foot to the table"))
+    yield Finding(
+        "push", True, words + ("" if push > _PUSH else ": tape or clamp the foot to the table")
+    )
 
 
 def _screws() -> Finding:
