@@ -29,6 +29,7 @@ from miburi.host.given import Pages
 from miburi.host.helpers import GLANCE, Helpers, Moment, signals, start_helpers, watch_process
 from miburi.live.bodies import KINDS
 from miburi.live.crossing.answering import Answering
+from miburi.live.events.event import LiveEvent
 from miburi.live.events.store import kept_events
 from miburi.live.held import KeptHold
 from miburi.live.memory import keep, remember, remembered
@@ -218,17 +219,26 @@ def _wake(launch: Launch, feelings: FeelingModel, folder: Path) -> Runner:
         hold=KeptHold(folder / "stopped.txt", programs_may_release=launch.programs_may_release),
         events=kept_events(folder),
     )
-    if stopped := why_stopped(runner.body):
+    pressed = runner.history.latest
+    if pressed is None or pressed.kind != "pressed":
+        pressed = None
+    if stopped := why_stopped(runner.body, pressed):
         print(stopped)
     return runner
 
 
-def why_stopped(body: Body) -> str | None:
-    """Say why a body is stopped, which servos do not answer, and what to do; None if it is not."""
+def why_stopped(body: Body, pressed: LiveEvent | None = None) -> str | None:
+    """Say why a body is stopped, which servos do not answer, and what to do; None if it is not.
+
+    ``pressed`` tells who had stopped the body before this start.
+    """
     stop = body.state.stop
     if stop is None:
         return None
-    said = f"The body is stopped: {words(FALLBACK)['reason'][stop.reason]}. "
+    why = words(FALLBACK)["reason"][stop.reason]
+    if pressed is not None:
+        why = pressed_by(pressed.by or "person", pressed.detail, words(FALLBACK))
+    said = f"The body is stopped: {why}. "
     silent = [
         f"{joint.replace('_', ' ')} (servo {motor.servo})"
         for joint, motor in zip(JOINTS, body.motors().each, strict=True)
