@@ -18,6 +18,7 @@ from miburi.live.wishes import ChangeBody, Feel, MoveHand, Pause, Perform, Relea
 from miburi.partner import solve_with
 from miburi.robot import JOINTS, Array, Robot, forward
 from miburi.safety.contact import PAPER_RATIO
+from miburi.serving.press import press
 
 
 def kinds(runner: Runner) -> list[str]:
@@ -140,6 +141,31 @@ def test_stop_makes_a_release_that_waits_void(runner: Runner) -> None:
     assert {state.phase for state in run(runner, 3.0)} == {"stopped"}
     with pytest.raises(BodyError, match="Stop was pressed after"):
         release.result(0)
+
+
+@pytest.mark.parametrize("by_person", [True, False])
+def test_stop_release_and_stop_within_one_step_end_with_a_stop(
+    runner: Runner, by_person: bool
+) -> None:
+    first, later = (press("program", letter * 24) for letter in "ab")
+    runner.stop(first)
+    release = runner.ask(Release(by_person=by_person))
+    runner.stop(later)
+    assert {(state.phase, state.held) for state in run(runner, 1.0)} == {("stopped", True)}
+    with pytest.raises(BodyError, match="Stop was pressed after"):
+        release.result(0)
+    release = runner.ask(Release(by_person=by_person))
+    runner.stop(later)  # the second copy of a press is no new one
+    until(runner, lambda state: state.phase != "stopped")
+    release.result(0)
+
+
+def test_the_second_copy_of_a_waiting_stop_keeps_no_release_from_running(runner: Runner) -> None:
+    runner.stop(press("person", 24 * "a"))
+    release = runner.ask(Release(by_person=True))
+    runner.stop(press("person", 24 * "a"))
+    until(runner, lambda state: state.phase != "stopped")
+    release.result(0)
 
 
 def test_only_a_person_may_cut_the_pause_after_a_contact_short(runner: Runner) -> None:

@@ -77,21 +77,23 @@ class Commands:
     def stop(self, press: Press) -> Future[None]:
         """Stop the body before any other command runs; all pending Stops share one future.
 
-        A second copy of a Stop that was carried out has no effect.
+        A second copy of a Stop has no effect, and makes no release void.
         """
         with self._lock:
+            copy = press.names is not None and press.names.issubset(self._known)
             if self._next_stop is not None:
-                press = Press.both(self._press, press)
+                self._press = Press.both(self._press, press)
+            elif copy:
+                done: Future[None] = Future()
+                done.set_result(None)
+                return done
             else:
                 self._next_stop = Future()
                 self._next_stop.set_running_or_notify_cancel()  # now it cannot be cancelled
-                if press.names is not None and press.names.issubset(self._known):
-                    done, self._next_stop = self._next_stop, None
-                    done.set_result(None)
-                    return done
+                self._press = press
+            if not copy:
                 self._stops += 1
-            self._press = press
-            self._known.extend(press.names or ())
+                self._known.extend(press.names or ())
             return self._next_stop
 
     def run(self) -> None:
