@@ -118,6 +118,22 @@ def still(runner: Runner, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Ser
     runner.close(patience=0.0)
 
 
+#: Each is a Stop, whatever else is in it.
+STOPS = [
+    '{"do":"stop","by":null}', '{"do":"stop","source":"big red button"}', '{"do":"\\u0073top"}',
+    '{"do":"stop","press":12,"by":["program"]}', '{"do":"stop","by":"\\ud800"}',
+    '{"do":"stop","log":"' + "x" * LARGEST + '"}',
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("text", STOPS)
+def test_a_stop_is_obeyed_whatever_comes_with_it(still: tuple[Server, Event], text: str) -> None:
+    server, pressed = still
+    with connect(address(server)) as socket:
+        socket.send(text)
+        assert pressed.wait(PATIENCE)
+
+
 def test_a_flood_holds_up_its_sender_alone(still: tuple[Server, Event]) -> None:
     server, pressed = still
     with connect(address(server, "?rate=1")) as flood, connect(address(server)) as other:
@@ -150,7 +166,7 @@ def test_stop_overtakes_the_flood_of_its_own_sender(still: tuple[Server, Event])
 
 BAD = [
     "", "x", "[]", "null", "{}", '{"do":1}', '{"do":"dance"}', '{"do":"rate","rate":0}',
-    '{"do":"rate","rate":1e999}', '{"do":"rate","rate":NaN}', '{"do":"stop","now":1}',
+    '{"do":"rate","rate":1e999}', '{"do":"rate","rate":NaN}',
     '{"do":"hand"}', '{"do":"hand","position":[0,0]}', '{"do":"hand","position":[0,0,"0"]}',
     '{"do":"hand","position":[9,9,9]}', '{"do":"hand","position":[NaN,0,0]}',
     '{"do":"hand","position":[0,0,0],"along":[0,0,0]}', '{"do":"stimulus","feeling":"x"}',

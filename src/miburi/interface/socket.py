@@ -7,6 +7,7 @@ wait for commands that the same viewer sent before it, and cancels those still w
 """
 
 import asyncio
+import json
 import time
 from contextlib import suppress
 from typing import Annotated, Literal, get_args
@@ -203,9 +204,10 @@ class _Viewer:
 
     async def _obey(self, text: str | None, came: float) -> None:
         # Each command waits for a step of the loop, so a flood of commands delays only its sender.
-        if text is None or len(text) > LARGEST:
+        stop = _stop_in(text)
+        if stop is None and (text is None or len(text) > LARGEST):
             raise ValueError(f"a message must be text of at most {LARGEST} characters.")
-        match _MESSAGE.validate_json(text):
+        match stop or _MESSAGE.validate_json(text or ""):
             case HandMessage() as wish:
                 await granted(self._runner, move_hand(wish))
             case StimulusMessage() as wish:
@@ -226,11 +228,16 @@ class _Viewer:
 
 
 def _stop_in(text: str | None) -> StopMessage | None:
-    """Return a message if it is a Stop, else None: the others wait in the queue."""
-    if text is not None and len(text) <= LARGEST and "stop" in text:
-        with suppress(ValidationError, ValueError):
-            message = _MESSAGE.validate_json(text)
-            return message if isinstance(message, StopMessage) else None
+    """Return a message if it is a Stop, whatever else is in it, else None."""
+    with suppress(ValueError, RecursionError):
+        message = json.loads(text or "")
+        if isinstance(message, dict) and message.get("do") == "stop":
+            by, press_id = (message.get(key) for key in ("by", "press"))
+            return StopMessage.model_construct(
+                do="stop",
+                by=by if isinstance(by, str) else "person",
+                press=press_id if isinstance(press_id, str) else "",
+            )
     return None
 
 
