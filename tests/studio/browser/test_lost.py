@@ -3,7 +3,8 @@
 import re
 from typing import Any
 
-from playwright.sync_api import Browser, BrowserContext, expect
+import pytest
+from playwright.sync_api import Browser, BrowserContext, Route, expect
 from tests.fixtures.browser import Home, needs_browser, open_studio, release, until, visiting
 from tests.fixtures.waiting import until as is_so
 
@@ -36,10 +37,11 @@ class Wire:
             line.connect_to_server()
             self._lines.append(line)
 
-    def cut(self) -> None:
-        """Let nothing through."""
+    def cut(self, *, requests: bool = True) -> None:
+        """Let nothing through, or requests alone."""
         self._is_cut = True
-        self._context.route("**", lambda route: route.abort())
+        if requests:
+            self._context.route("**", lambda route: route.abort())
         for line in self._lines:
             line.close()
 
@@ -89,6 +91,37 @@ def test_the_pages_say_once_that_stop_reaches_nobody_and_send_it_later(
         face.goto(home.url + "/face")
         until(face, lambda now: now["held"])
         release(face)
+
+
+@pytest.mark.parametrize("answered", [True, False])
+def test_a_stop_that_was_carried_out_is_not_sent_as_a_new_one(
+    browser: Browser, home: Home, answered: bool
+) -> None:
+    """The page's WebSocket is away, and perhaps the answer to its request is lost."""
+
+    def lose_answer(route: Route) -> None:
+        route.fetch()
+        route.abort()
+
+    with visiting(browser) as visitor:
+        wire = Wire(visitor)
+        face = visitor.new_page()
+        face.goto(home.url + "/face")
+        expect(face.get_by_role("button", name="Stop", exact=True)).to_be_visible()
+        if not answered:
+            visitor.route("**/api/v1/stop", lose_answer)
+        wire.cut(requests=False)
+        face.get_by_role("button", name=NO_STOP["en"]).click()
+        face.wait_for_function("document.documentElement.dataset.unsent")
+        expect(face.locator(".unsent")).to_be_visible(visible=not answered)
+        assert home.runner.held
+        is_so(lambda: release(face) == 204)
+        wire.mend()
+        face.wait_for_function("document.documentElement.dataset.connected === 'true'")
+        expect(face.locator(".unsent")).to_be_hidden()
+        serial = home.runner.snapshot.serial
+        is_so(lambda: home.runner.snapshot.serial > serial + 20)
+        assert not home.runner.held
 
 
 def test_a_connection_that_hangs_as_it_opens_is_begun_anew(browser: Browser, url: str) -> None:

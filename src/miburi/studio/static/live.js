@@ -16,16 +16,16 @@ export function send(message) {
   if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
 }
 
-// Commands that must say whether they worked go by HTTP. Returns the refusal's words, or null;
-// where the server is not there, live.connected says so afterwards.
+// Commands that must say whether they worked go by HTTP. Returns the refusal's words, null if it
+// worked, or undefined if nobody answered; live.connected is false then.
 export const ask = (path, content) => post("/api/v1" + path, content);
 
 // A browser opens six connections to a server: where others hold them, the socket is open already.
 // So Stop goes both ways, under one name, and its second copy cannot undo a release after the first.
-export function stop() {
+export async function stop() {
   const press = String.fromCharCode(...crypto.getRandomValues(new Uint8Array(24)).map((n) => 97 + n % 26));
   send({ do: "stop", press });
-  return post("/api/v1/stop", undefined, press);
+  return { press, refusal: await post("/api/v1/stop", undefined, press) };
 }
 
 // A person at this page releases the body as the page shows it: a Stop that it does not show holds.
@@ -43,7 +43,6 @@ async function post(path, content, press, again = true) {
   } catch {
     if (press && again) return post(path, content, press, false);
     lost();
-    return null;
   }
 }
 

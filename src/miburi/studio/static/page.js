@@ -19,15 +19,16 @@ export function say(words) {
 }
 
 async function wish(path) {
-  const refusal = await (path === "/stop" ? stop() : path === "/release" ? release() : ask(path));
+  const { press, refusal } = path === "/stop" ? await stop()
+    : { refusal: await (path === "/release" ? release() : ask(path)) };
   if (refusal) say(refusal);
   // A Stop that reached nobody is sent when somebody is there again, even if the page loads anew.
-  if (path === "/stop" && !live.connected) keep(true);
+  if (press && (refusal === null || !live.connected)) keep(refusal === null ? null : press);
 }
 
 function keep(unsent) {
-  document.documentElement.dataset.unsent = unsent;
-  if (unsent) sessionStorage.setItem(UNSENT, "stop");
+  document.documentElement.dataset.unsent = unsent !== null;
+  if (unsent) sessionStorage.setItem(UNSENT, unsent);
   else sessionStorage.removeItem(UNSENT);
 }
 
@@ -51,8 +52,8 @@ listen((state, connected) => {
   // Without a connection only Stop can be pressed; it is sent as soon as the server is back.
   for (const one of document.querySelectorAll(".studio, .bar-more, .talk, .senses")) one.inert = connected === false;
   if (connected && sessionStorage.getItem(UNSENT)) {
-    send({ do: "stop" });
-    keep(false);
+    send({ do: "stop", press: sessionStorage.getItem(UNSENT) });
+    keep(null);
   }
   if (!state) return;
   root.dataset.phase = state.phase;
