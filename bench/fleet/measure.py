@@ -43,7 +43,7 @@ def report(mood: int, stopped: StopReason | None = None) -> str:
     temperatures = {f"motor_{i}": 40.0 + i for i in range(8)}
     return HomeReport(
         feeling="happiness", mood=mood, paused=False, stopped=stopped, motor=None,
-        held=False, stops_today=0, temperatures=temperatures,
+        held=stopped is not None, stops_today=0, temperatures=temperatures,
     ).model_dump_json()  # fmt: skip
 
 

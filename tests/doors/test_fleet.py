@@ -133,7 +133,7 @@ def test_what_was_not_looked_at_is_no_success(
 ) -> None:
     monkeypatch.setattr("miburi.doors.fleet.LARGEST", 2)
     for number in range(partners):
-        be(listener, f"p{number}", stopped=StopReason.ASKED)
+        be(listener, f"p{number}", stopped=StopReason.ASKED, held=True)
     with pytest.raises(UnreachableError, match=words):
         asyncio.run(stop_and_look(find_broker(f"127.0.0.1:{broker.port}")))
 
@@ -142,13 +142,13 @@ def test_stop_reaches_a_living_partner_and_says_who_has_not_stopped(
     broker: Mosquitto, listener: Listener, live: Runner
 ) -> None:
     be(listener, "attic", "offline")
-    be(listener, "hall")  # it says that it moves, and goes on saying so
+    be(listener, "hall", stopped="contact")  # it hears nothing, and soon goes on
     address = find_broker(f"127.0.0.1:{broker.port}")
     with at_home(live, address) as server, connect(server.url) as partner:
         listener.hear(Topics("kitchen").available, lambda text: text == "online")
         assert asyncio.run(stop_and_look(address, "kitchen")) == (["kitchen"], [])
         assert partner.state.stop is not None
-        assert asyncio.run(stop_and_look(address)) == (["kitchen"], ["attic", "hall"])
+        assert asyncio.run(stop_and_look(address)) == (["kitchen"], ["hall", "attic"])
         with pytest.raises(InputError, match="there are: attic, hall, kitchen"):
             asyncio.run(stop_and_look(address, "cellar"))
 

@@ -169,7 +169,7 @@ async def listening_to(fleet: Fleet) -> AsyncIterator[None]:
 
 
 async def stop_and_look(broker: Broker, name: str = ALL) -> tuple[list[str], list[str]]:
-    """Stop one partner or all; return the names that report a stop, and the other names.
+    """Stop one partner or all; return the names that report that they are held, and the others.
 
     Raises InputError if there is no such partner; UnreachableError if the broker cannot be reached,
     or has no partner, or more than ``LARGEST``.
@@ -187,7 +187,9 @@ async def stop_and_look(broker: Broker, name: str = ALL) -> tuple[list[str], lis
         stopped: list[str] = []
         for _ in range(round(_PATIENCE / _LOOK)):
             partners = [one for one in fleet.news.partners if name in (ALL, one.name)]
-            stopped = [one.name for one in partners if not one.lost and _is_stopped(one)]
+            # A body that a contact stopped goes on by itself: that is no answer to a Stop.
+            held = [one for one in partners if one.report is not None and one.report.held]
+            stopped = [one.name for one in held if not one.lost]
             if len(stopped) == sum(not one.lost for one in partners):
                 break
             await asyncio.sleep(_LOOK)

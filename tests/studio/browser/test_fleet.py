@@ -51,7 +51,7 @@ def test_the_page_of_a_fleet(page: Page, broker: Mosquitto, listener: Listener) 
             "All partners that were to stop have stopped."
         )
         page.get_by_role("button", name="Stop all").click()
-        expect(page.get_by_role("alert")).to_contain_text("stopped: attic.", timeout=15_000)
+        expect(page.get_by_role("alert")).to_contain_text("stopped: hall, attic.", timeout=15_000)
         broker.kill()
         expect(page.get_by_role("alert")).to_contain_text("No connection to the broker")
         found += look_over(page, "without its broker")
