@@ -24,8 +24,8 @@ export class MiburiError extends Error {
   }
 }
 
-/** s between two tries to come back to a lost stream. */
-const AGAIN = 1;
+/** s between two tries to come back to a lost stream; and of silence, after which it counts as lost. */
+const AGAIN = 1, SILENCE = 30;
 
 export class Partner {
   readonly address: string;
@@ -83,8 +83,9 @@ export class Partner {
           cursor = `${boot}:${latest}`;
         }
         for await (const event of this.#stream(cursor, signal)) {
-          cursor = event.id;
           heard = true;
+          if (event === null) continue;
+          cursor = event.id;
           yield event;
         }
       } catch (error) {
@@ -110,13 +111,22 @@ export class Partner {
     throw new MiburiError("the partner was restarted or lost these events: nobody knows how that wish ended.", 0);
   }
 
-  async *#stream(cursor: string, signal?: AbortSignal): AsyncGenerator<LiveEvent, void> {
-    const answer = await this.#fetch("GET", `/api/v1/events?after=${cursor}`, undefined, signal);
-    const reader = answer.body!.pipeThrough(new TextDecoderStream()).getReader();
-    let waiting = "";
+  /** Yield null once the stream is open, and then its events. */
+  async *#stream(cursor: string, signal?: AbortSignal): AsyncGenerator<LiveEvent | null, void> {
+    const line = new AbortController();
+    const end = () => line.abort();
+    const heard = async <Answer>(work: Promise<Answer>): Promise<Answer> => {
+      const silence = setTimeout(end, 1000 * SILENCE);
+      return work.finally(() => clearTimeout(silence));
+    };
+    signal?.addEventListener("abort", end);
     try {
+      const answer = await heard(this.#fetch("GET", `/api/v1/events?after=${cursor}`, undefined, line.signal));
+      yield null;
+      const reader = answer.body!.pipeThrough(new TextDecoderStream()).getReader();
+      let waiting = "";
       for (;;) {
-        const { done, value } = await reader.read();
+        const { done, value } = await heard(reader.read());
         if (done) return;
         const lines = (waiting + value).split("\n");
         waiting = lines.pop()!;
@@ -125,7 +135,8 @@ export class Partner {
         }
       }
     } finally {
-      await reader.cancel().catch(() => {}); // whoever leaves the loop leaves no open stream
+      signal?.removeEventListener("abort", end);
+      end(); // whoever leaves the loop leaves no open stream
     }
   }
 
