@@ -44,6 +44,14 @@ def test_every_stop_is_told_in_words_and_none_by_its_key(
         assert language == "en" or not re.search("[A-Za-z]{2}", text)
 
 
+def test_a_move_that_shows_no_feeling_is_told_by_its_name() -> None:
+    entry = LiveEvent.model_validate(
+        {"boot": "5f2c9a10", "number": 1, "wall": "2026-11-24T10:00:00Z", "time": 1.0}
+        | {"kind": "gesture_begun", "name": "wave"}
+    )
+    assert line(entry, words("en")) == "“wave” begins"
+
+
 @pytest.mark.parametrize(
     ("language", "told"),
     [

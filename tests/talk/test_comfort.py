@@ -12,6 +12,20 @@ from miburi.talk.care import Care, takes_back
 QUIET = "Can you smell something odd?"
 
 
+@pytest.mark.parametrize(
+    ("region", "told"),
+    [
+        ("GB", "999, 116 123"),
+        ("MX", "911, 911"),
+        (None, ", ".join(2 * ["your local emergency number"])),
+    ],
+)
+def test_the_numbers_that_a_page_shows_name_no_helpline(region: str | None, told: str) -> None:
+    care = Care(region)
+    shown = [care.number(service, "en") for service in ("police", "listening")]
+    assert ", ".join(shown) == told
+
+
 def test_it_asks_whether_somebody_needs_help_and_a_yes_is_distress(talk: Talk) -> None:
     asked = talk.say(QUIET)
     assert (asked.distress, asked.worry, asked.felt) == (None, "gas", [])

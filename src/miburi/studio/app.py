@@ -37,12 +37,12 @@ def make_app(
     app.mount("/static", StaticFiles(directory=Path(__file__).parent / "static"), name="static")
     doors.open(app, runner, next(iter(reach.addresses), None))
     sounded = () if doors.voice is None else LANGUAGES
-    add_face_page(app, runner, sounded)
+    add_face_page(app, runner, sounded, doors.care)
     app.include_router(shapes_router(runner))
     app.include_router(_nothing(app))
     app.include_router(privacy_router(runner, reach, doors))
     app.get("/people", include_in_schema=False)(people_page)
-    studio = OnDemand(runner, reach, sounded)
+    studio = OnDemand(runner, reach, sounded, doors.care)
     beside(app, studio.while_served)
     app.mount("/", studio)
     return app

@@ -11,14 +11,16 @@ from miburi.feelings.catalogue import CATALOGUE
 from miburi.live.settle import granted
 from miburi.live.view import LivePartner
 from miburi.live.wishes import Release
-from miburi.studio.forms import senses_form, signs, talk_form
+from miburi.studio.forms import banner, senses_form, signs, talk_form
 from miburi.studio.pages import page
 from miburi.studio.preferences import Preferences
 from miburi.studio.words import words
+from miburi.talk.care import Care
 from miburi.wire.messages import Message
 
 #: The page's path for a release; programs have ``/api/v1/release``.
 RELEASE = "/api/page/release"
+_CARE = Care()
 
 
 class _Shown(Message):
@@ -27,24 +29,35 @@ class _Shown(Message):
     seen: int | None = None
 
 
-def add_face_page(app: FastAPI, runner: LivePartner, sounded: Sequence[str] = ()) -> None:
-    """Add the face at ``/face``; ``sounded`` are the languages of the partner's own voice."""
+def add_face_page(
+    app: FastAPI, runner: LivePartner, sounded: Sequence[str] = (), care: Care = _CARE
+) -> None:
+    """Add the face at ``/face``.
+
+    ``sounded`` are the languages of the partner's own voice; ``care`` knows the region's numbers.
+    """
 
     @app.get("/face", include_in_schema=False)
     async def face(request: Request) -> HTMLResponse:
-        say = words(Preferences.of(request).language)
+        language = Preferences.of(request).language
+        say = words(language)
         shared = ("stop", "stop_unreached", "stop_unsent", "release")
         content = {
             "feelings": say["feeling"],
             "faces": CATALOGUE.faces(),
             **say["face"],
             **{name: say["studio"][name] for name in shared},
-            "stopped": say["phase"]["stopped"],
-            "distress": say["talk"]["distress"],
-            "distresses": say["distress"],
+            **{name: say[name] for name in ("phase", "contact", "joint", "reason")},
         }
         senses = senses_form(say, "voice", "speech", "motion", "ears", "eyes", sounded=sounded)
-        return page(request, "face", words=content, talk=talk_form(say), senses=senses + signs(say))
+        return page(
+            request,
+            "face",
+            words=content,
+            talk=talk_form(say),
+            senses=senses + signs(say),
+            banner=banner(say, care, language),
+        )
 
     @app.post(RELEASE, status_code=204, include_in_schema=False)
     async def release(shown: _Shown, origin: Annotated[str | None, Header()] = None) -> None:

@@ -3,14 +3,19 @@
 import json
 from collections.abc import Sequence
 from html import escape
+from typing import Literal
 
 from miburi.feelings.catalogue import CATALOGUE
 from miburi.senses.tone import tones
 from miburi.serving.access import PRIVACY
 from miburi.studio.words import Words
+from miburi.talk.care import Care
 
 #: Senses that show a sign while they are on.
 _SIGNED = ("ears", "eyes")
+#: Kinds of distress that no page names, and whose number it shows instead: the person whom somebody
+#: fears may be in the room.
+_UNNAMED: dict[str, Literal["police", "listening"]] = {"abuse": "police", "suicide": "listening"}
 
 
 def senses_form(words: Words, *names: str, sounded: Sequence[str] = ()) -> str:
@@ -47,12 +52,22 @@ def signs(words: Words) -> str:
     )
 
 
+def banner(words: Words, care: Care, language: str) -> str:
+    """Return the banner for somebody who needs help, as HTML; ``static/page.js`` shows it."""
+    say = words["talk"]
+    needs = {kind: say["distress"].format(kind=name) for kind, name in words["distress"].items()}
+    for kind, service in _UNNAMED.items():
+        needs[kind] = say["help_near"].format(number=care.number(service, language))
+    return (
+        f'<div class="need" role="alert" data-needs="{escape(json.dumps(needs))}" hidden>'
+        f'<span></span><button type="button">{escape(say["hide"])}</button></div>'
+    )
+
+
 def talk_form(words: Words) -> str:
     """Return a field for words to the partner, as HTML; ``static/page.js`` sends them."""
     say = words["talk"]
-    told = escape(
-        json.dumps({**say, "feelings": words["feeling"], "distresses": words["distress"]})
-    )
+    told = escape(json.dumps({**say, "feelings": words["feeling"]}))
     return (
         f'<form class="talk" data-talk="{told}"><label><span>{escape(say["label"])}</span>'
         f'<input name="text" maxlength="1000" autocomplete="off" enterkeyhint="send" required '

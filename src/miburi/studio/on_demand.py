@@ -14,6 +14,7 @@ from starlette.types import Receive, Scope, Send
 from miburi.live.view import LivePartner
 from miburi.serving.reach import Reach
 from miburi.studio.pages import missing_page
+from miburi.talk.care import Care
 
 #: The studio's pages, and the prefix of NiceGUI's files and WebSocket.
 _PAGES, _FILES = ("/", "/favicon.ico"), "/_nicegui"
@@ -22,8 +23,10 @@ _PAGES, _FILES = ("/", "/favicon.ico"), "/_nicegui"
 class OnDemand:
     """An ASGI application: the studio at ``/``, and a "no such page" at other addresses."""
 
-    def __init__(self, runner: LivePartner, reach: Reach, sounded: Sequence[str]) -> None:
-        self._runner, self._reach, self._sounded = runner, reach, sounded
+    def __init__(
+        self, runner: LivePartner, reach: Reach, sounded: Sequence[str], care: Care
+    ) -> None:
+        self._given = (runner, reach, sounded, care)
         self._loading = asyncio.Lock()
         self._studio: FastAPI | None = None
         self._served = AsyncExitStack()
@@ -57,4 +60,4 @@ class OnDemand:
     def _load(self) -> FastAPI:
         from miburi.studio.studio_page import make_studio
 
-        return make_studio(self._runner, self._reach, self._sounded)
+        return make_studio(*self._given)

@@ -28,12 +28,13 @@ from miburi.serving.reach import Reach, pairing_url, qr_svg
 from miburi.studio.body_panel import body_panel
 from miburi.studio.contact_panel import contact_panel, why, why_ended
 from miburi.studio.elements import Choice, Levels, Plots, RobotView
-from miburi.studio.forms import senses_form, signs, talk_form
+from miburi.studio.forms import banner, senses_form, signs, talk_form
 from miburi.studio.gestures_panel import gestures_panel
 from miburi.studio.pages import missing_page
 from miburi.studio.parts import attempt, button, heading, set_label
 from miburi.studio.preferences import TABS, Preferences, keep
 from miburi.studio.words import own_name, page_languages, words
+from miburi.talk.care import Care
 
 #: Interval between checks for pages that no browser has connected to, s. Each takes about 0.8 MB;
 #: NiceGUI keeps it for 60 s, which a slow computer needs.
@@ -60,15 +61,15 @@ _CHOOSE_LANGUAGE = f"""(event) => {{
 }}"""
 
 
-def make_studio(runner: LivePartner, reach: Reach, sounded: Sequence[str] = ()) -> FastAPI:
+def make_studio(runner: LivePartner, reach: Reach, sounded: Sequence[str], care: Care) -> FastAPI:
     """Return the studio as an application; NiceGUI allows one in a process.
 
-    ``sounded`` are the languages of the partner's own voice.
+    ``sounded`` are the languages of the partner's own voice; ``care`` knows the region's numbers.
     """
 
     @ui.page("/", response_timeout=20.0)
     def studio(request: Request) -> None:
-        _Studio(runner, Preferences.of(request), reach, sounded).build()
+        _Studio(runner, Preferences.of(request), reach, sounded, care).build()
 
     # else Quasar shows an unlabelled bar at its own requests
     pages.config.quasar_config["loadingBar"]["skipHijack"] = True
@@ -106,11 +107,12 @@ class _Studio:
         preferences: Preferences,
         reach: Reach,
         sounded: Sequence[str],
+        care: Care,
     ) -> None:
         self._runner = runner
         self._preferences = preferences
         self._words = words(preferences.language)
-        self._reach, self._sounded = reach, sounded
+        self._reach, self._sounded, self._care = reach, sounded, care
         self._updates: list[Callable[[State], None]] = []
         #: Updates that run only while their panel is open.
         self._panel_updates: dict[str, list[Callable[[State], None]]] = {tab: [] for tab in TABS}
@@ -129,6 +131,8 @@ class _Studio:
             '<script type="module" src="/static/senses.js"></script>'
         )
         self._top()
+        told = banner(self._words, self._care, self._preferences.language)
+        ui.html(told, sanitize=False).classes("needs")
         if not self._preferences.met:
             self._first_hint()
         with ui.element("div").classes("studio"):  # NiceGUI brings the main landmark
@@ -150,7 +154,6 @@ class _Studio:
             recording = ui.label(say["recording"]).classes("on-air")
             ui.html(signs(self._words), sanitize=False).classes("signs")
             ended = ui.label().classes("recording-ended").props('role="status"')
-            distress = ui.label().classes("distress").props('role="alert"')
             ui.element("div").classes("grow")
             # On a phone these are behind a button, to leave room for Stop.
             with ui.element("div").classes("bar-more").props('id="more" popover="auto"'):
@@ -183,10 +186,6 @@ class _Studio:
             end = state.recording_end
             reason = why_ended(end.reason, end.detail, self._words) if end else ""
             ended.set_text(say["recording_ended"].format(reason=reason) if end else "")
-            heard = state.distress
-            distress.set_visibility(heard is not None)
-            kind = self._words["distress"][heard.kind] if heard else ""
-            distress.set_text(self._words["talk"]["distress"].format(kind=kind) if heard else "")
             breathing = state.phase == "moving" and state.expressed is None and not state.asked
             shown = "paused" if resting else "idle" if breathing else state.phase
             pill.set_text(self._words["phase"][shown])

@@ -131,9 +131,12 @@ class Care:
         """Return a line for the ten minutes after distress."""
         return self._fill(words_of_care(language).after, language, turn)
 
-    def follow(self, follow: Follow, language: Language, turn: int) -> str:
-        """Return the answer to what is asked or said next."""
-        return self._fill(follow.say, language, turn)
+    def number(self, service: Literal["police", "listening"], language: Language) -> str:
+        """Return a service's telephone number, or the words for an unknown one."""
+        numbers = regions()[self.region] if self.region else None
+        told = (getattr(numbers, service) or numbers.medical) if numbers else ""
+        found = re.search(r"\d[\d -]*\d", told)
+        return found.group() if found else words_of_care(language).unknown
 
     def _fill(self, lines: list[str], language: Language, turn: int) -> str:
         words = words_of_care(language)

@@ -1,12 +1,14 @@
 """The pages on a phone, with a finger."""
 
+import json
 import os
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import matplotlib
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Page, ViewportSize, WebSocketRoute, expect
 from tests.fixtures.browser import (
     CHROMIUM,
     FLAGS,
@@ -23,6 +25,8 @@ from tests.fixtures.browser import (
 )
 
 pytestmark = needs_browser
+
+SMALL = ViewportSize(width=360, height=640)
 
 
 @pytest.fixture
@@ -47,6 +51,11 @@ def test_stop_is_large_in_a_single_row_and_the_rest_is_behind_a_button(studio: P
         assert box is not None
         assert box["height"] >= 56
         assert box["width"] >= 72
+    studio.set_viewport_size(SMALL)
+    pill = studio.locator(".pill")
+    expect(pill).to_have_text("Stopped")
+    expect(pill).to_be_in_viewport(ratio=1)
+    assert pill.evaluate("one => one.scrollWidth <= one.clientWidth")
     header = studio.locator("header").bounding_box()
     assert header is not None
     assert header["height"] <= 80
@@ -61,6 +70,57 @@ def test_stop_is_large_in_a_single_row_and_the_rest_is_behind_a_button(studio: P
             studio.evaluate("edge => scrollTo(0, edge)", edge)
             expect(studio.get_by_text("Watching", exact=True)).to_be_in_viewport(ratio=1)
     expect(studio.get_by_text("Listening", exact=True)).to_be_hidden()
+
+
+def need_help(page: Page, kinds: list[str]) -> None:
+    """Let a tab see states in which the partner has heard the last of these kinds of distress."""
+
+    def add(state: str | bytes) -> str:
+        distress = {"number": len(kinds), "time": 1.0, "kind": kinds[-1], "words": None}
+        return json.dumps(json.loads(state) | {"distress": distress})
+
+    def line(to_page: WebSocketRoute) -> None:
+        to_page.connect_to_server().on_message(lambda state: to_page.send(add(state)))
+
+    page.route_web_socket("**/live?*", line)
+
+
+@pytest.mark.parametrize("where", ["/face", "/"])
+def test_what_says_that_help_is_near_covers_no_field_names_no_violence_and_can_be_hidden(
+    own_tab: Page, url: str, where: str
+) -> None:
+    need_help(own_tab, kinds := ["breathing"])
+    own_tab.set_viewport_size(SMALL)
+    own_tab.goto(url + where)
+    banner, line = own_tab.locator(".need"), own_tab.get_by_label("Say something to it")
+    expect(banner).to_contain_text("trouble breathing")
+    if where == "/face":
+        own_tab.get_by_text("Say something", exact=True).click()
+    line.focus()
+    boxes = [
+        each.bounding_box()
+        for each in (banner, line, own_tab.get_by_role("button", name="Say", exact=True))
+    ]
+    over, *fields = [box for box in boxes if box is not None]
+    assert [over["y"] + over["height"] <= field["y"] for field in fields] == [True, True]
+    kinds.append("abuse")
+    expect(banner).to_contain_text("Help is near: your local emergency number.")
+    assert not re.search("violence|abuse", own_tab.inner_text("body"))
+    banner.get_by_role("button", name="Hide").click()
+    expect(banner).to_be_hidden()
+    own_tab.reload()
+    own_tab.wait_for_function("document.documentElement.dataset.connected === 'true'")
+    expect(banner).to_be_hidden()
+    kinds.append("suicide")
+    expect(banner).to_contain_text("Help is near")
+
+
+def test_the_face_says_that_it_is_paused_and_why_it_is_stopped(face: Page) -> None:
+    ask(face, "/pause", paused=True)
+    expect(face.locator("#now")).to_have_text("Paused")
+    ask(face, "/stop")
+    expect(face.locator("#now")).to_have_text("Stopped")
+    expect(face.get_by_text("Somebody pressed Stop.")).to_be_in_viewport(ratio=1)
 
 
 def swipe(page: Page, x: float, y: float, way: float) -> None:

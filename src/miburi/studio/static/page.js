@@ -1,7 +1,7 @@
 // On every page: Stop and Release by button and by keyboard, and a word when something is refused.
 import { ask, listen, live, lost, release, send, stop } from "/static/live.js";
 
-const UNSENT = "miburi_unsent";
+const UNSENT = "miburi_unsent", HIDDEN = "miburi_hidden"; // the distress whose banner was hidden
 const ATTENDED = 3000; // ms until it is told again that somebody types
 const RAISED = "a raised voice"; // as senses/tone.py has it
 
@@ -35,7 +35,22 @@ function keep(unsent) {
 document.addEventListener("click", (event) => {
   const button = event.target.closest("[data-ask]");
   if (button) wish(button.dataset.ask);
+  const banner = event.target.closest("button") && event.target.closest("[data-needs]");
+  if (!banner) return;
+  // What was said about it goes, too.
+  for (const one of document.querySelectorAll(".talk output, #spoken")) one.textContent = "";
+  banner.hidden = true;
+  sessionStorage.setItem(HIDDEN, banner.dataset.which);
 }, true);  // before any dialog can take it
+
+// Somebody seems to need help. A person whom they fear may be in the room, so a button hides it.
+function showNeed({ boot, distress }) {
+  const banner = document.querySelector("[data-needs]"), which = distress ? `${boot}:${distress.number}` : "";
+  if (!banner || (banner.dataset.which ?? "") === which) return;
+  banner.dataset.which = which;
+  banner.hidden = !distress || sessionStorage.getItem(HIDDEN) === which;
+  banner.firstElementChild.textContent = banner.hidden ? "" : JSON.parse(banner.dataset.needs)[distress.kind];
+}
 
 document.addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.altKey || event.metaKey || event.repeat) return;
@@ -59,6 +74,7 @@ listen((state, connected) => {
   root.dataset.phase = state.phase;
   root.dataset.paused = state.paused;
   root.dataset.serial = state.serial;
+  showNeed(state);
 });
 
 // The log is written anew with each event; what somebody has opened in it stays open, and shut what was shut.
@@ -79,7 +95,7 @@ document.addEventListener("input", ({ target }) => {
   ask("/attend", { turn: "listening" });
 });
 
-// A line typed to the partner; the answer says what it heard in the words, and what it felt.
+// A line typed to the partner; below its answer is what it heard in the words, and what it felt.
 document.addEventListener("submit", async (event) => {
   const form = event.target.closest("[data-talk]");
   if (!form) return;
@@ -101,9 +117,10 @@ document.addEventListener("submit", async (event) => {
     const heard = await answer.json();
     if (answer.ok && line.value.trim() === text) line.value = "";
     if (number !== form.talks) return;
-    out.textContent = answer.ok
-      ? `${understood(heard, words)} ${words.quoted.replace("{what}", heard.answer)}${alone(heard, words)}`.trim() : heard.detail;
+    out.textContent = answer.ok ? heard.answer && words.quoted.replace("{what}", heard.answer) : heard.detail;
     if (!answer.ok) return;
+    const more = out.appendChild(document.createElement("small")); // how it came to that
+    more.textContent = `${understood(heard, words)}${alone(heard, words)}`.trim();
     weights.hidden = !heard.feeling || !heard.why.length;
     weights.querySelector("span").textContent = heard.why
       .map((part) => `${sign(part, words)} +${part.weight.toFixed(1)}`).join(", ");
@@ -124,11 +141,11 @@ function alone({ trouble }, words) {
 
 function understood(heard, words) {
   const list = (items) => new Intl.ListFormat(document.documentElement.lang).format(items);
-  if (heard.distress) return words.distress.replace("{kind}", words.distresses[heard.distress]);
+  if (heard.distress) return ""; // the banner says it
   if (!heard.feeling) return heard.asked ? words.asked : heard.meant ? "" : words.nothing;
   const why = list(heard.why.slice(0, 3).map((part) => sign(part, words)));
   const first = words[why ? "heard" : "heard_it"].replace("{feeling}", words.feelings[heard.feeling])
     .replace("{sure}", Math.round(100 * heard.strength)).replace("{why}", why);
   const felt = heard.felt.map((one) => `${words.feelings[one.feeling]} ${one.strength.toFixed(2)}`);
-  return `${first} ${felt.length ? words.felt.replace("{felt}", list(felt)) : words.cold}`;
+  return felt.length ? `${first} ${words.felt.replace("{felt}", list(felt))}` : first;
 }
