@@ -129,7 +129,7 @@ def test_a_raised_voice_weighs_what_the_words_say(page: Page, url: str) -> None:
     page.evaluate("window.voice = [180, 0.2]")
     say("the door is open")
     page.wait_for_function("!document.querySelector('.talk output').textContent.includes('…')")
-    expect(page.locator(".talk output")).to_contain_text("heard no feeling")
+    expect(page.locator(".talk output")).to_contain_text("No feeling heard")
     say("i am so happy today")
     expect(page.locator(".talk output")).to_contain_text("I heard thrill in")
     expect(page.locator(".talk output")).to_contain_text("a raised voice")
