@@ -202,8 +202,9 @@ def line(entry: LiveEvent, words: Words) -> str:
         told = ", ".join(_sign(part, entry, words) for part in entry.why[:_WHYS])
         return say["stimulus_why"].format(line=first, why=told)
     if entry.by is not None and entry.kind in ("pressed", "release_begun"):
-        key = "released_by" if entry.kind == "release_begun" else entry.kind
-        return say[key].format(by=words["by"][entry.by])
+        pressed = pressed_by(entry.by, entry.detail, words)
+        released = say["released_by"].format(by=words["by"][entry.by])
+        return pressed if entry.kind == "pressed" else released
     moves = entry.kind == "gesture_begun" and entry.feeling is None
     return say["move_begun" if moves else entry.kind].format(
         name=words["body"].get(name, name) if entry.kind in ("body", "temperament") else name,

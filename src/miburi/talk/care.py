@@ -131,6 +131,10 @@ class Care:
         """Return a line for the ten minutes after distress."""
         return self._fill(words_of_care(language).after, language, turn)
 
+    def follow(self, follow: Follow, language: Language, turn: int) -> str:
+        """Return the answer to what is asked or said next."""
+        return self._fill(follow.say, language, turn)
+
     def number(self, service: Literal["police", "listening"], language: Language) -> str:
         """Return a service's telephone number, or the words for an unknown one."""
         numbers = regions()[self.region] if self.region else None
