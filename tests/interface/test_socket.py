@@ -7,15 +7,20 @@ import random
 import socket
 from collections.abc import Iterator
 from concurrent.futures import Future
+from contextlib import suppress
 from threading import Event
 
 import pytest
 from tests.fixtures.live import Server, interface, serving
 from tests.fixtures.waiting import PATIENCE
+from tests.fixtures.waiting import until as until_true
 from websockets.asyncio.client import ClientConnection as ClientConnectionAsync
 from websockets.asyncio.client import connect as connect_async
-from websockets.exceptions import ConnectionClosed
+from websockets.client import ClientProtocol
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.frames import Frame, Opcode
 from websockets.sync.client import ClientConnection, connect
+from websockets.uri import parse_uri
 
 from miburi.interface.socket import LARGEST, MISTAKES
 from miburi.live.runner import Runner
@@ -47,7 +52,10 @@ def serials(server: Server, query: str, count: int) -> list[int]:
 def test_states_come_in_order_at_the_rate_that_was_asked_for(server: Server) -> None:
     usual = serials(server, "", 10)
     assert usual == sorted(set(usual))
+    until_true(lambda: server.runner.snapshot.serial > 50)
+    begin = server.runner.snapshot.serial
     whole = serials(server, "?rate=50", 50)
+    assert whole[0] >= begin, "it begins with an old one"
     assert whole == [*range(whole[0], whole[0] + 50)], "every step"
     assert min(b - a for a, b in itertools.pairwise(serials(server, "?rate=5", 3))) >= 3
     for rate in ("0", "51", "nan", "inf", "x"):
@@ -206,19 +214,53 @@ def test_hundreds_of_bad_messages_change_nothing(server: Server) -> None:
     }
 
 
+def deaf_viewer(server: Server) -> tuple[socket.socket, ClientProtocol]:
+    """A viewer that reads only when the test does."""
+    raw = socket.create_connection(("127.0.0.1", int(server.url.rsplit(":", 1)[1])))
+    viewer = ClientProtocol(parse_uri(address(server, "?rate=30")))
+    viewer.send_request(viewer.connect())
+    raw.sendall(b"".join(viewer.data_to_send()))
+    return raw, viewer
+
+
+def test_a_viewer_that_read_nothing_for_a_while_gets_what_is_new(server: Server) -> None:
+    """It was sent everything, as long as the kernels' buffers had room: that was for minutes."""
+    raw, viewer = deaf_viewer(server)
+    with raw:
+        begin = server.runner.snapshot.state.serial
+        until_true(lambda: server.runner.snapshot.state.serial > begin + 125)
+        seen: list[int] = []
+        while not seen or seen[-1] < begin + 125:
+            viewer.receive_data(raw.recv(65_536))
+            raw.sendall(b"".join(viewer.data_to_send()))
+            seen += [
+                State.model_validate_json(frame.data).serial
+                for frame in viewer.events_received()
+                if isinstance(frame, Frame) and frame.opcode is Opcode.TEXT
+            ]
+    assert max(b - a for a, b in itertools.pairwise(seen)) > 25, "it misses those between"
+
+
+def test_a_viewer_that_reads_nothing_is_dropped(
+    server: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("miburi.interface.socket.PATIENCE", 0.2)
+    monkeypatch.setattr("miburi.serving.access.SOCKETS", 1)
+    raw, _ = deaf_viewer(server)
+
+    def there_is_room() -> bool:
+        with suppress(InvalidStatus), connect(address(server)):
+            return True
+        return False
+
+    with raw:
+        until_true(lambda: not there_is_room())
+        until_true(there_is_room)
+
+
 def test_viewers_that_are_deaf_or_dead_harm_no_other(server: Server) -> None:
     """Some never read, some vanish without a word: the others get their states all the same."""
-    deaf = []
-    for _ in range(5):
-        raw = socket.socket()
-        raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
-        raw.connect(("127.0.0.1", int(server.url.rsplit(":", 1)[1])))
-        raw.sendall(
-            b"GET /api/v1/live?rate=50 HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\n"
-            b"Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
-            b"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n"
-        )
-        deaf.append(raw)
+    deaf = [deaf_viewer(server)[0] for _ in range(5)]
 
     async def watch() -> list[int]:
         sockets = [await connect_async(address(server, "?rate=10")) for _ in range(20)]

@@ -96,7 +96,10 @@ class Connection:
             failure: Exception = ConnectionLostError("the connection was closed")
             try:
                 with open_socket(
-                    address, additional_headers=self._headers, ssl=self._trust or None
+                    address,
+                    additional_headers=self._headers,
+                    ssl=self._trust or None,
+                    max_queue=1,  # a program that is busy for a while gets few old states
                 ) as socket:
                     for text in socket:
                         heard = time.monotonic()

@@ -2,8 +2,9 @@
 
 Each viewer has its own tasks and its own rate: at 50 a second it gets every step, and at lower
 rates the latest state. A slow viewer misses states, a dead one is dropped, and neither the partner
-nor other viewers wait. Events are never missed: see :mod:`miburi.interface.events`. Stop does not
-wait for commands that the same viewer sent before it, and cancels those still waiting.
+nor other viewers wait; :mod:`miburi.serving.http` tells how far a viewer has read. Events are never
+missed: see :mod:`miburi.interface.events`. Stop does not wait for commands that the same viewer
+sent before it, and cancels those still waiting.
 """
 
 import asyncio
@@ -140,7 +141,7 @@ class _Viewer:
             await asyncio.wait_for(self._socket.close(code), 1.0)
 
     async def _send_states(self) -> None:
-        serial = -1
+        serial = self._runner.snapshot.serial - 1  # earlier ones are old
         due = time.monotonic()
         while self._runner.reachable:
             steps = self._runner.steps_after(serial)

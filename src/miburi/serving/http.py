@@ -19,13 +19,16 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import h11
 import uvicorn
 from starlette.types import ASGIApp, Receive, Scope, Send
 from uvicorn.protocols.http.h11_impl import H11Protocol
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from uvicorn.server import ServerState
+from websockets.frames import Frame
 
 from miburi.serving.access import CAME, CONNECTIONS, HEADER_TIME, HEADERS, LARGEST
 from miburi.serving.passing import ENCRYPTED, Note, Passed, taken_in
@@ -34,6 +37,9 @@ from miburi.serving.passing import ENCRYPTED, Note, Passed, taken_in
 #: shorter than the time that the server's shutdown may take.
 _FAREWELL = 0.5
 _BACKLOG = 2048
+#: After this time without an answer to a ping, s, a WebSocket's client has fallen behind, and gets
+#: nothing more until it answers; also the shortest time between two pings (our choice).
+UNREAD = 0.5
 #: Key in a request's state for what the reception knows about it.
 _NOTE = "note"
 #: How many connections are accepted before waiting requests are served.
@@ -105,6 +111,41 @@ _CROWDS: WeakKeyDictionary[ServerState, defaultdict[str, dict[_Connection, None]
 _CROWDS = WeakKeyDictionary()
 
 
+class _Socket(WebSocketsSansIOProtocol):
+    """One WebSocket; it waits until the client has read what was sent.
+
+    The kernels on both sides and the reception may hold minutes of small messages, so that TCP
+    tells too late that a client reads none. A client answers a ping when it has read all before it.
+    """
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        self._answered = asyncio.Event()
+        super().connection_made(transport)
+
+    async def send(self, message: Any) -> None:
+        speaks = message["type"] == "websocket.send"
+        if speaks and self.pending_ping_payload is not None and self._pinged_long_ago:
+            self._answered.clear()
+            await self._answered.wait()
+        await super().send(message)
+        if speaks and self._pinged_long_ago:
+            self.stop_keepalive()  # this ping takes the next one's place
+            self.send_keepalive_ping()
+
+    def handle_pong(self, event: Frame) -> None:
+        super().handle_pong(event)
+        if self.pending_ping_payload is None:
+            self._answered.set()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        super().connection_lost(exc)
+        self._answered.set()
+
+    @property
+    def _pinged_long_ago(self) -> bool:
+        return self.loop.time() - self.ping_sent_at > UNREAD
+
+
 class _Handshake(SSLProtocol):
     """Encrypts a connection, which counts as silent until its handshake is over.
 
@@ -154,7 +195,7 @@ def configure(app: ASGIApp, *, lifespan: bool = True) -> uvicorn.Config:
         http=_Connection,
         log_level="error",  # strangers' malformed requests are no news
         lifespan="on" if lifespan else "off",
-        ws="websockets-sansio",
+        ws=_Socket,
         ws_max_size=LARGEST,
         ws_per_message_deflate=False,  # compressing a small state costs more than sending it
         timeout_graceful_shutdown=2,
