@@ -103,10 +103,45 @@ def test_refusals_and_mistakes_are_the_librarys_errors(partner: RemotePartner) -
         (lambda: partner.download("miburi-0042.mcap", "x"), InputError, "there is no recording"),
         (lambda: next(partner.watch(rate=60)), InputError, r"0\.1 to 50"),
         (lambda: partner.stimulate("happiness"), InputError, "Stimulus"),  # type: ignore[arg-type]
+        (lambda: partner.express("surprise"), InputError, "Expression"),  # type: ignore[arg-type]
+        (lambda: partner.say("x" * 70_000), InputError, "65536 bytes"),
+        (lambda: partner.say("\ud800"), InputError, "half a character"),
     ]
     for attempt, kind, words in cases:
         with pytest.raises(kind, match=words):
             attempt()
+
+
+def test_mistakes_in_an_asynchronous_program_are_the_same_errors(server: Server) -> None:
+    async def work() -> None:
+        async with miburi.connect_async(server.url) as partner:
+            for attempt, words in (
+                (partner.express("surprise"), "Expression"),  # type: ignore[arg-type]
+                (partner.say("x" * 70_000), "65536 bytes"),
+                (partner.say("\ud800"), "cannot be sent"),
+                (partner.look("back"), "left"),  # type: ignore[arg-type]
+            ):
+                with pytest.raises(InputError, match=words):
+                    await attempt
+        with pytest.raises(InputError, match="connect again"):
+            await partner.state()
+
+    asyncio.run(work())
+
+
+def test_after_its_end_a_connection_says_so_but_stops_the_body(server: Server) -> None:
+    with miburi.connect(server.url) as partner:
+        pass
+    for attempt in (
+        lambda: partner.state,
+        partner.pause,
+        lambda: next(partner.watch()),
+        lambda: next(partner.events("0")),
+    ):
+        with pytest.raises(InputError, match="connect again"):
+            attempt()
+    partner.stop()
+    until(lambda: server.runner.snapshot.state.stop)
 
 
 def test_a_mistake_in_one_wish_loses_no_later_one(partner: RemotePartner) -> None:
@@ -176,11 +211,31 @@ def test_the_token_opens_the_door(live: Runner, certificates: Certificates, sche
             assert next(iter(friend.watch())).body == "simulated"
             friend.stop()  # answered as soon as it is done, a step before the state shows it
             until(lambda: friend.state.phase, "stopped".__eq__)
-        with miburi.connect(url, None, authority) as stranger:
-            with pytest.raises(ConnectionLostError, match="token"):
-                _ = stranger.state
-            with pytest.raises(ConnectionLostError):
-                next(iter(stranger.watch()))
+        for wrong in (None, "wrong"):
+            with miburi.connect(url, wrong, authority) as stranger:
+                for attempt in (
+                    lambda: stranger.state,
+                    lambda: next(stranger.watch()),
+                    lambda: next(stranger.events("0")),
+                ):
+                    with pytest.raises(InputError, match="token.*QR code.*connect"):
+                        attempt()
+            with pytest.raises(InputError, match="token"):
+                asyncio.run(Asker.at(url, wrong, authority).state())
+
+
+def test_a_program_whose_token_is_withdrawn_ends_at_once(live: Runner) -> None:
+    """It tried again for a minute, and so was locked out for wrong tokens."""
+    ours = keys("w" * 40)
+    with serving(Gate(interface(live), ours)) as url, miburi.connect(url, "w" * 40) as friend:
+        watching, hearing = friend.watch(), friend.events("0")
+        next(watching)
+        next(hearing)
+        ours.forget()
+        for following in (watching, hearing):
+            with pytest.raises(InputError, match="withdrawn"):
+                for _ in following:
+                    pass
 
 
 def test_without_the_authority_it_says_what_to_do(live: Runner, certificates: Certificates) -> None:

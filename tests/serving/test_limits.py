@@ -183,7 +183,9 @@ def test_only_so_many_sockets_are_open() -> None:
             await asyncio.sleep(0)
             assert sent == []
             await gate(scope, receive, tell)
-            assert sent.pop()["type"] == "websocket.close"
+            start, _ = sent
+            assert (start["type"], start["status"]) == ("websocket.http.response.start", 503)
+            sent.clear()
             for task in tasks:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)

@@ -13,9 +13,11 @@ from typing import Self
 import httpx
 from fastapi import FastAPI
 from pydantic import BaseModel, TypeAdapter
+from pydantic_core import PydanticSerializationError
 
-from miburi.client.connection import PATIENCE, ConnectionLostError, accepted
+from miburi.client.connection import CLOSED, PATIENCE, ConnectionLostError, accepted
 from miburi.client.trusting import distrust, trust
+from miburi.errors import InputError
 from miburi.live.events.event import LiveEvent
 from miburi.live.state import MotorsOut, State
 from miburi.senses.tone import Tone
@@ -76,7 +78,7 @@ class Asker:
 
     async def say(self, text: str, tone: Tone = "plain") -> SayOut:
         """Say something to the partner; return the feeling it heard, the reason, and its answer."""
-        said = SayIn(text=text, tone=tone).model_dump_json()
+        said = SayIn.model_construct(text=text, tone=tone)
         return SayOut.model_validate_json(await self._ask("POST", "/say", said))
 
     @asynccontextmanager
@@ -104,16 +106,17 @@ class Asker:
 
     async def tell(self, path: str, wish: BaseModel | None = None) -> None:
         """Send a command, such as ``/stop``."""
-        await self._ask("POST", path, None if wish is None else wish.model_dump_json())
+        await self._ask("POST", path, wish)
 
     async def wish(self, path: str, wish: BaseModel) -> str:
-        """Send a command, such as ``/express``; return its id, to which events refer."""
-        answer = await self._ask("POST", path, wish.model_dump_json())
+        """Send a command, such as ``/express``; return its id, by which its events refer to it."""
+        answer = await self._ask("POST", path, wish)
         return WishOut.model_validate_json(answer).id
 
-    async def _ask(self, method: str, path: str, content: str | None = None) -> bytes:
-        headers = {} if content is None else {"Content-Type": "application/json"}
+    async def _ask(self, method: str, path: str, wish: BaseModel | None = None) -> bytes:
+        headers = {} if wish is None else {"Content-Type": "application/json"}
         try:
+            content = None if wish is None else wish.model_dump_json(warnings=False)
             for _ in range(_TRIES):
                 response = await self._http.request(
                     method, path, content=content, headers=headers, timeout=PATIENCE
@@ -121,6 +124,12 @@ class Asker:
                 if response.status_code != _TOO_MANY:
                     break
                 await asyncio.sleep(_BREATH)
+        except PydanticSerializationError as error:
+            raise InputError(f"this cannot be sent: {error}.") from error
+        except RuntimeError as error:
+            if not self._http.is_closed:
+                raise
+            raise InputError(CLOSED) from error
         except httpx.HTTPError as error:
             words = f"{self._url} does not answer; is `miburi run` running there?"
             raise ConnectionLostError(distrust(self._url, error) or words) from error

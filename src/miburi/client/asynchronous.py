@@ -106,28 +106,27 @@ class AsyncPartner(Asker):
 
     async def stimulate(self, stimulus: Stimulus) -> str:
         """Make the partner feel something."""
-        return await self.wish("/stimulus", StimulusIn.model_validate(fields_of(stimulus)))
+        return await self.wish("/stimulus", StimulusIn(**fields_of(stimulus, Stimulus)))
 
     async def sense(self, kind: str, clearness: float = 1.0) -> None:
         """Report an occurrence; see :meth:`RemotePartner.sense`."""
         await self.tell("/sense", SenseIn.model_construct(kind=kind, clearness=clearness))
 
     async def speak(self, text: str) -> str:
-        """Let the partner say something on pages whose voice is on."""
-        return await self.wish("/speak", SpeakIn(text=text))
+        """Have the partner say something through pages whose voice is switched on."""
+        return await self.wish("/speak", SpeakIn.model_construct(text=text))
 
     async def express(self, expression: Expression) -> str:
         """Perform a gesture once."""
-        shown = {"feeling": expression.feeling, "mood": expression.mood}
-        return await self.wish("/express", ExpressIn.model_validate(shown))
+        return await self.wish("/express", ExpressIn(**fields_of(expression, Expression)))
 
     async def look(self, at: Direction, seconds: float = 2.0) -> str:
         """Look at the ``user`` (ahead), left, right, up, down or ``aside`` for ``seconds`` s."""
-        return await self.wish("/look", LookIn(at=at, seconds=seconds))
+        return await self.wish("/look", LookIn.model_construct(at=at, seconds=seconds))
 
     async def attend(self, turn: Turn = "listening") -> None:
-        """Face somebody who is about to speak, or who waits for an answer (``thinking``)."""
-        await self.tell("/attend", AttendIn(turn=turn))
+        """Turn to somebody who will speak, or (``thinking``) show that an answer is on its way."""
+        await self.tell("/attend", AttendIn.model_construct(turn=turn))
 
     async def poses(self, poses: PosesIn) -> str:
         """Perform your own key poses once, written as in a gesture file."""
@@ -151,4 +150,4 @@ class AsyncPartner(Asker):
 
     async def pause(self, paused: bool = True) -> None:
         """Pause the partner at neutral, or let it continue."""
-        await self.tell("/pause", PauseIn(paused=paused))
+        await self.tell("/pause", PauseIn.model_construct(paused=paused))

@@ -1,5 +1,6 @@
 """One program's connection to a live partner over HTTP: requests, and streams that reconnect."""
 
+import json
 import time
 from collections.abc import Generator
 from contextlib import suppress
@@ -8,7 +9,7 @@ from typing import Any
 
 import httpx
 from pydantic import ValidationError
-from websockets.exceptions import ConnectionClosed, InvalidHandshake
+from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidStatus
 from websockets.sync.client import connect as open_socket
 
 from miburi.client.trusting import distrust, has_collided, trust
@@ -23,12 +24,14 @@ PATIENCE = 10.0
 #: Interval between two attempts to reconnect, and silence after which a stream counts as lost, s.
 _AGAIN, _STREAM_TIME = 0.5, 30.0
 _DATA = "data: "
-#: The most open requests of a program's threads; others wait.
+#: What a program is told that uses a connection after its end.
+CLOSED = "this connection is closed, or its `with` has ended: connect again."
+#: How many requests of a program's threads are open at once; others wait.
 _CONNECTIONS = 100
 
 
 class ConnectionLostError(MiburiError):
-    """The partner cannot be reached, or refuses access."""
+    """The partner cannot be reached, or has no time: wait before you try again."""
 
 
 class Connection:
@@ -69,6 +72,12 @@ class Connection:
         """Send a request through the HTTP client ``by``; return the answer, or raise its error."""
         try:
             response = (by or self._http).request(method, path, json=content)
+        except UnicodeEncodeError as error:
+            raise InputError(f"this text has half a character: {error.object!r:.80}.") from error
+        except RuntimeError as error:
+            if not self._http.is_closed:
+                raise
+            raise InputError(CLOSED) from error
         except httpx.HTTPError as error:
             words = f"{self._url} does not answer ({error}); is `miburi run` running there?"
             raise ConnectionLostError(distrust(self._url, error) or words) from error
@@ -77,7 +86,8 @@ class Connection:
     def stop(self, *, by_person: bool) -> None:
         """Stop the body, even if the server has closed the connection reserved for Stop."""
         head = {BY: "person"} if by_person else {}
-        with suppress(httpx.TransportError):
+        # A full server may have closed that connection, or this program has.
+        with suppress(httpx.TransportError, RuntimeError):
             accepted(self._url, self._stop.post("/stop", headers=head))
             return
         with self._open() as new:
@@ -92,8 +102,8 @@ class Connection:
         """Yield states, ``rate`` a second; retry a lost connection for ``patience`` s."""
         address = "ws" + self._url.removeprefix("http") + f"/api/v1/live?rate={rate:g}"
         heard = None  # when, on the monotonic clock
-        while True:
-            failure: Exception = ConnectionLostError("the connection was closed")
+        while not self._http.is_closed:
+            failure: Exception = ConnectionLostError(f"{self._url} closed the connection.")
             try:
                 with open_socket(
                     address,
@@ -104,17 +114,22 @@ class Connection:
                     for text in socket:
                         heard = time.monotonic()
                         yield self._parsed(text)
+            except InvalidStatus as error:
+                failure = _refusal(self._url, error.response.status_code, error.response.body)
+                if not isinstance(failure, ConnectionLostError):
+                    raise failure from error
             except (OSError, ConnectionClosed, InvalidHandshake) as error:
                 failure = error
                 if has_collided(error):
                     heard = heard or time.monotonic()
             self._wait_to_connect(heard, patience, failure)
+        raise InputError(CLOSED)
 
     def events(self, cursor: str, patience: float) -> Generator[LiveEvent, None, None]:
         """Yield the events after an id; retry a lost connection for ``patience`` s."""
         heard = None  # when, on the monotonic clock
         while True:
-            failure: Exception = ConnectionLostError("the connection was closed")
+            failure: Exception = ConnectionLostError(f"{self._url} closed the connection.")
             try:
                 with self._http.stream(
                     "GET", "/events", params={"after": cursor}, timeout=_STREAM_TIME
@@ -128,6 +143,10 @@ class Connection:
                             event = LiveEvent.model_validate_json(line.removeprefix(_DATA))
                             cursor = event.id
                             yield event
+            except RuntimeError as error:
+                if not self._http.is_closed:
+                    raise
+                raise InputError(CLOSED) from error
             except (httpx.HTTPError, ConnectionLostError) as error:
                 failure = error
             self._wait_to_connect(heard, patience, failure)
@@ -135,6 +154,8 @@ class Connection:
     def _wait_to_connect(self, heard: float | None, patience: float, failure: Exception) -> None:
         """Wait a moment; give up without a first answer, or without one for ``patience`` s."""
         if heard is None or time.monotonic() - heard > patience:
+            if isinstance(failure, ConnectionLostError):
+                raise failure
             words = f"{self._url} does not answer ({failure}); is `miburi run` running there?"
             raise ConnectionLostError(distrust(self._url, failure) or words) from failure
         time.sleep(min(_AGAIN, patience))
@@ -170,20 +191,25 @@ def accepted(url: str, response: httpx.Response) -> httpx.Response:
     """
     if response.is_success:
         return response
-    words = _detail(response)
-    match response.status_code:
-        case 400 | 404 | 422:
-            raise InputError(words)
-        case 409:
-            raise BodyError(words)
-        case 507:
-            raise OutputError(words)
-        case _:
-            raise ConnectionLostError(f"{url}: {words}")
+    raise _refusal(url, response.status_code, response.content)
 
 
-def _detail(response: httpx.Response) -> str:
+def _refusal(url: str, status: int, content: bytes | None) -> MiburiError:
+    """Return the error that stands for a refusal, with the partner's words."""
     try:
-        return str(response.json()["detail"])
+        words = str(json.loads(content or b"")["detail"])
     except (ValueError, KeyError, TypeError):
-        return f"{response.url} answered {response.status_code}; is this a Miburi server?"
+        words = f"{url} answered {status}; is this a Miburi server?"
+    match status:
+        case 400 | 404 | 405 | 413 | 422:
+            return InputError(words)
+        case 401:
+            return InputError(f"{url}: {words} Here: connect(url, TOKEN); commands: MIBURI_TOKEN.")
+        case 403 | 426:
+            return InputError(f"{url}: {words}")
+        case 409:
+            return BodyError(words)
+        case 507:
+            return OutputError(words)
+        case _:
+            return ConnectionLostError(f"{url}: {words}")

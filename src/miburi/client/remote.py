@@ -68,8 +68,8 @@ class RemotePartner:
 
     Use it as a context manager, or call :meth:`close`. Every method raises
 
-    - :class:`miburi.ConnectionLostError` if the partner cannot be reached or the token is wrong,
-    - ``InputError`` if a value is not allowed,
+    - :class:`miburi.ConnectionLostError` if the partner cannot be reached,
+    - ``InputError`` if a value is not allowed, or the token is missing or wrong,
     - ``BodyError`` if the body cannot do it now,
     - ``OutputError`` if there is no room for recordings.
     """
@@ -186,7 +186,7 @@ class RemotePartner:
 
     def stimulate(self, stimulus: Stimulus) -> str:
         """Make the partner feel something; return the id of the event."""
-        return self._line.wish("/stimulus", fields_of(stimulus))
+        return self._line.wish("/stimulus", fields_of(stimulus, Stimulus))
 
     def sense(self, kind: str, clearness: float = 1.0) -> None:
         """Report an occurrence, such as a pat.
@@ -218,8 +218,7 @@ class RemotePartner:
         return self._line.wish(
             "/express",
             {
-                "feeling": expression.feeling,
-                "mood": expression.mood,
+                **fields_of(expression, Expression),
                 "blend": dict(blend or {}),
                 "effort": effort.model_dump() if effort else None,
             },

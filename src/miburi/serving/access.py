@@ -263,9 +263,10 @@ class Gate:
                 return one
         if given and not self._wrong.take(who):
             raise RefusedError(429, "too many wrong tokens; wait a minute.")
+        wrong = "this token is wrong, or was withdrawn" if given else "a token is needed here"
         raise RefusedError(
             401,
-            "a token is needed here. Scan the QR code in the studio or in the terminal, open "
+            f"{wrong}. Scan the QR code in the studio or in the terminal, open "
             f"{PAIRING}, or send the header Authorization: Bearer TOKEN.",
         )
 
@@ -333,10 +334,6 @@ def _farewell(scope: Scope) -> list[tuple[bytes, bytes]]:
 
 
 async def _refuse(scope: Scope, receive: Receive, send: Send, refused: RefusedError) -> None:
-    if scope["type"] == "websocket":
-        await receive()  # the client's request to connect
-        await send({"type": "websocket.close", "code": 1008, "reason": str(refused)[:100]})
-        return
     body = json.dumps({"detail": str(refused)}).encode()
     headers = [
         (b"content-type", b"application/json"),
@@ -345,4 +342,16 @@ async def _refuse(scope: Scope, receive: Receive, send: Send, refused: RefusedEr
     ]
     if refused.status == HTTPStatus.UNAUTHORIZED:
         headers.append((b"www-authenticate", b'Bearer realm="miburi"'))
+    if scope["type"] == "websocket":
+        await receive()  # the client's request to connect
+        send = _instead_of_accepting(send)
     await _tell(refused.status, headers, send, body)
+
+
+def _instead_of_accepting(send: Send) -> Send:
+    """Return a ``send`` by which a WebSocket that was not accepted gets an answer by HTTP."""
+
+    async def sending(message: Message) -> None:
+        await send({**message, "type": f"websocket.{message['type']}"})
+
+    return sending

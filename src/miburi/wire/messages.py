@@ -3,12 +3,13 @@
 No model has a field for any part of the contact rule, so no request can change it.
 """
 
+from dataclasses import asdict
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
 from miburi.errors import InputError
-from miburi.feelings import Stimulus
+from miburi.feelings import Expression, Stimulus
 from miburi.feelings.catalogue import FeelingName, TheirFeeling
 from miburi.feelings.temperament import RestLevel, Source
 from miburi.gestures import Direction
@@ -47,21 +48,20 @@ class StimulusIn(Message):
     )
 
 
-def fields_of(stimulus: object) -> dict[str, str | float]:
-    """Convert a stimulus to the fields of a request.
+def fields_of(given: Stimulus | Expression, kind: type[Stimulus | Expression]) -> dict[str, Any]:
+    """Convert a stimulus or an expression to the fields of a request.
 
     Raises
     ------
     InputError
-        The argument is not a stimulus.
+        The argument is not of that kind.
     """
-    if not isinstance(stimulus, Stimulus):
+    if not isinstance(given, kind):
+        name = kind.__name__
         raise InputError(
-            f'a stimulus is, for example, Stimulus("happiness", 0.8); got {stimulus!r}.'
+            f'this takes the class {name}, for example {name}("happiness", 0.8); got {given!r}.'
         )
-    return {
-        "feeling": stimulus.feeling, "strength": stimulus.strength, "source": stimulus.source,
-    }  # fmt: skip
+    return asdict(given)
 
 
 class SayIn(Message):
