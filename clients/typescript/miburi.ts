@@ -100,8 +100,14 @@ export class Partner {
   /** Wait until a wish has ended, well or not; the event tells which. */
   async untilEnded(wish: string): Promise<LiveEvent> {
     let whole = "";
+    const [boot, number] = wish.split(":");
+    const before = encodeURIComponent(`${boot}:${Math.max(Number(number) - 1, 0)}`);
+    const [first] = (await this.#ask("GET", `/api/v1/log?after=${before}`)) as LiveEvent[];
+    if (first === undefined || (first.boot === boot && !["wish", "gap"].includes(first.kind))) {
+      throw new MiburiError(`${wish} is not the id of a request that ends, such as express or speak.`, 0);
+    }
     for await (const event of this.events(wish)) {
-      if (event.boot !== wish.split(":")[0] || event.kind === "gap") break;
+      if (event.boot !== boot || event.kind === "gap") break;
       if (event.wish !== wish) continue;
       const [what, ...how] = event.kind.split("_");
       if (how[0] === "begun") whole ||= what!; // of a performance the acts begin and end, too

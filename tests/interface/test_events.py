@@ -17,7 +17,7 @@ from websockets.sync.client import connect as open_socket
 
 import miburi
 from miburi.client.remote import WAITING
-from miburi.errors import InputError
+from miburi.errors import BodyError, InputError
 from miburi.feelings import EmotionalModel, Expression, Stimulus
 from miburi.gestures.movement import Posture
 from miburi.live.events.event import EndOfWish, LiveEvent
@@ -139,6 +139,12 @@ def test_a_program_can_wait_for_the_end_of_what_it_asked_for(server: Server) -> 
         partner.stop()
         assert partner.until_ended(wish).kind in ("gesture_broken_off", "wish_dropped")
         asked = next(event for event in partner.log() if event.id == wish)
+        with pytest.raises(BodyError, match="still stopped"):
+            partner.wait(timeout=0.0)
+        felt = partner.stimulate(Stimulus("fear", 0.1))
+        for other, words in ((felt, "kind stimulus"), (wish.split(":")[0] + ":9999", "not exist")):
+            with pytest.raises(InputError, match=words):
+                partner.until_ended(other)
     assert asked.by == "program"
 
 

@@ -215,7 +215,12 @@ def test_it_begins_only_as_allowed_and_keeps_that(house: House, live: Runner) ->
     assert again.client.get("/api/v1/people/manners").json() == {
         "on": True, "most": 4, "quiet_from": 20, "quiet_to": 9,
     }  # fmt: skip
-    assert house.post("/manners", most=11) == 422
+    assert house.post("/manners", most=2) == 204
+    assert house.client.get("/api/v1/people/manners").json() == {
+        "on": True, "most": 2, "quiet_from": 20, "quiet_to": 9,
+    }  # fmt: skip
+    for wrong in ({"most": 11}, {"most": True}, {"on": 1}, {"quiet_to": "9"}):
+        assert house.post("/manners", **wrong) == 422
     (house.folder / "manners.json").write_text("{[", encoding="utf-8")
     broken = House(live, house.folder)
     assert broken.client.get("/api/v1/people/manners").json()["on"] is False

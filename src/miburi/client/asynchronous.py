@@ -98,6 +98,7 @@ class AsyncPartner(Asker):
     async def until_ended(self, wish: str, patience: float = 60.0) -> LiveEvent:
         """Wait until a wish has ended; see :meth:`RemotePartner.until_ended`."""
         end = EndOfWish(wish)
+        end.check(await self.log(end.before))
         async with aclosing(self.events(wish, patience)) as events:
             async for event in events:
                 if end.is_in(event):

@@ -194,7 +194,7 @@ def accepted(url: str, response: httpx.Response) -> httpx.Response:
     raise _refusal(url, response.status_code, response.content)
 
 
-def _refusal(url: str, status: int, content: bytes | None) -> MiburiError:
+def _refusal(url: str, status: int, content: bytes | bytearray | None) -> MiburiError:
     """Return the error that stands for a refusal, with the partner's words."""
     try:
         words = str(json.loads(content or b"")["detail"])

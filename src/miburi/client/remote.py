@@ -12,15 +12,16 @@ import queue
 import threading
 from collections.abc import Callable, Generator, Mapping
 from contextlib import closing, suppress
-from math import nan
+from math import inf, nan
 from pathlib import Path
+from time import monotonic
 from types import TracebackType
 from typing import Any, Self
 
 from pydantic import TypeAdapter
 
 from miburi.client.connection import Connection
-from miburi.errors import InputError, MiburiError, OutputError
+from miburi.errors import BodyError, InputError, MiburiError, OutputError
 from miburi.feelings import Expression, Stimulus
 from miburi.feelings.temperament import RestLevel
 from miburi.gestures.effort import Effort
@@ -151,12 +152,15 @@ class RemotePartner:
 
         Raises
         ------
+        InputError
+            The id is not that of a wish; that of a stimulus, for example, never ends.
         BodyError
             The partner was restarted, so the end of the wish is unknown.
         ConnectionLostError
             The partner has not answered for ``patience`` s.
         """
         end = EndOfWish(wish)
+        end.check(self.log(end.before))
         with closing(self.events(wish, patience)) as events:
             return next(event for event in events if end.is_in(event))
 
@@ -258,13 +262,22 @@ class RemotePartner:
         """
         self._line.post("/release")
 
-    def wait(self) -> State:
-        """Wait without limit until the body is free; return the partner's state."""
-        states = self.watch(rate=10)
-        try:
-            return next(state for state in states if not state.stop)
-        finally:
-            states.close()
+    def wait(self, timeout: float = inf) -> State:
+        """Wait until the body is free, and return the partner's state.
+
+        Raises
+        ------
+        BodyError
+            It is not free after ``timeout`` s.
+        """
+        end = monotonic() + timeout
+        with closing(self.watch(rate=10)) as states:
+            for state in states:
+                if not state.stop:
+                    return state
+                if monotonic() >= end:
+                    break
+        raise BodyError(f"the body is still stopped after {timeout:g} s.")
 
     def pause(self, paused: bool = True) -> None:
         """Let the partner rest at neutral, or continue."""

@@ -31,7 +31,10 @@ class Manners(BaseModel):
     """When it may speak unasked; a person sets this on the page."""
 
     model_config = ConfigDict(
-        frozen=True, extra="forbid", json_schema_extra={"examples": [{"on": True, "most": 6}]}
+        frozen=True,
+        extra="forbid",
+        strict=True,
+        json_schema_extra={"examples": [{"on": True, "most": 6}]},
     )
 
     on: bool = Field(default=False, description="Whether it starts conversations at all.")

@@ -149,6 +149,26 @@ class EndOfWish:
         if self._boot is None:
             raise InputError(f"a wish's id is BOOT:NUMBER, got {wish!r}.")
 
+    @property
+    def before(self) -> str:
+        """The cursor of a reader who has not yet heard of the wish."""
+        return str(Cursor(self._boot, max(Cursor.of(self._wish).number - 1, 0)))
+
+    def check(self, events: list[LiveEvent]) -> None:
+        """Check that the first of the events after :attr:`before` is the wish.
+
+        Raises
+        ------
+        InputError
+            It is something else, which never ends, or there is none.
+        """
+        first = events[0] if events else None
+        if first is None or (first.boot == self._boot and first.kind not in ("wish", "gap")):
+            what = "does not exist" if first is None else f"is of the kind {first.kind}"
+            raise InputError(
+                f"{self._wish} {what}; this takes the id of a request such as express or speak."
+            )
+
     def is_in(self, event: LiveEvent) -> bool:
         """Whether this event ends the wish; pass the events in their order.
 
