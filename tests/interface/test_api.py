@@ -56,7 +56,7 @@ def test_a_stimulus_is_felt_and_logged(client: httpx.Client, live: Runner) -> No
     live.stop().result(PATIENCE)  # the step after this command knows the stimulus
     assert state_of(client).emotion[FEELINGS.index("happiness")] > 0.5
     (told,) = [one for one in client.get(V1 + "/log").json() if one["id"] == answer.json()["id"]]
-    assert (told["kind"], told["by"]) == ("stimulus", "person")
+    assert (told["kind"], told["by"]) == ("stimulus", "program")
 
 
 def test_stop_and_release(client: httpx.Client) -> None:

@@ -39,6 +39,7 @@ KEPT_BACK = {
         ("Should I go on living or just give up?", "suicide"),
         ("My carer hits me.", "abuse"),
         ("I've fallen", "fall"),
+        ("I have fallen, 太郎", "fall"),
         ("get me a doctor", "help"),
         ("Somebody is breaking in", "abuse"),
         (

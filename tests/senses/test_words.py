@@ -36,6 +36,11 @@ def test_every_utterance_shows_at_most_a_feeling_from_silence_to_one() -> None:
     assert alarms <= 0.01 * len(ROWS)
 
 
+@pytest.mark.parametrize("text", ["I love you, 太郎", "I love you 世界", "さくら, I love you"])
+def test_a_name_in_other_letters_takes_away_no_feeling(text: str) -> None:
+    assert hear(text).feeling == "happiness"
+
+
 @pytest.mark.parametrize(
     "text",
     [

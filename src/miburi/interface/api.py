@@ -107,7 +107,7 @@ _BY = "`program` if programs may release it again; otherwise it counts as a pers
 #: Limits for requests with key poses from one address: per second, and in a burst (our numbers).
 _REHEARSED_RATE, _REHEARSED_BURST = 0.5, 5.0
 _Asker = Annotated[
-    str, Header(alias=BY, description="Who asks: `program`, `home`, `agent`, `ros`, or a person.")
+    str, Header(alias=BY, description="Who asks: `program`, `home`, `agent`, `ros` or `person`.")
 ]
 
 
@@ -261,7 +261,7 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
     """Add the requests to feel, notice and do something."""
 
     @router.post("/stimulus", responses=REFUSED)
-    async def stimulus(wish: StimulusIn, by: _Asker = "person") -> WishOut:
+    async def stimulus(wish: StimulusIn, by: _Asker = "program") -> WishOut:
         """Let the partner feel something; returns the event's id."""
         felt = Stimulus(wish.feeling, wish.strength, wish.source)
         return WishOut(id=await granted(runner, Feel(felt, who(by))))
@@ -334,19 +334,19 @@ def _showing(router: APIRouter, runner: LivePartner) -> None:
     """Add the requests to show and say something; each wish has an id, which its events carry."""
 
     @router.post("/speak", responses=REFUSED)
-    async def speak(wish: SpeakIn, by: _Asker = "person") -> WishOut:
+    async def speak(wish: SpeakIn, by: _Asker = "program") -> WishOut:
         """Say something aloud on pages whose voice is on; a new sentence replaces the last."""
         return WishOut(id=await granted(runner, Speak(wish.text, who(by))))
 
     @router.post("/express", responses=REFUSED)
-    async def express(wish: ExpressIn, by: _Asker = "person") -> WishOut:
+    async def express(wish: ExpressIn, by: _Asker = "program") -> WishOut:
         """Perform a gesture once, whatever the feelings are."""
         poses = await asyncio.to_thread(shown_by, runner, wish)
         shown = Expression(wish.feeling, wish.mood)
         return WishOut(id=await granted(runner, Perform(shown, poses, "gesture", who(by))))
 
     @router.post("/look", responses=REFUSED)
-    async def look(wish: LookIn, by: _Asker = "person") -> WishOut:
+    async def look(wish: LookIn, by: _Asker = "program") -> WishOut:
         """Look somewhere for a while, as soon as the body is at rest; the next wish ends it."""
         poses = glance(runner.robot, wish.at, wish.seconds)
         return WishOut(id=await granted(runner, Perform(None, poses, "look", who(by))))
@@ -355,7 +355,7 @@ def _showing(router: APIRouter, runner: LivePartner) -> None:
     rehearsed_seldom = _limited(_REHEARSED_RATE, _REHEARSED_BURST, often)
 
     @router.post("/poses", responses=REFUSED)
-    async def poses(wish: PosesIn, request: Request, by: _Asker = "person") -> WishOut:
+    async def poses(wish: PosesIn, request: Request, by: _Asker = "program") -> WishOut:
         """Perform your own key poses once; they are rehearsed first, which takes a moment."""
         rehearsed_seldom(request)
         own = await asyncio.to_thread(poses_of, runner, wish)
@@ -363,7 +363,7 @@ def _showing(router: APIRouter, runner: LivePartner) -> None:
         return WishOut(id=await granted(runner, Perform(shown, own, "poses", who(by))))
 
     @router.post("/performance", responses=REFUSED)
-    async def performance(wish: PerformanceIn, request: Request, by: _Asker = "person") -> WishOut:
+    async def performance(wish: PerformanceIn, request: Request, by: _Asker = "program") -> WishOut:
         """Perform gestures, looks, key poses and sentences together."""
         if any(isinstance(act, PosesAct) for act in wish.acts):
             rehearsed_seldom(request)

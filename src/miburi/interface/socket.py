@@ -213,7 +213,7 @@ class _Viewer:
                 await granted(self._runner, move_hand(wish))
             case StimulusMessage() as wish:
                 stimulus = Stimulus(wish.feeling, wish.strength, wish.source)
-                await granted(self._runner, Feel(stimulus))
+                await granted(self._runner, Feel(stimulus, "program"))
             case StopMessage() as stop if who(stop.by) != stop.by:
                 known = ", ".join(each for each in get_args(By) if who(each) == each)
                 raise InputError(

@@ -171,21 +171,33 @@ def _rules(language: Language) -> _Rules:
     return read(_Rules, language, "language") or _Rules()
 
 
+#: With so many of a language's commonest words, letters of another are a name or a quotation (our
+#: choice).
+_SENTENCE = 2
+
+
 def language_of(text: str, usual: Language = FALLBACK) -> Language:
     """Return the language of a text: by its letters, else by its commonest words.
 
-    A text that no language claims, such as a name, is in the ``usual`` language.
+    A text that no language claims, such as a name, is in the ``usual`` one. A name in other letters
+    does not change a sentence's language.
 
     >>> [language_of(text) for text in ("Hello.", "こんにちは", "Je suis très triste.")]
     ['en', 'ja', 'fr']
+    >>> language_of("I love you, 太郎")
+    'en'
     """
-    hits = {}
+    hits, written = {}, {}
     for language in folders():
         rules = _rules(language)
-        if rules.script and re.search(rules.script, text):
-            return language
+        written[language] = len(re.findall(rules.script, text)) if rules.script else 0
         hits[language] = sum(word in rules.words for word in plain(text, language).split())
-    return max(hits, key=lambda language: (hits[language], language == usual))
+    best = max(hits, key=lambda language: (hits[language], language == usual))
+    script = max(written, key=lambda language: written[language])
+    other = sum(map(str.isalpha, text)) - written[script]
+    if written[script] and not (hits[best] >= _SENTENCE and other > written[script]):
+        return script
+    return best
 
 
 def is_spaced(language: Language) -> bool:

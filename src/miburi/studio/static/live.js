@@ -36,7 +36,7 @@ async function post(path, content, press, again = true) {
   try {
     const answer = await fetch(path, {
       method: "POST",
-      headers: { "Content-Type": "application/json", ...(press && { "Miburi-Press": press }) },
+      headers: { "Content-Type": "application/json", ...(press ? { "Miburi-Press": press } : { "Miburi-By": "person" }) },
       body: content === undefined ? undefined : JSON.stringify(content),
     });
     return answer.ok ? null : (await answer.json()).detail;
