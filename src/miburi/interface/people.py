@@ -96,7 +96,7 @@ def add_people(
         return beginning.manners
 
     @router.post("/people/manners", status_code=NOTHING, responses=_REFUSED)
-    async def behave(wish: Manners) -> None:
+    def behave(wish: Manners) -> None:
         """Set when the partner may begin to speak by itself; what is not sent stays as it is."""
         sent = wish.model_dump(exclude_unset=True)
         beginning.behave(beginning.manners.model_copy(update=sent))
