@@ -39,7 +39,7 @@ class Agenda:
         self._open: dict[str, str] = {}  # the purpose of each open wish, by id
         self._interrupts = False  # whether the body's next act interrupts a gesture
         self._shown: dict[str, object] = {}  # the fields of the present gesture
-        # Time since the body stopped, s, and whether it is returning to neutral.
+        # How long the body has been stopped (in s), and whether it is returning to neutral.
         self._stopped, self._returns = 0.0, False
 
     def perform(self, partner: Partner, asked: Perform) -> str:
@@ -97,7 +97,7 @@ class Agenda:
         self._returns = True
 
     def step(self, partner: Partner, felt: Expression | None, dt: float) -> None:
-        """Advance by ``dt`` s: note the ends of sentences, and begin due performances and acts."""
+        """Advance by ``dt`` s: note which sentences have ended, and begin the acts that are due."""
         if self._speaker.step(dt):
             self._end_speech("speech_ended")
         phase = partner.body.state.phase
@@ -125,7 +125,8 @@ class Agenda:
     def take(self, event: Event, stop: StopOut | None, limit: float) -> None:
         """Record an event of the partner, if its kind is reported.
 
-        A stop comes with the body's report ``stop`` and the contact rule's ``limit``.
+        If it is a stop, ``stop`` is the body's report of it, and ``limit`` the limit of the contact
+        rule.
         """
         match event:
             case GestureStarted(_, shown, name, wish):
@@ -152,7 +153,7 @@ class Agenda:
                 pass
 
     def leave(self, partner: Partner) -> None:
-        """End all acts and returns before another body takes over."""
+        """End everything that is going on, because another body takes over."""
         for event in partner.leave():
             self.take(event, None, 0.0)
         self.clear("body")
@@ -202,7 +203,7 @@ class Agenda:
             self._note("performance_begun", wish=begun.wish)
 
     def clear(self, why: Lapse, partner: Partner | None = None) -> None:
-        """End all performances, and drop the wishes that the ``partner`` has not begun."""
+        """End all performances, and drop the wishes that a given ``partner`` has not begun."""
         if partner is not None:
             partner.drop(why)
         current, waiting = self._stage.clear()

@@ -6,9 +6,9 @@ from miburi.partner.rest import Attention
 
 #: Turns that pages report: a person is about to speak, or waits for an answer.
 Turn = Literal["listening", "thinking"]
-#: The time after which a turn ends unless it is reported again, s (our choice).
+#: A turn ends after this time, in s, unless it is reported again (our choice).
 FADES: dict[Turn, float] = {"listening": 10.0, "thinking": 30.0}
-#: How long the partner listens for an answer after its own words, s (our choice).
+#: How long the partner listens for an answer after its own words, in s (our choice).
 TURN = 6.0
 
 
@@ -21,7 +21,7 @@ class Attending:
         self._sentence: int | None = None
 
     def begin(self, turn: Turn) -> None:
-        """Begin a turn.
+        """Begin a turn: a person is about to speak, or waits for an answer.
 
         Listening does not interrupt thinking: a page's report of it may arrive late.
         """
@@ -32,7 +32,7 @@ class Attending:
         """Advance by ``dt`` s; return what the partner does now, if anything.
 
         ``sentence`` is the number of the sentence that it is saying, if any. Thinking that begins
-        during a sentence lasts until the next sentence, or until its time is over.
+        during a sentence lasts until the next sentence begins, or until it times out.
         """
         begins, self._sentence = sentence != self._sentence, sentence
         if sentence is not None and (begins or self._turn != "thinking"):

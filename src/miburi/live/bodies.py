@@ -22,7 +22,7 @@ class BodyKind:
     name: str
     make: Callable[[Robot, str | None, Rule | None], Body]
     needs_port: bool = False
-    needs_firmware: bool = False  # from `make firmware`
+    needs_firmware: bool = False  # which `make firmware` builds
 
     @property
     def available(self) -> bool:
@@ -63,7 +63,7 @@ KINDS = {
 
 
 def check_port(port: str) -> None:
-    """Accept only serial ports, so that requests cannot open other files.
+    """Accept only names of serial ports, so that requests cannot open other files.
 
     Raises InputError if the system does not list the port.
     """
@@ -77,10 +77,11 @@ def check_port(port: str) -> None:
 def make_body(name: str, robot: Robot, port: str | None = None, rule: Rule | None = None) -> Body:
     """Make a body at neutral, of a kind in ``KINDS``.
 
-    ``rule`` is a simulated body's contact rule, by default the robot's; a card has one already.
+    ``rule`` is the contact rule of a simulated body, by default the robot's own; a card has one in
+    its firmware.
 
-    Raises InputError if there is no such kind, or it needs a port; BodyError if the firmware has
-    not been built, or the body cannot be reached.
+    Raises InputError if there is no such kind, or if it needs a port and none is given; BodyError
+    if the firmware has not been built, or the body cannot be reached.
     """
     if name not in KINDS:
         raise InputError(f"the body must be one of {', '.join(KINDS)}, got {name!r}.")

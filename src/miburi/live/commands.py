@@ -21,9 +21,9 @@ from miburi.ground.log import log_once
 from miburi.partner import UnsettledError
 from miburi.serving.press import By, Press
 
-#: The most commands that may wait for the next step.
+#: How many commands may wait for the next step.
 WAITING = 256
-#: The number of Stops' ids kept to recognise a second copy (our choice).
+#: How many ids of Stops are kept to recognise a second copy of one (our choice).
 NAMED = 64
 #: Why a release older than the latest Stop is refused.
 STOP_SINCE = "Stop was pressed after that release; release the body again to go on."
@@ -37,7 +37,7 @@ class BusyError(MiburiError):
 
 
 class Commands:
-    """The waiting commands; ``stop`` stops the body, and gets the sender of the Stop."""
+    """The waiting commands; ``stop`` stops the body, and is told who pressed Stop."""
 
     def __init__(self, stop: Callable[[By], None]) -> None:
         self._stop = stop
@@ -75,7 +75,9 @@ class Commands:
         return self.ask(run)
 
     def stop(self, press: Press) -> Future[None]:
-        """Stop the body before any other command runs; all pending Stops share one future.
+        """Stop the body before any other command runs.
+
+        Stops that arrive before the body has been stopped share one future.
 
         A second copy of a Stop has no effect, and makes no release void.
         """
@@ -118,7 +120,7 @@ class Commands:
                 self._early.append((command, future))
 
     def settle(self) -> None:
-        """Answer the commands that have run; any thread may call this, such as a watchdog's."""
+        """Answer the commands that have run; any thread may call this, such as the watchdog's."""
         with suppress(queue.Empty):
             while True:
                 self._done.get_nowait()()

@@ -10,7 +10,7 @@ from math import atan, radians, tan
 from miburi.bodies import BodyState
 from miburi.robot import JOINTS
 
-#: A face counts as gone after this time without reports, s (our choice); pages report every 2 s.
+#: A face counts as gone after this time without reports, in s (our choice). Pages report every 2 s.
 FORGOTTEN = 5.0
 #: Half the horizontal field of view of a common phone camera, rad (our choice).
 _HALF = radians(32)
@@ -21,10 +21,10 @@ class Gaze:
 
     def __init__(self, *, rides: bool) -> None:
         self._rides = rides
-        self._seen: tuple[float, float] | None = None  # the bearing, rad to the left, and its time
+        self._seen: tuple[float, float] | None = None  # bearing (rad to the left), time (s)
 
     def see(self, x: float | None, body: BodyState) -> None:
-        """Note a face at ``x`` and the state of the body at that moment.
+        """Note where a face is; ``body`` is the state of the body at that moment.
 
         ``x`` is the face's centre, from 0 at the picture's left to 1; None without a face.
         """

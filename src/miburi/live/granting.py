@@ -1,7 +1,7 @@
 """The commands by which the loop of a live partner carries out wishes.
 
-Each function runs in the caller's thread, with any slow work and early refusals, and returns the
-command that the loop runs between two steps.
+Each function is called in the thread that asks, not in the loop's; any slow work and early refusals
+happen there. It returns the command that the loop runs between two steps.
 """
 
 from collections.abc import Callable
@@ -41,7 +41,7 @@ class Inside:
     robot, rule
         The robot's description, and the contact rule of simulated bodies.
     feelings, own_temperament
-        The emotional model, and its first temperament.
+        The emotional model, and the temperament that it began with.
     recordings, log, speaker, attending, agenda
         The recordings, the events, the present sentence, the turn in a conversation, and the open
         wishes.
@@ -53,9 +53,11 @@ class Inside:
         The partner with its present body, the bearing of a face, the simulated human hand, and the
         card's port.
     ports
-        Ports that may be opened besides the system's list.
+        Ports that may be opened besides those that the system lists.
+    paused
+        Whether the partner is paused.
     serial, stop_seen_in
-        The serials of the present step, and of the first state that shows the latest Stop.
+        The number of the present step, and that of the first state that shows the latest Stop.
     felt
         Stimuli since the last step.
     """

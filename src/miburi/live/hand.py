@@ -10,13 +10,14 @@ from miburi.robot import Array
 
 #: The hand's greatest speed, m/s (our choice), so that it cannot jump into the robot.
 FASTEST = 1.2
-#: The hand's speed while it touches the robot, m/s, and how long it stays slow afterwards, s (our
-#: choice). A faster hand between an arm and the trunk would penetrate the arm before it yields.
+#: The hand's speed while it touches the robot (in m/s), and how long it stays slow afterwards (in
+#: s); our choice. A faster hand, caught between an arm and the trunk, would be deep in the arm
+#: before the arm yields.
 FEELING, WARY = 0.3, 0.5
-#: Above this force, N, the hand backs off at its greatest speed (our choice). The servos press with
-#: less force; a bruise needs far more.
+#: A hand that meets more than this force, in N, backs off at its greatest speed (our choice). The
+#: servos press with less force than this; a bruise needs far more.
 GIVES_WAY = 40.0
-#: The steps of its path along which the hand can back off (our choice).
+#: How many steps of its path the hand remembers, so that it can back off along them (our choice).
 REMEMBERED = 200
 
 
@@ -26,7 +27,7 @@ class GuidedHand:
     Attributes
     ----------
     goal
-        The hand's destination, (3,) m; None while nobody guides it.
+        The hand's destination, shape (3,), in m; None while nobody guides it.
     """
 
     def __init__(self) -> None:
@@ -36,7 +37,9 @@ class GuidedHand:
         self._wary = 0.0
 
     def guide(self, body: Touchable | None, position: Array | None, along: Array) -> None:
-        """Let the hand go to ``position`` (3,) m, fingers ``along`` (3,); None removes the hand.
+        """Let the hand go to a position, or remove it.
+
+        ``position`` has shape (3,), in m; None removes the hand. The fingers point ``along`` (3,).
 
         Raises BodyError if the present body cannot be touched; InputError if the direction has no
         length.
@@ -51,15 +54,15 @@ class GuidedHand:
         self.goal = position
 
     def step(self, body: Touchable | None, dt: float) -> None:
-        """Advance by ``dt`` seconds; the hand does not move if the body cannot be touched."""
+        """Advance by ``dt`` s; the hand does not move if the body cannot be touched."""
         if self.goal is None or body is None:
             return
         here = body.configuration[1][:3].copy()
         force = body.touch.force
         self._wary = WARY if force > 0 else self._wary - dt
         if force > GIVES_WAY:
-            # The path by which it came was free. The direct path away from the goal may lead into
-            # the robot, if the goal lies further out.
+            # The path by which it came was free. The path directly away from the goal may not be:
+            # if the goal lies further out, that path leads into the robot.
             place = self._back(here, FASTEST * dt)
         else:
             if not (self._came and np.array_equal(here, self._came[-1])):
@@ -68,7 +71,7 @@ class GuidedHand:
         body.place_hand(place, self._along)
 
     def _back(self, here: Array, distance: float) -> Array:
-        """Return the place ``distance`` m back along the hand's path."""
+        """Return the place that lies ``distance`` m back along the hand's path."""
         while self._came and distance > 0:
             before = self._came[-1]
             length = float(np.linalg.norm(before - here))

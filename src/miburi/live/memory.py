@@ -1,8 +1,8 @@
-"""The file of a partner's feelings while it is switched off.
+"""The file that keeps a partner's feelings while it is switched off.
 
-The whole file is written every minute and at the end. The feelings that are read from it decay for
-the time that the partner was off. A file that cannot be used is renamed, for inspection, and the
-partner starts afresh.
+The whole file is written every minute and at the end. When the feelings are read again, they decay
+for as long as the partner was off. A file that cannot be used is renamed, so that a person can look
+at it, and the partner starts afresh.
 """
 
 import json
@@ -17,7 +17,7 @@ from miburi.errors import InputError, MiburiError, OutputError
 from miburi.feelings import EmotionalModel, FeelingModel, Temperament
 from miburi.ground.files import write_whole
 
-#: Time between two writes, and how long to wait for the loop's answer, s (our choice).
+#: The time between two writes, and how long to wait for the loop's answer, in s (our choice).
 _PERIOD, _PATIENCE = 60.0, 5.0
 #: Errors that a file with unexpected content may raise.
 _UNUSABLE = (ValueError, LookupError, TypeError, AttributeError, RecursionError)
@@ -28,8 +28,8 @@ def remembered(
 ) -> FeelingModel | None:
     """Return an emotional model with the feelings in a file; None if there is no file.
 
-    Raises InputError if the file cannot be read, or if its feelings cannot be used and it was
-    renamed to ``*.bad``.
+    Raises InputError if the file cannot be read, or if its feelings cannot be used; in the second
+    case, the file has been renamed to end in ``.bad``.
     """
     try:
         content = path.read_bytes()

@@ -15,11 +15,13 @@ from miburi.safety.contact import Sign
 from miburi.safety.profile import FINE, SECOND
 from miburi.safety.stop import Phase, StopReason
 
-#: The peak force of a touch without a stop fades by this factor a step: in a second it is gone.
+#: At each step, the peak force of a touch without a stop fades by this factor: it is gone within a
+#: second.
 _FADING = 0.9
 #: The angle that the eyes reach without the head, rad (our choice).
 _ASIDE = 0.35
-#: The hands' speed is averaged over this many steps, as a card's reports are not synchronous.
+#: The hands' speed is averaged over this many steps, as a card's reports do not come in step with
+#: the loop.
 _SPEED_STEPS = 5
 
 
@@ -42,7 +44,7 @@ class Observer:
         self._sent: Array | None = None  # speeds of the latest move, rad/s
 
     def take(self, events: list[Event]) -> StopOut | None:
-        """Take in the events of a step; return a description of its stop, if any."""
+        """Take in the events of a step; return a description of the stop, if there was one."""
         self._follow_touch(self._partner.body.state.phase)
         stopped = None
         for event in events:
@@ -92,7 +94,7 @@ class Observer:
         )
 
     def _hands_at(self, angles: Array) -> Array:
-        """Return the positions of both hands, (2, 3) m, computed only if the body has moved."""
+        """Return both hands' positions, shape (2, 3), in m; computed only if the body has moved."""
         if not np.array_equal(angles, self._computed[0]):
             self._computed = (angles.copy(), forward(self._robot, angles)[:6].reshape(2, 3))
         return self._computed[1]
@@ -108,7 +110,7 @@ class Observer:
         return self._human[1]
 
     def _eyes(self) -> tuple[float, float]:
-        """Return the eyes' deflections; the eyes move before the head, and back as it follows."""
+        """Return where the eyes look: they move first, and return as the head follows."""
         turn, rise = self._partner.ahead
         return round(_share(turn), 2), round(-_share(rise), 2)
 
@@ -190,13 +192,13 @@ class Observer:
             self._stop = self._stop.model_copy(update={"force": round(self._peak, 2)})
 
     def _current(self, shown: Expression | None) -> Expression | None:
-        """Return the expression shown, at the requested mood, or else the present one."""
+        """Return the expression shown, with the requested mood, if any, or the present one."""
         if shown is None or self._partner.asked:
             return shown
         return Expression(shown.feeling, float(self._feelings.mood[FEELINGS.index(shown.feeling)]))
 
     def _face(self, felt: Expression | None, shown: Expression | None) -> list[float]:
-        """Return the share of each feeling in the face, 0 to 1.
+        """Return how much of each feeling the face shows, 0 to 1.
 
         A requested gesture shows its own feeling alone. Otherwise each feeling shows at its mood
         times (its emotion / the strongest emotion)².
@@ -210,10 +212,10 @@ class Observer:
         return [float(weight) for weight in weights.round(3)]
 
     def _ratios(self) -> list[float | None]:
-        """Return the contact rule's latest ratio of each motor, at most 1; None if not evaluated.
+        """Return the contact rule's latest ratio of each motor, at most 1; None if not judged.
 
-        It includes the rule's slack, so it crosses the limit when the rule's speed test stops the
-        body.
+        The ratio includes the rule's slack, so it crosses the limit exactly when the rule's speed
+        test stops the body.
         """
         window = self._partner.body.window
         if window is None:

@@ -11,16 +11,17 @@ if TYPE_CHECKING:
     from miburi.live.runner import Runner
 
 
-#: The loop's period, s; the encoders are read twice in it.
+#: The loop's period, in s; the encoders are read twice in it.
 STEP = 0.02
-#: If the loop is further behind than this, s, it does not catch up: the robot's time falls behind.
+#: If the loop is further behind than this, in s, it does not hurry to catch up: the robot's time
+#: falls behind instead.
 _PATIENCE = 0.2
 #: The loop gives up after this many failed steps in a row, which take one second.
 _FAILURES = 50
 
 
 class Pace:
-    """Runs a partner's steps by the clock; ``lateness`` is for its watchdog."""
+    """Runs a partner's steps by the clock; ``lateness`` has the delays for its watchdog."""
 
     def __init__(self, runner: "Runner", lateness: Lateness) -> None:
         self._runner = runner
@@ -29,11 +30,11 @@ class Pace:
         self._ending, self._over = threading.Event(), threading.Event()
         self._failures, self._patience = 0, 0.0
         self._on_failure: Callable[[], None] = lambda: None
-        #: Why the loop was given up; None while it runs.
+        #: Why the loop was abandoned; None while it runs.
         self.failure: str | None = None
 
     def start(self, on_failure: Callable[[], None]) -> None:
-        """Start both threads; either calls ``on_failure`` if the loop is given up."""
+        """Start both threads; either calls ``on_failure`` if the loop is abandoned."""
         self._on_failure = on_failure
         self._watchdog.beat()
         self._thread = threading.Thread(target=self._run, name="partner", daemon=True)
@@ -76,7 +77,7 @@ class Pace:
                 due = time.monotonic()
 
     def _fail(self, error: Exception) -> None:
-        """Stop the body before the next step; give up after too many failures."""
+        """Stop the body, and go on with the next step; give up after too many failures."""
         self._runner.halt()
         self._runner.excuse(error, "loop_failed")
         self._failures += 1

@@ -53,11 +53,13 @@ class Runner(LivePartner):
     Parameters
     ----------
     robot
-        The description.
+        The robot's description.
     feelings
         The emotional model.
     body, port
         The kind of the first body, and the serial port of an Arduino card.
+    recordings
+        The folder of recordings.
     seed
         Chooses the small variations of gestures.
     rule
@@ -119,12 +121,12 @@ class Runner(LivePartner):
 
     @property
     def failure(self) -> str | None:
-        """Why the loop was given up; None while it runs."""
+        """Why the loop was abandoned; None while it runs."""
         return self._pace.failure
 
     @property
     def reachable(self) -> bool:
-        """Whether the loop has not been given up."""
+        """Whether the loop is still running."""
         return self.failure is None
 
     @property
@@ -134,7 +136,7 @@ class Runner(LivePartner):
 
     @property
     def held(self) -> bool:
-        """Whether somebody's Stop keeps the body stopped."""
+        """Whether somebody has stopped the body, and nobody has released it."""
         return self._inside.partner.held
 
     @property
@@ -144,7 +146,7 @@ class Runner(LivePartner):
 
     @property
     def read_until(self) -> float:
-        """The present time, as calls within a process have no delay."""
+        """The present time, because calls within a process leave no messages on the way."""
         return time.monotonic()
 
     def ask(self, wish: Wish[Granted]) -> Future[Granted]:
@@ -159,7 +161,7 @@ class Runner(LivePartner):
         return self._commands.ask(run)
 
     def stop(self, press: Press = PRESSED) -> Future[None]:
-        """Stop the body until a :class:`Release`; never refused, and before other commands."""
+        """Stop the body until a :class:`Release`; never refused, and done before other commands."""
         return self._commands.stop(press)
 
     def feelings(self) -> Future[dict[str, Any]]:
@@ -186,7 +188,7 @@ class Runner(LivePartner):
             events = partner.step(STEP)
         except BodyError as error:
             # A card may have stopped, or been lost, between its report and our command. Either way
-            # the body is stopped, and the next state tells the cause.
+            # the body is stopped, and the next state says why. A repeated refusal is noted once.
             if not inside.log.holds("refused", str(error), seconds=_REPEATS):
                 inside.note("refused", name=str(error))
         inside.serial += 1
@@ -216,9 +218,9 @@ class Runner(LivePartner):
     def start(self, on_failure: Callable[[], None] = lambda: None) -> None:
         """Start the loop's and the watchdog's threads.
 
-        ``on_failure`` is called once, from any thread, if the loop is given up (:attr:`failure`).
+        ``on_failure`` is called once, from any thread, if the loop is abandoned (:attr:`failure`).
         """
-        # Compiling the solver later would hold up the loop, and Stop with it, for 20 s.
+        # Compile the solver now: later, that would hold up the loop, and Stop with it, for 20 s.
         neutral = self.robot.neutral
         self._solve(self.robot, forward(self.robot, neutral), neutral)
         self._pace.start(on_failure)
@@ -246,7 +248,7 @@ class Runner(LivePartner):
         return self._inside.partner.at_rest or self._inside.partner.held
 
     def halt(self) -> None:
-        """Stop the body without the loop, and update the snapshot; any thread may call this."""
+        """Stop the body without the loop, and show that it is stopped; any thread may call this."""
         self._was_late = True
         self._inside.partner.halt()
         self.snapshot = self.snapshot.halted()
@@ -294,7 +296,7 @@ class Runner(LivePartner):
         self._tape.write(self.recordings, body, events, felt, stopped, sampled=sampled)
 
     def excuse(self, error: Exception, kind: str = "trouble") -> None:
-        """Log the failure of an observer, or of the loop, once."""
+        """Log that an observer, or the loop itself, has failed; repeats are not logged."""
         name = f"{type(error).__name__}: {error}"
         if not self._inside.log.holds(kind, name):
             log_once(f"{name} in the partner's loop", error)

@@ -11,7 +11,7 @@ from miburi.live.wishes import Granted, Wish
 
 Result = TypeVar("Result")
 
-#: The time after which a command that no step has run counts as failed, s.
+#: A command that no step has run within this time, in s, counts as failed.
 _PATIENCE = 5.0
 
 

@@ -1,4 +1,4 @@
-"""The speech of a live partner, and its calm after somebody's distress."""
+"""What a live partner says aloud, and how long it stays calm for somebody in distress."""
 
 from itertools import accumulate
 
@@ -9,8 +9,8 @@ from miburi.languages.rhythm import Rhythm, rhythm_of
 from miburi.live.events.event import LiveEvent
 from miburi.live.state import DistressOut, Spoken, Tune
 
-#: How long the partner stays calm after distress, s: it shows no feeling and starts nothing by
-#: itself.
+#: How long the partner stays calm after distress, in s. While it is calm, it shows no feeling and
+#: starts nothing by itself.
 CALM = 600.0
 
 #: Sentences and tunes shorter than this, s, have no arm movements.
@@ -28,16 +28,16 @@ class Speaker:
         self._calm = 0.0  # s left
         self._left: float | None = None  # s until the end of the latest sentence
         self._rhythm, self._chirp, self._long = Rhythm((), 0.0), 0.0, False
-        #: The wish for the present sentence.
+        #: The id of the wish that led to the present sentence.
         self.wish: str | None = None
 
     @property
     def speaking(self) -> bool:
-        """Whether pages are still saying the latest sentence, by its estimated duration."""
+        """Whether a page is probably still saying the latest sentence, by its estimated length."""
         return self._left is not None
 
     def attend(self, event: LiveEvent) -> None:
-        """Stay calm for a while after an event of distress."""
+        """Stay calm for a while, because of an event of distress."""
         heard = {"kind": event.name, "words": event.text}
         numbers = {"number": event.number, "time": event.time}
         self.distress, self._calm = DistressOut.model_validate(heard | numbers), CALM
@@ -48,7 +48,7 @@ class Speaker:
             self.distress = self.distress.model_copy(update={"words": None})
 
     def step(self, dt: float) -> bool:
-        """Advance by ``dt`` s; return whether the latest sentence ends in it."""
+        """Advance by ``dt`` s; return whether the latest sentence ends in that time."""
         ended = self._left is not None and self._left <= dt
         self._left = None if ended or self._left is None else self._left - dt
         self._calm -= dt
@@ -59,7 +59,7 @@ class Speaker:
     def sounds(self, number: int, rhythm: Rhythm) -> bool:
         """Keep the rhythm of a sentence's sound; return False if it is not the present sentence.
 
-        The sound begins at the end of its introductory chirp, or now if that is over.
+        The sound begins when the chirp that introduces it has ended, or now if that is over.
         """
         spoken = self.spoken
         if self._left is None or spoken is None or spoken.number != number or spoken.tune:
@@ -71,10 +71,10 @@ class Speaker:
         return True
 
     def beats(self) -> tuple[float, ...]:
-        """Return the times of arm beats for the latest sentence, s from now, ascending.
+        """Return when the arms beat, in s from the latest call of ``say`` or ``sounds``, ascending.
 
-        Beats fall on prominent syllables or on a tune's notes. A short sentence has none, nor has a
-        partner that is calm after distress.
+        Beats fall on prominent syllables or on a tune's notes. There are none if the sentence is
+        short, or while the partner is calm after distress.
         """
         return self._rhythm.prominent if self._long and self.distress is None else ()
 

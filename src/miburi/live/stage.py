@@ -12,7 +12,7 @@ from miburi.feelings import Expression
 from miburi.gestures import KeyPose
 from miburi.live.commands import BusyError
 
-#: The most performances that may wait (our choice).
+#: How many performances may wait (our choice).
 WAITING = 10
 
 
@@ -23,11 +23,11 @@ class Act:
     Attributes
     ----------
     at
-        The due time, s from the performance's start.
+        When it is due, in s from the performance's start.
     words
         The sentence; None for an act of the body.
     expression, poses
-        The act of the body, as for :meth:`miburi.partner.Partner.perform`.
+        What the body shows, as :meth:`miburi.partner.Partner.perform` takes it.
     """
 
     at: float
@@ -38,7 +38,7 @@ class Act:
 
 @dataclass(frozen=True)
 class Play:
-    """The acts of a performance, and its wish's id."""
+    """The acts of a performance, and the id of the wish for it."""
 
     wish: str
     acts: tuple[Act, ...]
@@ -116,7 +116,7 @@ class Stage:
                 self._speaks = False
 
     def finish(self) -> str | None:
-        """End the performance if all its acts have ended, and return its wish's id; else None."""
+        """If all acts have ended, end the performance and return its wish's id; else None."""
         busy = self._left or self._words or self._moves or self._speaks
         if self.current is None or busy:
             return None

@@ -245,11 +245,11 @@ class MotorsOut(BaseModel):
 
 
 class Snapshot:
-    """A state as an object and as JSON; the missing form is made once, on demand."""
+    """A state as an object and as JSON; the missing form is made once, when it is needed."""
 
     def __init__(self, state: State | None = None, json: str = "", serial: int = -1) -> None:
         self._given, self._json = state, json
-        #: The state's serial, which needs no parsing of JSON.
+        #: The state's serial number, so that JSON need not be parsed for it.
         self.serial = serial if state is None else state.serial
 
     @cached_property
@@ -263,7 +263,7 @@ class Snapshot:
         return self._json or self.state.model_dump_json()
 
     def at_least(self, serial: int, body: BodyState, held: bool, latest: int) -> "Snapshot":
-        """Return a copy that updates the fields that must be right even if the observer fails."""
+        """Return a copy; the fields that must be right even if the observer fails are updated."""
         update = {
             "serial": serial,
             "time": round(body.time, 3),
@@ -274,7 +274,7 @@ class Snapshot:
         return Snapshot(self.state.model_copy(update=update))
 
     def halted(self) -> "Snapshot":
-        """Return a copy with a stop by the watchdog because the loop was late."""
+        """Return a copy that says that the watchdog stopped the body because the loop was late."""
         if self.state.phase == "stopped":
             return self
         none = dict.fromkeys(("motor", "sign", "ratio", "moved", "due", "measured", "expected"))

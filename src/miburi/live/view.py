@@ -1,4 +1,4 @@
-"""A live partner as servers and pages see it, with its loop in any process.
+"""What servers and pages see of a live partner, whichever process its loop runs in.
 
 :class:`miburi.live.runner.Runner` is a :class:`LivePartner`, and so is
 :class:`miburi.live.crossing.far.FarPartner`, which represents a runner in another process.
@@ -22,12 +22,12 @@ from miburi.live.wishes import Granted, Wish
 from miburi.robot import Robot
 from miburi.serving.press import PRESSED, Press
 
-#: The numbers of samples and states kept: two minutes, and five seconds.
+#: How many samples and states are kept: those of two minutes, and of five seconds.
 _SAMPLED, _STEPPED = 1200, 250
 
 
 class UnreachableError(MiburiError):
-    """The partner's loop was given up, or its process does not answer."""
+    """The partner's loop was abandoned, or its process does not answer."""
 
     def __init__(
         self,
@@ -38,7 +38,7 @@ class UnreachableError(MiburiError):
 
 
 class Recordings(Protocol):
-    """The recordings of a live partner; calls may wait for the disk."""
+    """The recordings of a live partner; calls may wait for the disk, and so belong in a thread."""
 
     #: The largest total size of all recordings, bytes.
     limit: int
@@ -71,7 +71,8 @@ class LivePartner(ABC):
     robot, repertoire, recordings
         The robot's description, the gestures, and the recordings.
     own_temperament, temperaments
-        Its first temperament; and the names to choose from: Miburi's temperaments, and its first.
+        The temperament that it began with; and the names of the temperaments to choose from: those
+        that ship with Miburi, and its own.
     history
         The log of events, which survives restarts.
     snapshot
@@ -99,17 +100,17 @@ class LivePartner(ABC):
         return self.snapshot.state.body
 
     def samples_after(self, serial: int) -> list[tuple[int, Sample]]:
-        """Return the samples after a step, each with its serial."""
+        """Return the samples after a step, each with its step's serial; two minutes are kept."""
         return newer(self._samples, serial, itemgetter(0))
 
     def steps_after(self, serial: int) -> list[Snapshot]:
-        """Return the states after a serial, the oldest first."""
+        """Return the states after a serial, the oldest first; only five seconds are kept."""
         return newer(self._steps, serial, attrgetter("serial"))
 
     @property
     @abstractmethod
     def reachable(self) -> bool:
-        """Whether the loop answers; if not, the snapshot is an old one."""
+        """Whether the loop is alive and answers; if not, the snapshot is an old one."""
 
     @property
     @abstractmethod
@@ -125,4 +126,4 @@ class LivePartner(ABC):
 
     @abstractmethod
     def stop(self, press: Press = PRESSED) -> Future[None]:
-        """Stop the body until a :class:`Release`; never refused, and before other commands."""
+        """Stop the body until a :class:`Release`; never refused, and done before other commands."""

@@ -1,7 +1,8 @@
 """The watchdog, which stops the body from outside the loop if the loop is late.
 
-The loop calls :meth:`Watchdog.beat` at every step, and a separate thread :meth:`Watchdog.look`. The
-watchdog's functions ``late`` and ``dead`` must work without the loop.
+The loop calls :meth:`Watchdog.beat` at every step, and a separate thread calls
+:meth:`Watchdog.look`. The functions that the watchdog calls when the loop is late, ``late`` and
+``dead``, must work without the loop.
 """
 
 import threading
@@ -10,14 +11,14 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 _LOOK = 0.05
-#: The watchdog's own process was asleep if two looks are further apart than this, s (our choice).
+#: If two looks are further apart than this, in s, the watchdog's own process slept (our choice).
 _ASLEEP = 1.0
 
 
 class Lateness(NamedTuple):
-    """Delays of a beat, s, at which the body is stopped or the loop given up (our choice).
+    """How late a beat may be, in s, before the body is stopped or the loop abandoned (our choice).
 
-    A slow computer may need more.
+    A slow computer may need more, and so may a test that is not about lateness.
     """
 
     stop: float = 0.25
@@ -36,8 +37,8 @@ class Watchdog:
     Parameters
     ----------
     apart
-        Whether the beats come from another process. The time for which this process sleeps, as on a
-        closed laptop, is then no delay.
+        Whether the beats come from another process. While this process sleeps, as on a closed
+        laptop, it hears no beats, and that does not count as a delay of the other process.
     """
 
     def __init__(

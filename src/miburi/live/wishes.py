@@ -1,7 +1,7 @@
 """Requests to a running partner, as data; each class names the type of its answer.
 
-Each class has a function in :mod:`miburi.live.granting`. Stop is not a wish, as it overtakes all
-wishes.
+To add a request, add a class here and a function in :mod:`miburi.live.granting`; all interfaces can
+then use it. Stop is not a wish, as it overtakes all wishes.
 """
 
 from collections.abc import Sequence
@@ -42,8 +42,8 @@ class Feel(Wish[str]):
 class Sense(Wish[tuple[Stimulus, ...]]):
     """Notice an impression; the answer is the stimuli into which the temperament converts it.
 
-    Distress, and words in the ten minutes after it, change no feeling. Events include the ``words``
-    only if the user allows that.
+    Distress is reported as an event, and changes no feeling; nor does anything that is said in the
+    ten minutes after it. Events include the ``words`` only if the user allows that.
     """
 
     impression: Impression
@@ -53,28 +53,28 @@ class Sense(Wish[tuple[Stimulus, ...]]):
 
 @dataclass(frozen=True)
 class Lean(Wish[None]):
-    """Shift the resting moods by ``leaning`` (n,) from now on; None removes the shift."""
+    """Shift the moods' resting values by ``leaning``, shape (n,); None removes the shift."""
 
     leaning: Array | None
 
 
 @dataclass(frozen=True)
 class See(Wish[None]):
-    """Turn to a face at ``x``, 0 to 1 of a picture's width; None without a face."""
+    """Turn to a face at ``x``, from 0 at a picture's left to 1; None without a face."""
 
     x: float | None
 
 
 @dataclass(frozen=True)
 class Attend(Wish[None]):
-    """Face somebody who is about to speak or waits for an answer; repeat this meanwhile."""
+    """Face somebody who is about to speak or waits for an answer; repeat it while that lasts."""
 
     turn: Turn
 
 
 @dataclass(frozen=True)
 class NoteTalk(Wish[LiveEvent]):
-    """Log the endpoint that gets people's words from now on, or its failure."""
+    """Log which endpoint gets people's words from now on, or why it failed."""
 
     where: str
     failure: str | None = None
@@ -114,7 +114,10 @@ class Perform(Wish[str]):
 
 @dataclass(frozen=True)
 class PerformActs(Wish[str]):
-    """Perform acts in place of all others, or ``queued`` after them; return the wish's id."""
+    """Perform acts in place of all others, or after them if ``queued``.
+
+    The answer is the wish's id.
+    """
 
     acts: Sequence[Act]
     queued: bool
@@ -136,8 +139,8 @@ class Release(Wish[None]):
     A person who looks at the body (``by_person``) may end any stop at any time. A program may not
     end a person's Stop, nor the pause after a contact. The release is refused if Stop was pressed
     after the state with the serial ``seen``. Without ``seen``, it is refused if Stop was pressed
-    after ``came``, the arrival of this request, s on the clock that all processes share; by
-    default, the earliest possible time, :attr:`LivePartner.read_until`.
+    after ``came``, which is when this request arrived (in s, on the clock that all processes
+    share); None stands for the earliest possible time, :attr:`LivePartner.read_until`.
     """
 
     by_person: bool = False
@@ -155,7 +158,10 @@ class Pause(Wish[None]):
 
 @dataclass(frozen=True)
 class MoveHand(Wish[None]):
-    """Move the simulated hand to ``position`` (3,) m, fingers ``along`` (3,); None removes it."""
+    """Move the simulated hand to ``position``, shape (3,), in m; None removes the hand.
+
+    Its fingers point ``along``, shape (3,).
+    """
 
     position: Array | None
     along: Array

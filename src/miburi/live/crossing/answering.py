@@ -31,7 +31,7 @@ from miburi.live.watchdog import Watchdog
 from miburi.live.wishes import Release
 from miburi.serving.press import Press
 
-#: How long the server, or the reception, may hang, s (our choice).
+#: How long the server, or the process that receives Stops, may hang, in s (our choice).
 UNSERVED = 3.0
 _SLOW_THREADS = 4
 
@@ -39,11 +39,16 @@ _SLOW_THREADS = 4
 class Answering:
     """Answers the server in separate threads, until it disconnects.
 
-    If the server hangs after its start, nobody can watch the body on a page. If the reception, the
-    process that receives Stops, hangs, nobody can press Stop. The body stops after 3 s of either.
+    If the server hangs after its start, nobody can watch the body on a page. If the process that
+    receives Stops (the reception) hangs, nobody can press Stop. When either has hung for 3 s, the
+    body is stopped.
 
     Parameters
     ----------
+    runner
+        The partner.
+    ends
+        The partner's ends of the pipes.
     on_ready
         Called when the server listens and the reception takes Stops.
     on_hang
@@ -94,7 +99,7 @@ class Answering:
         self._runner.stop(Press("partner"))
 
     def _stop_all(self, stopping: Connection) -> None:
-        """Stop the body at each message with a press; None is a heartbeat."""
+        """Stop the body at each message that holds a press; None is only a heartbeat."""
         watchdog = None
 
         def tell(_done: Future[None] | None = None) -> None:

@@ -33,10 +33,10 @@ from miburi.live.view import LivePartner, UnreachableError
 from miburi.live.wishes import Granted, Release, Wish
 from miburi.serving.press import PRESSED, Press
 
-#: The partner counts as unreachable after this time without an answer, s (our choice).
+#: The partner counts as unreachable after this time without an answer, in s (our choice).
 SILENCE = 1.0
-#: The partner counts as silent after this many waits in a row without news. If this process itself
-#: has slept, as on a closed laptop, only one wait has passed.
+#: The partner counts as silent after this many waits in a row without news. It is not judged by the
+#: clock: if this process itself has slept, as on a closed laptop, that is only one wait.
 _WAITS = 10
 
 
@@ -47,11 +47,13 @@ class FarPartner(LivePartner):
 
     Parameters
     ----------
+    ends
+        The server's ends of the pipes.
     clock
         Returns the time in s, the same in all processes.
     open_store
-        Opens the store of events when the partner runs; by default, only the latest events are
-        known.
+        Opens the store of events once the partner runs; without a store, only the latest events
+        are known.
     """
 
     def __init__(
@@ -102,10 +104,11 @@ class FarPartner(LivePartner):
     def stop(self, press: Press = PRESSED) -> Future[None]:
         """Stop the body before anything else is done.
 
-        At most one Stop is unanswered: later presses share the next one, which is sent after the
-        answer. So a flood of Stops cannot fill the pipe, and no Stop is lost.
+        Only one Stop is sent at a time. Stops that arrive before its answer are sent together in
+        the next message. So a flood of Stops cannot fill the pipe, and no Stop is lost.
 
-        Raises UnreachableError if the partner does not answer; the body stops if it recovers.
+        Raises UnreachableError if the partner does not answer; if it recovers later, it stops the
+        body then.
         """
         with self._lock:
             self._pressed = self._clock()
@@ -130,7 +133,7 @@ class FarPartner(LivePartner):
         return self._send(lambda number: Ask(number, wish, came))
 
     def ask_recordings(self, what: str, *with_: str) -> Any:
-        """Call a method of the recordings, and return its answer."""
+        """Call a method of the recordings, wait for its answer, and return it."""
         return self._send(lambda number: AskRecordings(number, what, with_)).result(LONG)
 
     def _send(self, message: Callable[[int], object]) -> Future[Any]:
@@ -145,7 +148,7 @@ class FarPartner(LivePartner):
         return future
 
     def tell_ready(self) -> None:
-        """Tell the partner's process that the server listens."""
+        """Tell the partner's process that the server is listening."""
         self._post.send(Ready())
 
     def beat(self) -> None:
@@ -182,7 +185,7 @@ class FarPartner(LivePartner):
         self._steps.extend(Snapshot(json=json, serial=serial) for serial, json in news.steps)
         if news.serial > known:
             self._steps.append(latest)
-        self.snapshot = latest  # last, so that its readers find the entries above
+        self.snapshot = latest  # last, so that whoever reads it finds the events and samples, too
         self._serial = news.serial
         if news.motors is not None:
             self.motors = news.motors
@@ -194,7 +197,7 @@ class FarPartner(LivePartner):
         """
         asking, stopping = self._ends
         ends = DefaultSelector()
-        asked = False  # whether requested news has not arrived yet
+        asked = False  # whether news has been requested, and has not arrived yet
         due = time.monotonic()
         told: list[Answer] = []
         waits = 0  # in a row, without the requested news

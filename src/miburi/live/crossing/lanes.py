@@ -9,8 +9,8 @@ connect them, one for Stop alone::
                ◀── Answer, Latest ──────
                ═══ Stop ═════════════▶
 
-The server requests news at every step; it is sent only on request, so that none piles up while the
-server is busy. Neither side waits for the other: each sends from a separate thread.
+The server requests news at every step. News is sent only on request, so that none piles up while
+the server is busy. Neither side waits for the other: each sends from a separate thread.
 """
 
 import pickle
@@ -27,7 +27,7 @@ from miburi.live.state import MotorsOut, Sample
 from miburi.live.wishes import Wish
 from miburi.robot import Robot
 
-#: How long slow operations may take, such as making a body or writing to a disk, s.
+#: How long slow operations, such as making a body or writing to a disk, may take, in s.
 LONG = 60.0
 
 
@@ -44,7 +44,7 @@ class Lanes(NamedTuple):
 
 
 class Hello(NamedTuple):
-    """The partner's first message: the facts that never change."""
+    """The partner's first message: everything that does not change later."""
 
     robot: Robot
     repertoire: Repertoire
@@ -56,7 +56,7 @@ class Hello(NamedTuple):
 
 
 class Ask(NamedTuple):
-    """A request; ``came`` is its time of arrival, s on the clock that all processes share."""
+    """A request; ``came`` is when it arrived, in s on the clock that all processes share."""
 
     number: int
     wish: Wish[Any]
@@ -72,13 +72,13 @@ class AskRecordings(NamedTuple):
 
 
 class Cancel(NamedTuple):
-    """Cancels a request."""
+    """Cancels a request whose answer nobody awaits any more."""
 
     number: int
 
 
 class Answer(NamedTuple):
-    """The result of a request, and the serial of the first state that shows its effect."""
+    """The result of a request, and the serial number of the first state that shows its effect."""
 
     number: int
     result: Any
@@ -87,13 +87,13 @@ class Answer(NamedTuple):
 
 
 class Ready(NamedTuple):
-    """The server listens."""
+    """The server is listening."""
 
 
 class Look(NamedTuple):
     """A request for all news after the given numbers.
 
-    ``beats`` counts up unless the server has hung.
+    ``beats`` counts up while the server is alive; if it stops rising, the server has hung.
     """
 
     event: int
@@ -105,7 +105,7 @@ class Look(NamedTuple):
 class Latest(NamedTuple):
     """The latest state as JSON, and other news; ``motors`` is None if unchanged.
 
-    ``steps`` has the earlier states that were not sent yet, with their serials.
+    ``steps`` has the earlier states that have not been sent yet, with their serial numbers.
     """
 
     serial: int

@@ -134,9 +134,9 @@ def without_words(event: LiveEvent) -> LiveEvent:
 
 
 class EndOfWish:
-    """Finds the event that ends a wish.
+    """Finds the event that ends a wish, among those that follow it.
 
-    Raises InputError if the text is not the id of a wish.
+    Raises InputError if ``wish`` is not the id of a wish.
 
     Parameters
     ----------
@@ -172,8 +172,8 @@ class EndOfWish:
     def is_in(self, event: LiveEvent) -> bool:
         """Whether this event ends the wish; pass the events in their order.
 
-        Raises BodyError if the end of the wish is unknown: the partner was restarted, or the events
-        are deleted.
+        Raises BodyError if nobody can know how the wish ended: the partner was restarted, or no
+        longer has these events.
         """
         if event.boot != self._boot:
             raise BodyError("the partner was restarted, so it is unknown how that request ended.")

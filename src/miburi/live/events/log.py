@@ -1,7 +1,8 @@
 """The log of a live partner: numbered events, across restarts.
 
-The latest events are in memory, older ones in an :class:`~miburi.live.events.store.EventStore`. A
-thread writes events to the disk, so that a slow disk does not hold up the partner's loop.
+The latest events are in memory, older ones in an :class:`~miburi.live.events.store.EventStore`. The
+partner's loop only adds events in memory, and a thread writes them to the disk, so that a slow disk
+does not hold up the loop.
 """
 
 import math
@@ -23,14 +24,14 @@ from miburi.ground.newer import newer
 from miburi.live.events.event import Cursor, LiveEvent, without_words
 from miburi.live.events.store import EventStore
 
-#: The number of events in memory.
+#: The number of events kept in memory.
 LOGGED = 300
 _LOST = "events before this one are no longer kept"
 _UNKNOWN = (
     "this partner does not know that event: it keeps its events in another folder, or has begun to "
     "keep them anew"
 )
-#: The store's note that tells whether events may contain people's words.
+#: The name of the note in the store that says whether events may contain people's words.
 _WORDS = "words"
 #: How long to wait for the disk, and between two tries to write, s.
 _PATIENCE, _AGAIN = 2.0, 1.0
@@ -88,8 +89,8 @@ class History:
     def since(self, cursor: Cursor, most: int) -> list[LiveEvent]:
         """Return at most ``most`` events after a cursor, the oldest first.
 
-        A ``gap`` stands for events that are not kept any more; it also comes first if the cursor is
-        from another folder.
+        A ``gap`` stands where events are not kept any more; if the cursor is from another folder,
+        the list begins with one.
         """
         if self.reaches(cursor):
             return self.after(cursor.number)[:most]
@@ -112,7 +113,7 @@ class History:
         return told
 
     def recall(self, who: str) -> Cursor | None:
-        """Return the stored cursor of a reader, if any."""
+        """Return the stored cursor, up to which a reader has all events; None if none is stored."""
         kept = self._store.note(f"told {who}") if self._store else None
         return None if kept is None else Cursor.of(kept)
 
@@ -147,8 +148,8 @@ class History:
 class Log:
     """Records events; only the loop's thread adds to it.
 
-    Events outlast the program in the ``store``, if there is one. ``boot`` is the id of this run, 8
-    hex digits, by default a new one; ``now`` returns the computer's time.
+    If there is a ``store``, events outlast the program in it. ``boot`` is the id of this run (8 hex
+    digits), by default a new one; ``now`` returns the computer's time.
     """
 
     def __init__(
@@ -204,7 +205,7 @@ class Log:
         return any(e.kind == kind and e.name == name and e.wall >= since for e in events)
 
     def note(self, time: float, kind: str, **content: Any) -> LiveEvent:
-        """Record an event with its time, s, and the fields of its kind; return it."""
+        """Record an event at ``time`` (in s) with the fields of its kind; return it."""
         now = self._now()
         wall = now.replace(microsecond=now.microsecond // 1000 * 1000)
         stamp = {"boot": self.history.boot, "number": self.history.number + 1, "wall": wall}

@@ -29,12 +29,16 @@ _STEPS_PER_FLUSH = 50
 #: How long to wait for the disk at the end of a recording, and then for the writing thread, s.
 _PATIENCE = 2.0
 _NAME = re.compile(r"miburi-(\d{4,})\.mcap")
-#: The file of the latest number, so that a deleted recording's name is not used again.
+#: The file that keeps the latest number, so that a deleted recording's name is not used again.
 _NUMBER = ".latest-number"
 
 
 class News(NamedTuple):
-    """A change among the recordings."""
+    """A change among the recordings: one began, was ended, ended by itself, or was deleted.
+
+    ``name`` is its file. If it ended by itself, ``reason`` says why, and ``detail`` is the system's
+    message.
+    """
 
     kind: Literal["recording", "recorded", "recording_ended", "deleted"]
     name: str
@@ -43,7 +47,7 @@ class News(NamedTuple):
 
 
 class Kept(NamedTuple):
-    """A recording in the folder; ``whole`` once it has ended properly."""
+    """A recording in the folder; ``whole`` is false until it has ended properly."""
 
     name: str
     bytes: int
@@ -68,7 +72,7 @@ class Archive:
         self.limit = limit
         #: Describes the robot and the session of a recording.
         self.describe: Callable[[], RecordingAbout] = RecordingAbout
-        #: The end of the latest recording, if it ended by itself, as of the last :meth:`news`.
+        #: How the latest recording ended, if it ended by itself; :meth:`news` updates this.
         self.ended: News | None = None
         self._folder = folder
         self._largest = largest
@@ -229,7 +233,7 @@ class _Writing:
             self._close(EndReason.SLOW)
 
     def _close(self, reason: EndReason | None, detail: str = "") -> None:
-        """End the recording; only the first reason is reported."""
+        """Record no more steps, and report why; only the first reason is reported."""
         with self._once:
             if self.over:
                 return

@@ -1,7 +1,7 @@
 """Record the body's motion and the partner's feelings in an MCAP file, and read it back.
 
 The messages are JSON with a schema, so any MCAP tool reads them. Each has its time on the robot's
-clock (``time``, s); MCAP's own times are the computer's. The topics:
+clock (``time``, in s); MCAP's own times are those of the computer's clock. The topics:
 
 - ``/joint_states``: names, positions in rad, velocities in rad/s, phase
 - ``/tf``, ``/scene``: the same in Foxglove's schemas, for 3D
@@ -114,8 +114,8 @@ class RecordingAbout(NamedTuple):
 class Recorder:
     """Write an MCAP file; the same messages give the same bytes.
 
-    Use it as a context manager. The end of the block completes the recording, even after an
-    exception, except an ``OSError`` from the disk.
+    Use it as a context manager. The recording is completed when the block ends, even by an
+    exception; only an ``OSError`` from the disk leaves it incomplete.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ class Recorder:
             self._writer.finish()  # type: ignore[no-untyped-call]  # mcap leaves it untyped
 
     def write(self, messages: Iterable[RecordedMessage]) -> None:
-        """Record messages."""
+        """Record messages, such as those from :func:`step_messages`."""
         for message in messages:
             wall = round(message.time * 1e9) if message.wall is None else message.wall
             self._add(message.topic, wall, {"time": message.time, **message.content})
@@ -190,24 +190,27 @@ def step_messages(
     told: Iterable[LiveEvent] = (),
     wall: int | None = None,
 ) -> list[RecordedMessage]:
-    """Return the messages of one step, which later steps do not change.
+    """Return the messages of one step, as a copy that later steps do not change.
 
     Parameters
     ----------
+    state
+        The body's state.
     feelings
-        The emotional model with the three levels to record; None to record none.
+        The emotional model whose three levels to record; None to leave them out.
     events
         The events of the step; only moves and stops make messages.
     felt
         The stimuli before the step.
     touch
-        The touch of the body, if known.
+        What touches the body now, if that is known.
     met
-        The largest force until a stop in this step, and the part touched; None without a stop.
+        If the body stopped in this step: the largest force until then, and the part touched; else
+        None.
     told
-        The reported events since the last step; people's words in them are not recorded.
+        The events that were reported since the last step; people's words in them are not recorded.
     wall
-        The time of the step, ns since 1970; None if only the body's clock is known.
+        When the step was, in ns since 1970; None if only the body's clock is known.
     """
     messages = [*map(_of_stimulus, felt), _of_state(state)]
     if feelings is not None:
@@ -293,7 +296,7 @@ def is_whole(file: IO[bytes]) -> bool:
 def read(path: Path | str, topics: list[str] | None = None) -> Iterator[RecordedMessage]:
     """Yield the messages of a recording in order of time; if it is broken, those before the break.
 
-    The topics in Foxglove's schemas, which repeat data, are left out.
+    The topics in Foxglove's schemas are left out, as they only repeat data.
 
     Raises InputError if the file cannot be read, is not MCAP, or broke off within its first second.
     """
