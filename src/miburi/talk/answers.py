@@ -2,8 +2,8 @@
 
 It takes somebody's words, the impression that they make and the partner's own feeling, and returns
 a short answer, chosen by the partner's seed. An intent is answered first ("what time is it?"), then
-a feeling, then a topic. The sentences are in a language's ``talk.toml``. None is repeated within
-``UNREPEATED`` turns unless there is no other.
+a feeling, then a topic. The sentences are in a language's ``talk.toml``. No sentence is repeated
+within ``UNREPEATED`` turns, as long as there is something else to say.
 """
 
 from collections import Counter, deque
@@ -25,7 +25,7 @@ UNREPEATED = 20
 #: After speaking of its own feeling, the partner does not do so again for this number of turns
 #: (ours; judges of conversations found none of 12 such answers fitting).
 _OF_OTHERS = 6
-#: For how many remarks "do it" may refer to an act that was named (our choice).
+#: For how many remarks after an act was named "do it" may refer to it (our choice).
 _NAMED = 3
 #: The share of answers to a feeling that also mention the remark's topic (our choice).
 _TAKES_UP = 0.5
@@ -34,8 +34,8 @@ _TAKES_UP = 0.5
 #: mentioned if the remark also has bad news.
 JOYS = ("happiness", "thrill")
 _GLAD, _SPOKEN_OF = (*JOYS, "surprise"), 0.6
-#: In a remark of more words than this, "supper" may be mentioned in passing, so the answer takes up
-#: no topic except a person that the remark names (our choice).
+#: In a remark of more words than this, a single word does not reveal the topic: "supper" may be
+#: mentioned in passing. The answer then takes up only a person whom the remark names (our choice).
 _RAMBLES = 16
 
 
@@ -76,10 +76,10 @@ def wants_stop(said: str, language: Language, *, moving: bool = False) -> bool:
 
 
 def is_needless(worry: str, wanted: Iterable[Match]) -> bool:
-    """Whether words that may mean distress have a better reply than a question about it.
+    """Whether there is a better reply to words that may mean distress than to ask about it.
 
-    They do if somebody only wants to see or hear something ("And now just the left one"), or if
-    there is an answer and no particular kind of distress is suspected.
+    There is if somebody only wants to see or hear something ("And now just the left one"), or if
+    the words have an answer and no particular kind of distress is suspected.
     """
     found = [match.cue for match in wanted]
     return any(cue.shows for cue in found) or (
@@ -102,7 +102,7 @@ class Answerer:
         self._named: deque[Cue | None] = deque(maxlen=_NAMED)  # in the last remarks
 
     def wanted(self, said: str, language: Language, known: Mapping[str, str]) -> list[Match]:
-        """Return the intents of a remark in this conversation, the most urgent first."""
+        """Return the intents of a remark at this point of the talk, the most urgent first."""
         words = script(language)
         said = words.reword(said)
         filled = {"next", *known, *self._fun(), *self._further(said, words)}
@@ -113,14 +113,14 @@ class Answerer:
         return found or ([] if words.fits("heavy", said) else list(words.orders_of(said)))
 
     def _further(self, said: str, words: Script) -> dict[str, str]:
-        """Return the slot ``itself`` if it is about the partner, and ``told`` for a follow-up."""
+        """Return slots: ``itself`` if a remark is about the partner, ``told`` for a follow-up."""
         itself = {"itself": ""} if words.fits("itself", said) else {}
         if self._recalled and words.fits("further", said):
             return itself | {"told": self._recalled}
         return itself
 
     def _fun(self) -> list[str]:
-        """Return the slot of the fun that the partner has lately had, if any."""
+        """Return the name of the slot for what the partner has lately done for fun, if anything."""
         return [] if self._stays is None else [f"after_{self._stays.cue.name}"]
 
     def answer(
@@ -145,8 +145,8 @@ class Answerer:
         now
             The local time where it stands.
         known
-            The known slots of sentences, such as the person's ``name``; ``before`` is the person's
-            last remark, to which "remember that" refers.
+            What is known for the slots of sentences, such as the person's ``name``; ``before`` is
+            the person's last remark, to which "remember that" refers.
         """
         words = script(language)
         said = words.reword(said)
@@ -154,7 +154,7 @@ class Answerer:
         slots |= self._further(said, words) | dict(known or {})
         match, glad = self._meant(said, words, slots)
         heavy = words.fits("heavy", said)
-        felt = None if heavy and felt in _GLAD else felt  # no mention of its own joy then
+        felt = None if heavy and felt in _GLAD else felt  # it does not speak of its own joy then
         topics = sayable(words.topics_of(said), slots)
         rambles = len(said.split()) > _RAMBLES
         topic = next((one for one in topics if _suits(one, heavy=heavy, rambles=rambles)), None)
@@ -198,7 +198,7 @@ class Answerer:
     def _meant(self, said: str, words: Script, slots: dict[str, str]) -> tuple[Match | None, bool]:
         """Return the intent that patterns find, and whether the answer may mention joy.
 
-        The slots gain the words to remember and the partner's latest fun.
+        It adds slots for the words to remember, and for what the partner has lately done for fun.
         """
         told, asks, after = told_before(said, words)
         earlier = slots.pop("before", "").strip(SIGNS)
@@ -233,7 +233,7 @@ class Answerer:
         return match, True
 
     def _refer(self, match: Match, words: Script, said: str) -> Match:
-        """Return the match, or for "do it", the act that was last named."""
+        """Return the match, or if it is "do it", the act that was named last."""
         lately = [named_in(said, words), *reversed(self._named)] if match.cue.refers else []
         named = next((cue for cue in lately if cue is not None), None)
         return match if named is None else Match(named, None, None)
@@ -241,7 +241,7 @@ class Answerer:
     def _keep_to(
         self, match: Match | None, words: Script, said: str, *, felt: bool
     ) -> Match | None:
-        """Return the match, or an earlier turn's match if the words may refer to that."""
+        """Return the match, or that of an earlier turn if the words may refer to it."""
         acts = match is not None and match.cue.acts
         if (before := self._stays) is not None:
             if before.cue.stays == 1:
@@ -258,7 +258,7 @@ class Answerer:
         return match
 
     def spoke(self, text: str) -> None:
-        """Note a sentence from elsewhere than ``answer``, so that it can be repeated."""
+        """Note a sentence that did not come from ``answer``, so that it can be repeated."""
         self._last = text
 
     def forget(self) -> None:
@@ -294,7 +294,7 @@ class Answerer:
         return text or self._choose(usual, slots, always=True) or "…"
 
     def _own(self, felt: str | None) -> str | None:
-        """Return the feeling it may mention now; after one, none for ``_OF_OTHERS`` turns."""
+        """Return its own feeling if it may mention one now: not for some turns after the last."""
         if felt is None or self._of_others < _OF_OTHERS:
             self._of_others += 1
             return None
@@ -304,7 +304,7 @@ class Answerer:
     def _choose(
         self, lines: Iterable[str], slots: Mapping[str, str], *, always: bool = False
     ) -> str | None:
-        """Return the least used sentence that was not said lately; None if there is none."""
+        """Return the sentence that was said least often, but not lately; None if there is none."""
         known = [line for line in lines if slots_in(line) <= slots.keys()]
         now = self._times.total()
         recent = {line for line, when in self._when.items() if now - when <= UNREPEATED}

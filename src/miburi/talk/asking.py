@@ -1,4 +1,4 @@
-"""Models for what patterns miss: the intent of a question, and statements of lasting facts.
+"""Models that find what patterns miss: the intent of a question, and lasting facts.
 
 Intents come from a linear model and a neural network, facts from a linear model.
 ``tools/train_intents.py``, ``tools/train_network.py`` and ``tools/train_facts.py`` train them on

@@ -1,4 +1,4 @@
-"""Let the partner speak first when there is a reason, which it checks every few seconds."""
+"""Let the partner speak first: every few seconds it checks for a reason, and seldom speaks."""
 
 import asyncio
 from collections.abc import Callable
@@ -19,7 +19,7 @@ from miburi.talk.answers import Answerer
 from miburi.talk.initiative import Initiative, Manners, Presence
 from miburi.talk.script import script
 
-#: Interval between two checks, s, and how long the partner stays quiet when asked to (our numbers).
+#: The time between two checks, in s, and how long the partner is quiet when asked to (our choice).
 _LOOKS, _HUSHED = 5.0, timedelta(hours=1)
 
 
@@ -31,7 +31,7 @@ class Beginning:
     clock
         Returns the local time where the partner stands.
     path
-        The file of the settings; None: they are lost when the program ends.
+        The file of the settings; if it is None, they are lost when the program ends.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class Beginning:
         self._language = language or self._language
 
     def hush(self) -> None:
-        """Do not speak first for an hour."""
+        """Do not speak first for an hour: somebody wants quiet."""
         self._hushed = self._clock() + _HUSHED
 
     async def live(self) -> None:
@@ -84,7 +84,7 @@ class Beginning:
                 log_once("the partner could not start a conversation", error)
 
     async def look(self) -> None:
-        """Speak first if there is a reason, which the log gives with the sentence."""
+        """Speak first if there is a reason; the log gives the reason with the sentence."""
         state, now = self._partner.snapshot.state, self._clock()
         busy = state.paused or state.stop is not None or state.distress is not None
         if busy or now < self._hushed:

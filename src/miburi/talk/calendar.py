@@ -27,16 +27,17 @@ class Calendar(Table):
         Names of weekdays from Monday, and of months from January; ``days`` maps words such as
         "tomorrow" to a number of days; ``clock`` and ``date`` are the formats of times and dates.
     away
-        Phrases for the distance of a day: today, tomorrow, or {days} days away.
+        Phrases for how far away a day is: today, tomorrow, or {days} days away.
     ordinals, dated
         Ordinal names of the days of a month, from the first, and regular expressions of a {day} of
         a {month} that use them. Without them, only digits are understood.
     later
-        Regular expressions with a weekday ("a week on {day}"), and the days that each adds to it.
+        Regular expressions with a weekday ("a week on {day}"), and how many days after that weekday
+        they mean.
     times, numbers, afternoon, span
         Regular expressions of a time of day (groups ``hour``, ``past`` and ``to`` for minutes, and
-        ``half`` of the day); the values of number words; the word for the afternoon, such as "pm";
-        and phrases for the time that is left.
+        ``half`` of the day); the values of number words; the word for the half of the day after
+        noon, such as "pm"; and phrases for how long it is until that time.
     sums
         Regular expressions of the words between two numbers, by operation.
     """

@@ -1,7 +1,7 @@
 """What a partner says to somebody in distress, and words that no language model may say.
 
 For a kind of distress, a language and the user's region, :class:`Care` gives a calm sentence with
-the appropriate help. The words are in a language's ``care.toml``, and the telephone numbers in
+the help that fits. The words are in a language's ``care.toml``, and the telephone numbers in
 ``regions.toml``, beside this module.
 """
 
@@ -78,8 +78,8 @@ class WordsOfCare(Table):
         Regular expressions of clauses that deny distress, and of harmless clauses after them; and
         the replies.
     never, words
-        Regular expressions of words that no language model may say; named parts that expressions
-        share.
+        Regular expressions of words that no language model may say; and, by name, parts that these
+        expressions share.
     """
 
     unknown: str
@@ -112,19 +112,19 @@ class Care:
     region: str | None = None
 
     def help(self, kind: Distress, language: Language, turn: int) -> str:
-        """Return the help for this kind of distress; ``turn`` counts the earlier times."""
+        """Return the help for this kind of distress; ``turn`` is how often it was said before."""
         return self._fill(words_of_care(language).help[kind], language, turn)
 
     def ask(self, kind: Distress, language: Language, turn: int) -> str:
-        """Return the question of whether somebody needs help, with advice in case they do."""
+        """Return a question that asks whether somebody needs help, with advice in case they do."""
         return self._fill(words_of_care(language).ask[kind], language, turn)
 
     def wonder(self, language: Language, turn: int) -> str:
-        """Return the question of whether somebody is all right."""
+        """Return a question that asks whether somebody is all right."""
         return self._fill(words_of_care(language).wonder, language, turn)
 
     def give_way(self, language: Language, turn: int) -> str:
-        """Return the answer to a denial of distress."""
+        """Return the answer to somebody who says that nothing has happened."""
         return self._fill(words_of_care(language).misheard, language, turn)
 
     def stay(self, language: Language, turn: int) -> str:
@@ -187,7 +187,7 @@ def goes_on(text: str, language: Language) -> bool:
 
 
 def takes_back(text: str, language: Language) -> bool:
-    """Whether a remark ends by denying distress.
+    """Whether a remark ends by saying that nothing has happened.
 
     "You misheard me, I said that he isn't breathing" does not.
     """
@@ -201,7 +201,7 @@ def takes_back(text: str, language: Language) -> bool:
 
 
 def may_be_said(text: str) -> bool:
-    """Whether a language model's words may be spoken: they neither harm nor tell of distress."""
+    """Whether a language model's words may be spoken: no distress, nothing harmful or hurtful."""
     languages = {language_of(text), FALLBACK}
     harm = any(find_phrase(_pattern("never", each), plain(text, each), each) for each in languages)
     return not harm and hear_distress(text) is None

@@ -1,4 +1,4 @@
-"""When a partner asks about distress, and for how long it comes back to it."""
+"""When a partner asks about distress, and for how long its answers come back to it."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -21,8 +21,8 @@ _ANSWERED = timedelta(minutes=2)
 #: choice): in strangers' everyday conversations, the model raises a false alarm about once in 250
 #: remarks.
 _STAYS, _EVERY = 3, 5
-#: The partner asks about a slight sign of distress at most this many remarks after another one (our
-#: choice).
+#: The partner asks about a slight sign of distress if there was another one at most this many
+#: remarks earlier (our choice).
 _SOON = 5
 
 #: Kinds of real distress that people may deny, and how long a denial is ignored (our choice).
@@ -61,7 +61,8 @@ class Comfort:
         """Return the impression, with a suspicion of distress only if it is worth a question.
 
         A second slight sign is worth a question, and so is a "no" to the question whether somebody
-        is all right. After distress (``after``), an unspecific suspicion is not.
+        is all right. If there was distress before (``after``), an unspecific suspicion is not,
+        because it is known already that somebody needs help.
         """
         wondered, self._wondered = self._wondered, None
         if not _HIDDEN.isdisjoint((heard.distress, heard.worry, heard.hint)):
@@ -83,7 +84,7 @@ class Comfort:
     ) -> str | None:
         """Return the answer to words of distress, or to a remark ``after`` them.
 
-        It is None if the remark is not about distress, or has a better answer.
+        Return None if the remark has nothing to do with distress, or has a better answer.
         """
         back = not self._over and not self._hides() and takes_back(said, language)
         if after and back and heard.distress is None and heard.worry is None:
@@ -128,12 +129,12 @@ class Comfort:
         return self._care.follow(follow, language, self._turn(follow.when[0]))
 
     def wonder(self, hint: Distress, language: Language) -> str:
-        """Ask whether somebody is all right, after a slight sign of distress."""
+        """Return a question that asks whether somebody is all right, after a slight sign."""
         self._wondered = hint, self._clock()
         return self._care.wonder(language, self._turn("wonder"))
 
     def keep_open(self) -> None:
-        """Keep the question open that was open before this remark."""
+        """Keep open the question that was open before this remark."""
         self._asked = self._before
 
     def _turn(self, name: str) -> int:

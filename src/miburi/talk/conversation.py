@@ -1,4 +1,4 @@
-"""Conversation via a language model on an endpoint.
+"""Conversation via a language model, which runs on a server: the endpoint.
 
 A remark and the partner's state go to the endpoint; a short text and a feeling with a strength come
 back. If the endpoint is slow, fails or sends nonsense, the partner uses its own answers. The words
@@ -25,15 +25,15 @@ from miburi.talk.endpoint import KEY, Endpoint, OvertakenError
 from miburi.talk.replies import Content, read_reply
 from miburi.version import __version__
 
-#: After this time, s, the partner uses its own answer; it is shorter than the 10 s that Miburi's
-#: client waits.
+#: After this time, in s, the partner uses its own answer. It is shorter than the 10 s for which
+#: Miburi's client waits.
 PATIENCE = 8.0
 #: The largest answer of an endpoint, bytes.
 LARGEST_REPLY = 65_536
 
-#: How long a slow request stays open while a model may be loading, s (our choice).
+#: How long a slow request stays open, in s: as long as a model may take to load (our choice).
 _LOADING = 120.0
-#: Time to find the server, s.
+#: How long connecting to the server may take, in s.
 _CONNECTING = 3.0
 #: How many exchanges are sent, the present remark included.
 _REMEMBERED = 6
@@ -84,7 +84,7 @@ class _Choice(BaseModel):
 
 
 class _Completion(BaseModel):
-    """The part of a chat completion that counts."""
+    """The part of a chat completion that is used."""
 
     choices: list[_Choice] = Field(min_length=1)
 
@@ -94,14 +94,14 @@ class _SilentError(Exception):
 
 
 class Conversation:
-    """A conversation with people at the partner; it belongs to one event loop.
+    """A conversation with whoever speaks to the partner; it belongs to one event loop.
 
     Parameters
     ----------
     endpoint
         The model that is asked.
     patience
-        Time after which a reply counts as late, s.
+        The time after which a reply counts as late, in s.
     """
 
     def __init__(self, endpoint: Endpoint, patience: float = PATIENCE) -> None:
@@ -124,12 +124,14 @@ class Conversation:
             self._thinking.cancel()
 
     async def reply(self, said: str, felt: Iterable[Stimulus], state: State) -> Content | None:
-        """Return a reply; None without a usable one in time, and then ``trouble`` says why.
+        """Return a reply, or None if no usable one came in time; then ``trouble`` says why.
 
         Raises OvertakenError if somebody has made another remark meanwhile.
 
         Parameters
         ----------
+        said
+            The remark.
         felt
             The stimuli that the remark caused.
         state
@@ -156,7 +158,7 @@ class Conversation:
         return content
 
     def answered(self, answer: str) -> None:
-        """Remember an answer of the partner's own, for the model's next request."""
+        """Remember what the partner answered by itself, so that the model can follow the talk."""
         if self._said:
             self._remember(self._said[-1][0], Content(answer, None, 0.0))
 

@@ -16,7 +16,7 @@ Do = Literal["stop", "repeat", "name", "remember", "amend", "recall", "forget"]
 
 
 def _check_slots(line: str) -> str:
-    """Refuse a lone brace, which would fail only once the sentence is chosen."""
+    """Refuse a lone brace, which would otherwise fail only when the sentence is chosen."""
     _ = [*Formatter().parse(line)]
     return line
 
@@ -36,14 +36,15 @@ class Cue(Table):
         words; the group ``it`` captures the subject. Without any, only :mod:`miburi.talk.asking`
         finds the cue.
     say, echo
-        Answers, with slots such as ``{it}``; whether the partner repeats the question before a
-        general answer.
+        Answers, with slots such as ``{it}``; whether the partner first repeats the question,
+        because the answer is a general one.
     do, move, show, look, tune
-        The act with the answer: one of ``Do``, a move of ``moves.toml``, the gesture of a feeling,
-        a direction to look in, [Hz, s] notes that a page plays instead of the words.
+        The act that comes with the answer: one of ``Do``, a move of ``moves.toml``, the gesture of
+        a feeling, a direction to look in, or [Hz, s] notes that a page plays instead of the words.
     stays
-        The number of turns for which words may refer to this cue: if 1, a question that matches the
-        script's ``again`` and asks for no act; if more, words that match ``more``.
+        The number of turns for which words may refer to this cue. If it is 1, a question that
+        matches the script's ``again`` refers to this cue, unless the question asks for an act. If
+        it is more, words that match ``more`` do.
     broad, aside
         Whether :mod:`miburi.talk.asking` may overrule its broad patterns; whether a question or a
         request in another sentence takes priority.
@@ -52,7 +53,8 @@ class Cue(Table):
         and ``heavy`` words rule the cue out. Whether a topic is taken up even after a greeting or
         thanks.
     mine, capital
-        Whether this topic needs words about the speaker, and its subject a capital letter.
+        Whether this topic needs words about the speaker; and whether its subject must begin with a
+        capital letter, as a name does.
     wish
         Whether it can be requested without a question ("Keep me company"), although it triggers no
         movement. A wrong match would do no harm.
@@ -64,8 +66,8 @@ class Cue(Table):
         Whether the partner answers this itself even if a language model answers the rest, because a
         model cannot know the answer.
     named, refers
-        Regular expression of words that name this cue's act for a later "do it"; and whether this
-        cue is such a "do it".
+        Regular expression of words that name this cue's act, so that a later "do it" means this
+        cue; and whether this cue is such a "do it".
     """
 
     name: Annotated[str, Field(pattern=r"^[a-z][a-z_]*$")]
@@ -103,7 +105,7 @@ class Cue(Table):
 
     @cached_property
     def orders(self) -> bool:
-        """Whether it asks for a visible or audible act, or for fun that can be repeated."""
+        """Whether it asks for an act that can be seen or heard, or for fun that can be repeated."""
         return self.shows or self.stays > 1
 
     @cached_property
@@ -112,7 +114,7 @@ class Cue(Table):
         return self.shows or self.do == "recall"
 
     def fits(self, filled: Container[str]) -> bool:
-        """Return whether ``without`` and ``within`` allow these filled slots."""
+        """Return whether ``without`` and ``within`` allow this cue when these slots are filled."""
         return self.without not in filled and (self.within is None or self.within in filled)
 
 
@@ -147,6 +149,6 @@ class Answers(
         return self
 
     def lines(self, heard: str | None, felt: str | None) -> list[str]:
-        """Return the sentences for a feeling heard and a feeling felt; either may be None."""
+        """Return the sentences for the feeling heard and the one felt; either may be None."""
         row = self.root.get(heard or "none", self.root["any"])
         return row.get(felt or "any", row["any"])

@@ -7,7 +7,7 @@ from datetime import datetime, time, timedelta
 from miburi.languages import Language, compile_phrases, plain
 from miburi.talk.script import Script, script
 
-#: The time of day at which a fact about a day is due (our choice).
+#: From this time of day on, the partner speaks of a fact about that day (our choice).
 _MORNING = time(9)
 _NUMBER = re.compile(r"(?<!\d)([12]?\d|3[01])(?:st|nd|rd|th|er|日)?(?!\d)")
 
@@ -41,7 +41,7 @@ def due_of(said: str, language: Language, now: datetime) -> datetime | None:
 
 
 def date_of(said: str, told: str | None, language: Language, now: datetime) -> str | None:
-    """Return the date in a remark, or else in a fact; None if neither names one.
+    """Return the date that a remark names, or else the date in a fact; None if neither names one.
 
     >>> date_of("What date is a week on Saturday?", None, "en", datetime(2026, 11, 25))
     'Saturday, December 5'
@@ -51,7 +51,9 @@ def date_of(said: str, told: str | None, language: Language, now: datetime) -> s
 
 
 def away(said: str, told: str | None, language: Language, now: datetime) -> str | None:
-    """Return how far away the day or time in a remark, or else in a fact, is; None without one.
+    """Return how far away the day or time is that a remark names, or else a fact.
+
+    Return None if neither names one.
 
     >>> away("How long is it till Sunday?", None, "en", datetime(2026, 11, 25))
     '4 days away'
@@ -75,9 +77,9 @@ def away(said: str, told: str | None, language: Language, now: datetime) -> str 
 
 
 def _left(said: str, language: Language, now: datetime) -> timedelta | None:
-    """Return the time left until the time of day in a sentence; None if it names none.
+    """Return how long it is until the time of day in a sentence; None if it names none.
 
-    "Half past two" can be before or after noon: the next one is meant.
+    "Half past two" can be before or after noon, so the one within the next 12 hours is taken.
     """
     rules = script(language)
     for found in rules.times_in(plain(said, language)):
@@ -102,7 +104,7 @@ def _span(left: timedelta, language: Language) -> str:
 
 
 def _later(text: str, weekday: str, words: Script) -> int:
-    """Return the days to add to a weekday, as in "a week on Saturday"."""
+    """Return how many days after a weekday a text means, as in "a week on Saturday"."""
     for phrase, days in words.later.items():
         if compile_phrases([phrase], words.language, {"day": weekday}).search(text):
             return days

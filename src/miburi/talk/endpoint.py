@@ -1,6 +1,6 @@
 """A language model's endpoint: the address of an OpenAI-compatible server, a model, and a key.
 
-The key comes from the environment: every user of the computer could read a command line.
+The key comes from the environment, as every user of the computer could read it on a command line.
 """
 
 import os
@@ -21,7 +21,7 @@ _LONGEST = 200
 
 
 class OvertakenError(MiburiError):
-    """A newer remark is answered instead."""
+    """Somebody has made a newer remark, which is answered instead."""
 
 
 @dataclass(frozen=True)
@@ -58,13 +58,15 @@ def find_endpoint(url: str, model: str, environment: Mapping[str, str] = os.envi
     Outside private networks the address must be ``https://``, or others could read the conversation
     and the key.
 
-    Raises InputError if the address is not valid or not safe, or the model or the key is not
+    Raises InputError if the address is not valid or not safe, or if the model or the key is not
     allowed.
 
     Parameters
     ----------
     url
         The base address; one without a path gets ``/v1``.
+    model
+        The model's name.
     """
     try:
         parts = urlsplit(url)

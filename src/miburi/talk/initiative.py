@@ -1,4 +1,4 @@
-"""When the partner speaks first: a greeting, a question after silence, a date in a fact.
+"""When the partner speaks first: a greeting, a question after silence, a date that it was told.
 
 :class:`Initiative` finds a reason to speak first, if any, from the times at which somebody was seen
 and heard, the facts that are due, and the clock. The partner never speaks first in quiet hours,
@@ -17,13 +17,13 @@ REASONS: tuple[Reason, ...] = ("greeting", "date", "question")
 
 #: The shortest absence before a greeting, and the shortest silence before a question.
 _ABSENCE, _SILENCE = timedelta(hours=3), timedelta(minutes=45)
-#: How long a person counts as present after being noticed; and how soon after an arrival the
-#: partner greets, and how soon after noticing somebody it asks.
+#: How long a person counts as present after being noticed; and how recently somebody must have come
+#: to be greeted, or must have been noticed to be asked a question.
 _THERE, _GLIMPSED = timedelta(minutes=10), timedelta(seconds=10)
-#: The shortest time between two first remarks, and the time after which one without an answer
-#: counts as ignored.
+#: The shortest time between two occasions on which the partner speaks first, and the time without
+#: an answer after which such a remark counts as ignored.
 _APART, _PATIENCE = timedelta(minutes=30), timedelta(minutes=10)
-#: The daily limit is halved after each run of this many ignored first remarks.
+#: The daily limit is halved each time this many first remarks in a row were ignored.
 _IGNORED = 2
 
 

@@ -1,4 +1,4 @@
-"""Choose the intent in a remark that the partner answers."""
+"""Choose which of the intents in a remark the partner answers."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import chain
@@ -23,10 +23,11 @@ def settled(
     heavy: bool,
     told: bool,
 ) -> Match | None:
-    """Return the intent to answer: the patterns' match, or the model's guess if surer or alone.
+    """Return the intent to answer: the patterns' match, or the model's guess.
 
-    ``shown`` tells whether a feeling was heard, and ``told`` whether a topic was heard. The slots
-    may gain the words to remember.
+    The model's guess is taken if the patterns find nothing, or if the model is surer. ``shown``
+    tells whether a feeling was heard, and ``told`` whether a topic was. The function may add a slot
+    with the words to remember.
     """
     how_are_you, found = heard.topic == "asked", match
     # The model may be sure that what looks like "How are you" asks something else ("May I be
@@ -43,7 +44,7 @@ def settled(
         grave = words.asked_of(said, None, felt=shown, told=told)
         others = sayable(chain(words.intents_of(said, slots), grave), slots)
         match = next((one for one in others if not one.cue.light), None)
-    # "How are you" does not ask how something is done, so a broad match is dropped.
+    # "How are you" does not ask how something is done, so a broad match of that is dropped.
     weak = match is not None and (match.cue.broad or match.cue.aside)
     return None if how_are_you and weak and match is found else match
 

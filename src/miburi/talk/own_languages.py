@@ -1,4 +1,4 @@
-"""Check the languages in a user's own folder before a partner uses them."""
+"""Check the languages in a folder of the user's own before a partner uses them."""
 
 import re
 from importlib import resources

@@ -1,4 +1,4 @@
-"""Find the words that the partner is to remember, around the request or in a remark."""
+"""Find the words that the partner is to remember: those around a request, or facts in a remark."""
 
 import re
 
@@ -43,7 +43,7 @@ def told_before(said: str, words: Script) -> tuple[str, str, str]:
 def facts_in(said: str, words: Script) -> list[str]:
     """Return the sentences that tell something about the person, and ask nothing.
 
-    If only all sentences together do, they are returned as one.
+    If no sentence does so alone, but all together do, they are returned as one.
     """
     sentences = words.told_in(said)
     facts: list[str] = []

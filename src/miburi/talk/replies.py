@@ -1,9 +1,9 @@
-"""Read a language model's reply in any form.
+"""Read a language model's reply, whatever form the model gave it.
 
 It turns the text that a model wrote into the words to say, a feeling and its strength. Servers that
 know the schema return one JSON object. Small local models often add reasoning, code fences or a
 second object, quote a number, invent a feeling, forget a brace, or answer in plain text. All of
-these are understood, but not a text without words.
+these are understood; only a text without words is not.
 """
 
 import ast
@@ -15,10 +15,11 @@ from dataclasses import dataclass
 
 from miburi.feelings import FEELINGS
 
-#: The longest reply, characters; a longer text is cut at a sentence's end.
+#: The longest reply, in characters; a longer text is cut at a sentence's end.
 LONGEST_REPLY = 300
 
-#: The most characters read, and braces tried as the beginning of an object (our choice).
+#: How many characters are read, and how many braces are tried as the beginning of an object (our
+#: choice).
 _READ, _TRIES = 8000, 64
 #: The strength of a feeling for which the model gives no usable one (our choice).
 _USUAL = 0.5
@@ -95,7 +96,7 @@ def _has_words(text: str) -> bool:
 
 
 def _objects(written: str) -> list[dict[str, object]]:
-    """Return the objects in a text that have a text in ``reply``, the last one first."""
+    """Return the objects in a text whose ``reply`` is a string, the last one first."""
     found, decoder, start = [], json.JSONDecoder(), len(written)
     for _ in range(_TRIES):
         start = written.rfind("{", 0, start)

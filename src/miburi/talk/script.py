@@ -15,17 +15,17 @@ from miburi.talk.cue import Answers, Cue, Do, Line, Lines, Match
 from miburi.talk.initiative import Reason
 from miburi.talk.wording import Turner, as_written
 
-#: The name of the intent of a question without a known intent.
+#: The name of the intent of a question whose intent is not known.
 OPEN = "open"
 
-#: Least likelihoods of an intent from the model: where the answer repeats words, so that a wrong
-#: guess shows at once; for a wish, and for an order, that is not put as a question; and where the
-#: model must be sure (our choice).
+#: Least likelihoods of an intent from the model: where the answer repeats what was said, so that a
+#: wrong guess shows at once; for a wish that is not put as a question; for such an order; and where
+#: the model must be sure (our choice).
 _GUESSED, _WISHED, _ORDERED, _SURE = 0.25, 0.45, 0.5, 0.65
 #: The fewest words, and in a language without spaces the fewest letters, of an order that matches
 #: no pattern, or of a question that is answered without a known intent (our choice).
 _WORDS, _LETTERS = 3, 6
-#: The most characters read; the rest seldom changes the intent (our choice).
+#: How many characters are read; the rest seldom changes the intent (our choice).
 _READ = 300
 _SENTENCE, _CLAUSE = re.compile(r"[^.!?;。！？\n]+"), re.compile(r"[^,.!?;、。！？\n]+")
 _WHOLE = re.compile(r"[^.!?。！？\n]+[.!?。！？]*")
@@ -50,12 +50,12 @@ class Script(Calendar):
         Regular expressions for requests to repeat something fun, and for remarks that want no more
         of it.
     repeated, altered, alters
-        Answers to a repeated request for a movement or song; answers to a wish to have it in
-        another way; and the regular expression of such a wish ("again, but slower").
+        Answers when a movement or a song is repeated; answers when somebody wants it done another
+        way; and the regular expression of such a wish ("again, but slower").
     rephrased
         Regular expressions and their replacements: "You like dogs?" becomes "Do you like dogs?".
     unwanted
-        Regular expression for remarks with the words of an order that order nothing ("Why do you
+        Regular expression for remarks that contain the words of an order but are none ("Why do you
         look up?", "Do not dance yet").
     grave, heavy, people, oneself
         Regular expressions for questions that may be grave, for words that rule out a ``light``
@@ -69,7 +69,7 @@ class Script(Calendar):
     whys
         Why the body is stopped, by the name of a stop's reason; ``other`` stands for the rest.
     likely
-        The least likelihood of a question's intent without a pattern.
+        The least likelihood of a question's intent that only the model finds.
     """
 
     turned: dict[str, str] = Field(default_factory=dict)
@@ -127,8 +127,8 @@ class Script(Calendar):
     ) -> Iterator[Match]:
         """Yield the intents of a remark, the most urgent first.
 
-        ``filled`` has the names of the filled slots, on which some intents depend. With ``do``,
-        only intents with this act are found.
+        ``filled`` has the names of the slots that are filled: some intents need one to be filled,
+        or to be empty. With ``do``, only intents with this act are found.
         """
         intents = self._doing[do] if do else self._intents
         return self._find([one for one in intents if one[0].fits(filled)], said)
@@ -182,8 +182,8 @@ class Script(Calendar):
         """Yield the intents of words that match no pattern, or only the broad pattern of ``than``.
 
         The model must be sure if a feeling was heard (``felt``), or a topic in a remark that is not
-        clearly a question (``told``). A question without a known intent has the intent ``open``,
-        and one that may be grave the intent ``grave``.
+        clearly a question (``told``). A question without a known intent has the intent ``open``. If
+        a question may be grave, the model is not asked, and the intent is ``grave``.
         """
         sentences = [*_WHOLE.findall(said[:_READ]), said[:_READ]]
         asking = [each for each in sentences if self.asks(each)]
@@ -250,7 +250,7 @@ class Script(Calendar):
         return said
 
     def says_again(self, cue: Cue, said: str) -> list[str]:
-        """Return the answers to a repeated request for this cue."""
+        """Return the answers to somebody who wants to see or hear this once more."""
         if not cue.shows or not self.repeated:
             return cue.say
         return self.altered if self.altered and self.fits("alters", said) else self.repeated
@@ -293,7 +293,7 @@ class Script(Calendar):
 
     @cached_property
     def turner(self) -> Turner:
-        """The turner with this language's data."""
+        """Turns somebody's words into the partner's, with this language's data."""
         return Turner(self.turned, self.echoed, self.echo, self.language)
 
 

@@ -38,9 +38,9 @@ if TYPE_CHECKING:
     from miburi.talk.conversation import Conversation
 
 
-#: Duration of a requested look, s, and mood of a requested gesture (our choice).
+#: How long a requested look lasts, in s, and the mood of a requested gesture (our choice).
 _LOOKED, _SHOWN = 2.0, 0.8
-#: The delay before loading the data of answers, s (our choice).
+#: How long the partner waits, in s, before it loads the data of answers (our choice).
 _SETTLED = 2.0
 #: Joy in a sentence that also has heavy words counts from this likelihood on (our choice).
 _SURE_OF_JOY = 0.9
@@ -52,7 +52,7 @@ class Speech:
     Parameters
     ----------
     endpoint
-        The language model that thinks of its answers; None: it answers by itself.
+        The language model that thinks of its answers; if it is None, the partner answers by itself.
     care
         Chooses the words for somebody in distress.
     clock
@@ -60,7 +60,8 @@ class Speech:
     seed
         The seed for choosing among the partner's own answers.
     folder
-        The folder for the partner's knowledge of people; None: it is lost when the program ends.
+        The folder for what the partner knows about people; if it is None, that is lost when the
+        program ends.
     """
 
     def __init__(
@@ -95,9 +96,10 @@ class Speech:
         await self.beginning.live()
 
     def get_ready(self) -> None:
-        """Load the data of answers, so that the first words, perhaps a cry for help, do not wait.
+        """Load the data of answers, so that the first words do not wait for it.
 
-        This takes about 1.5 s, and several times as long on a small computer.
+        They may be a cry for help. Loading takes about 1.5 s, and several times as long on a small
+        computer.
         """
         from miburi.senses.words import hear
 
@@ -110,14 +112,16 @@ class Speech:
         """Respond to a remark in feelings and words; return the result.
 
         "Stop" stops the body before anything else. A newer remark cancels a model's pending answer.
-        Distress is answered with the appropriate help; during it, and for ten minutes afterwards,
-        no language model is asked, and the partner does not mention its own feelings.
+        Distress is answered with the help that fits. During it, and for ten minutes afterwards, no
+        language model is asked, and the partner does not mention its own feelings.
         :class:`Comfort` handles possible distress and slight signs of it.
 
         Parameters
         ----------
+        said
+            The remark.
         tone
-            The tone of voice, which strengthens or weakens the feeling.
+            The tone of voice, which strengthens or weakens the feeling of the words.
         by
             The speaker, as for :func:`miburi.serving.press.who`.
         """
@@ -217,7 +221,10 @@ class Speech:
         return text, None if answer.cue is None else answer.cue.name
 
     async def count(self, felt: tuple[Stimulus, ...]) -> None:
-        """Add stimuli, and the contacts since the last call, to the present person's attachment."""
+        """Record how somebody treats the partner, for the present person's attachment.
+
+        It counts the stimuli, and the contacts since the last call.
+        """
         events = self._partner.history.after(self._counted)
         self._counted = self._partner.history.number
         contacts = sum(one.kind == "stop" and one.name == StopReason.CONTACT for one in events)
@@ -268,7 +275,7 @@ class Speech:
                 memory.remember(fact, answer.language, due_of(fact, answer.language, now))
 
     async def _perform(self, answer: SmallAnswer) -> str:
-        """Perform the act of an answer; return the words, which differ if the body cannot move."""
+        """Perform an answer's act; return what to say, which differs if the body cannot move."""
         cue = answer.cue
         if answer.quotes and not await asyncio.to_thread(may_be_said, answer.text):
             words = script(answer.language)
@@ -319,7 +326,7 @@ class Speech:
 
 
 def _converse(endpoint: Endpoint) -> "Conversation":
-    # The import loads an HTTP client's libraries.
+    # It is imported here because it loads the libraries of an HTTP client.
     from miburi.talk.conversation import Conversation
 
     return Conversation(endpoint)

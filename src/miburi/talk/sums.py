@@ -25,12 +25,12 @@ _SIGNS: dict[str, Sign] = {
     "−": "minus",
     " - ": "minus",
 }
-#: Digits of a number, at most (our choice).
+#: How many digits a number may have (our choice).
 _MOST = 9
 
 
 def sum_of(said: str, language: Language) -> str | None:
-    """Return the result of an operation on two numbers; None without one, or without a result.
+    """Return the result of a sum of two numbers; None if there is no sum, or no result.
 
     >>> sum_of("What's seven times eight?", "en"), sum_of("Do you know what 391 / 17 is?", "en")
     ('56', '23')

@@ -23,7 +23,8 @@ LANGUAGES = ("en",)
 #: Pattern of flite's names of vowels, and its name of silence.
 _VOWEL = re.compile(r"a[aehowxy]|axr|e[hry]|i[hy]|o[wy]|u[hw]")
 _SILENCE = "pau"
-#: A voice of flite; its neutral pitch, Hz; and the lowest pitch, Hz (our choice).
+#: The voice of flite; its pitch, in Hz, which a feeling raises or lowers; and the lowest pitch, in
+#: Hz (our choice).
 _VOICE, _PITCH, _LOWEST = "slt", 172.0, 60.0
 _PHONE = re.compile(r"([a-z]+):(\d+\.\d+)")
 #: Plain characters for typographic ones, which flite cannot read.
@@ -55,7 +56,8 @@ class Synthesizer:
     program
         The path of its executable.
     patience
-        The longest time for a sentence, s (our choice); 25 s of speech take 0.5 s to compute.
+        The longest time that a sentence may take to compute, in s (our choice); 25 s of speech take
+        0.5 s.
     """
 
     program: str
@@ -95,14 +97,15 @@ class Synthesizer:
             finally:
                 with suppress(ProcessLookupError):
                     process.kill()
-                # The server's end cancels this task twice; the killed process must be reaped.
+                # When the server ends, this task is cancelled twice, so it waits again for the
+                # killed process, which ends soon.
                 while process.returncode is None:
                     with suppress(asyncio.CancelledError):
                         await process.wait()
 
 
 def _rhythm(words: str, phones: str) -> Rhythm:
-    """Return the rhythm of a sound from its phones, each a name and its end, s: ``ay:0.392``.
+    """Return the rhythm of a sound from its phones: a name and its end in s, as ``ay:0.392``.
 
     flite prints one line per sentence, with times since that sentence's start.
     """
