@@ -2,8 +2,8 @@
 
 On the loopback address anybody at this computer has access; on other addresses every path but the
 pairing and privacy pages needs a token. Requests from other sites' pages are refused unless the
-user allows their origin. If there is https, the server accepts no token over plain http: there,
-other devices get only the pairing and privacy pages and the certificate authority.
+user allows their origin. If the server also serves https, it accepts no token over plain http, and
+other devices get only the pairing and privacy pages and the certificate authority there.
 """
 
 import asyncio
@@ -35,7 +35,7 @@ from miburi.serving.policy import NICEGUI, POLICY
 #: The only paths that need no token: the pairing page, the privacy page and, if there is https, the
 #: certificate authority.
 PAIRING, PRIVACY, AUTHORITY = "/pair", "/privacy", "/ca.pem"
-#: The path of Stop, which has no limit for authorised clients.
+#: The path of Stop, which no limit delays for authorised clients.
 STOP = "/api/v1/stop"
 #: The path of a stream of events, which stays open as a WebSocket does.
 EVENTS = "/api/v1/events"
@@ -45,33 +45,34 @@ CAME = "came"
 #: The path for agents, if the partner lets them connect.
 AGENTS = "/mcp"
 #: From this revision of MCP on, headers name the method and the tool, and the server checks them
-#: against the body. Older clients' calls all wait their turn.
+#: against the body. Calls by older clients wait their turn, whatever they ask for.
 _REVISION = {b"mcp-protocol-version": b"2026-07-28"}
-#: An agent's call of its tool `stop`, which has no limit either.
+#: An agent's call of its tool `stop`, which no limit delays either.
 _AGENTS_STOP = _REVISION | {b"mcp-method": b"tools/call", b"mcp-name": b"stop"}
 _AGENTS_LIST = _REVISION | {b"mcp-method": b"tools/list"}
 #: The largest body of a request, and the largest message on a WebSocket, bytes.
 LARGEST = 65_536
-#: The largest headers of a request, bytes, and the time in which they must arrive, s (our choice).
+#: How many bytes the headers of a request may have, and in how many seconds they must arrive (our
+#: choice).
 HEADERS, HEADER_TIME = 16_384, 10.0
-#: The most open connections of an address, not counting sockets (our choice).
+#: How many connections an address may have open, not counting WebSockets (our choice).
 CONNECTIONS = 200
 #: The limit on requests from one address: per second, and in a burst.
 RATE, BURST = 50.0, 150.0
-#: The limit on pages for one address, per second and in a burst.
+#: The limit on pages for one address, per second and in a burst; the server builds each page anew.
 PAGE_RATE, PAGE_BURST = 1.0, 12.0
 #: The same limit for all addresses together: building a page takes about 0.8 MB for a few seconds
 #: (our choice).
 _PAGES_RATE, _PAGES_BURST = 1.5, 15.0
-#: The pause between two pages, s, for a waiting Stop (our choice).
+#: The pause between two pages, in s, during which a waiting Stop is handled (our choice).
 PAGE_BREATH = 0.05
-#: The longest delay of other pages by a client that receives its page slowly, s.
+#: For how long, in s, a client that receives its page slowly may delay other pages.
 _PAGE_TIME = 1.0
 #: The limit on wrong tokens from one address, per second and in a burst.
 WRONG_RATE, WRONG_BURST = 0.2, 10.0
-#: The most WebSockets and streams of events that may be open.
+#: How many WebSockets and streams of events may be open at the same time.
 SOCKETS = 200
-#: The most keys checked per request: cookies of one name can exist for several paths.
+#: How many keys of one request are checked: cookies of one name can exist for several paths.
 _LOOKED_AT = 4
 #: Interval between two checks of an open socket's key, s (our choice).
 _KEY_LOOK = 1.0
@@ -98,7 +99,7 @@ class Gate:
         The accepted keys; None on the loopback address, where requests need no key, but must name a
         loopback host (a page elsewhere could make its own name point here).
     clock
-        Returns the time, s.
+        Returns the time in s.
     https
         Whether the server listens by https, too.
     origins
@@ -162,7 +163,7 @@ class Gate:
     async def _serve_socket(
         self, scope: Scope, receive: Receive, send: Send, key: str | None
     ) -> None:
-        """Serve a socket or a stream as long as its key is valid."""
+        """Serve a socket or a stream for as long as the key that opened it is valid."""
         serve = self._app if scope["type"] == "websocket" else self._serve
         if key is None or self._keys is None:
             await serve(scope, receive, send)
@@ -201,7 +202,7 @@ class Gate:
                 await asyncio.sleep(1 / RATE)
 
     async def _serve_page(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Build one page at a time, and pause briefly after each for a waiting Stop."""
+        """Build one page at a time, and pause briefly after each: a Stop may be waiting."""
         loop = asyncio.get_running_loop()
         while (left := self._next_page - loop.time()) > 0:
             await asyncio.sleep(min(left, PAGE_BREATH))
@@ -329,7 +330,7 @@ def _with(headers: Headers, send: Send) -> Send:
 
 
 def _farewell(scope: Scope) -> list[tuple[bytes, bytes]]:
-    """Return the header that closes the connection after a stream of events; else none."""
+    """Return the header that closes the connection after a stream of events; none otherwise."""
     return [(b"connection", b"close")] if scope["path"] == EVENTS else []
 
 

@@ -19,7 +19,7 @@ _BACKLOG = 1024
 EVERYWHERE = ("0.0.0.0", "::", "")  # noqa: S104
 _HERE = "127.0.0.1"
 
-#: Name prefixes of interfaces to virtual machines, containers and tunnels.
+#: Name prefixes of interfaces that lead to virtual machines, containers and tunnels, not a phone.
 _VIRTUAL = (
     "br-",
     "docker",
@@ -79,7 +79,7 @@ class Listeners:
         return self.encrypted is not None or not is_loopback(self.plain[0].getsockname()[0])
 
     def addresses(self) -> list[str]:
-        """Return the addresses for other devices, the likeliest first."""
+        """Return the addresses at which other devices reach us, the likeliest first."""
         listener = self.encrypted or self.plain[0]
         scheme = "https" if self.encrypted else "http"
         host = str(listener.getsockname()[0])
@@ -91,7 +91,7 @@ class Listeners:
 
 @contextmanager
 def listening(host: str, port: int) -> Iterator[socket.socket]:
-    """Listen on a port from now on.
+    """Listen on a port from now on, before anything else is done.
 
     Raises InputError if the host or the port is invalid; OutputError if the port is taken.
     """
@@ -124,7 +124,7 @@ def listening(host: str, port: int) -> Iterator[socket.socket]:
 
 @contextmanager
 def listening_plainly(host: str, port: int) -> Iterator[Listeners]:
-    """Listen on http alone, with the errors of :func:`listening`."""
+    """Listen on http alone; raises the errors of :func:`listening`."""
     with listening(host, port) as listener:
         yield Listeners((listener,))
 
@@ -133,7 +133,7 @@ def listening_plainly(host: str, port: int) -> Iterator[Listeners]:
 def listening_twice(host: str, port: int) -> Iterator[Listeners]:
     """Listen on http for this computer, and on https at the next port for others.
 
-    Requests over http from elsewhere get the https addresses.
+    Requests over http from elsewhere are told to use https.
     """
     with ExitStack() as sockets:
         own = sockets.enter_context(listening(_HERE, port))

@@ -16,7 +16,7 @@ class Allowance:
     _left: OrderedDict[str, tuple[float, float]] = field(default_factory=OrderedDict)
 
     def take(self, key: str, amount: float = 1.0) -> bool:
-        """Take ``amount`` from a bucket; return False if it has less."""
+        """Take ``amount`` tokens from the bucket of a key; return False if it has fewer."""
         now = self.clock()
         left, then = self._left.pop(key, (self.burst, now))
         left = min(self.burst, left + (now - then) * self.rate)

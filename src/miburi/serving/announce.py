@@ -1,7 +1,7 @@
 """Announce the partner's pages in the local network, by multicast DNS (``_miburi._tcp``).
 
-The announcement has an address and a name, but no token. It needs the extra ``https``, and a
-partner that other devices can reach.
+The announcement has an address and a name, but no token: whoever finds a partner must still be let
+in. It needs the extra ``https``, and a partner that other devices can reach.
 """
 
 import asyncio
@@ -25,9 +25,10 @@ KIND = "_miburi._tcp.local."
 
 
 async def announce(name: str, address: str) -> None:
-    """Announce a partner and its URL until cancelled; log a failure.
+    """Announce a partner and the URL of its pages until cancelled; a failure is logged.
 
-    A name that another partner has gets a number. The URL's host must be an IP address.
+    If another partner has the name, a number is added to it. If the URL's host is not an IP
+    address, nothing is announced.
     """
     url = urlsplit(address)
     service = None
@@ -44,7 +45,7 @@ async def announce(name: str, address: str) -> None:
         service = AsyncZeroconf(interfaces=[str(host)])
         await service.async_register_service(info, allow_name_change=True)
         await asyncio.Event().wait()
-    except Exception as error:  # the partner runs without it
+    except Exception as error:  # the partner runs on without an announcement
         log_once("the partner cannot be announced by mDNS", error)
     finally:
         if service is not None:

@@ -1,4 +1,4 @@
-"""The open connections in the reception, by address, and the choice of those to close."""
+"""The open connections in the reception, by address, and how it chooses which to close."""
 
 import errno
 from collections import defaultdict
@@ -8,12 +8,12 @@ from miburi.serving.access import CONNECTIONS
 from miburi.serving.passing import ENCRYPTED
 from miburi.serving.relay import Guest
 
-#: The time for which a new connection is not closed for newer ones, s (our choice).
+#: For how long, in s, a new connection is not closed to make room for newer ones (our choice).
 GRACE = 0.5
-#: The most HTTPS handshakes in progress, from all addresses: each takes 0.33 MB of the server's
-#: memory (our choice).
+#: How many HTTPS handshakes, from all addresses together, may be in progress: each takes 0.33 MB of
+#: the server's memory (our choice).
 HANDSHAKES = 100
-#: The most connections read from in search of one without a Stop to close.
+#: From how many connections at most it reads to find one that has sent no Stop and can be closed.
 _READ = 64
 
 _ByAddress = defaultdict[str, dict[Guest, None]]
@@ -25,9 +25,9 @@ class Crowd:
     Parameters
     ----------
     most
-        The most open files.
+        How many files may be open.
     clock
-        Returns the time, s.
+        Returns the time in s.
     hear
         Reads a guest's data, which may be a Stop.
     close
@@ -52,7 +52,7 @@ class Crowd:
         return [*self._apart, *(guest for crowd in self._addresses.values() for guest in crowd)]
 
     def enter(self, guest: Guest) -> None:
-        """Add a new guest, and close others above a limit."""
+        """Add a new guest; close others if there are too many now."""
         address = guest.client[0]
         if len(self._addresses[address]) >= CONNECTIONS:
             self._make_room(self._addresses[address])
@@ -79,7 +79,7 @@ class Crowd:
         _leave(self._addresses, guest)
 
     def take_file(self) -> None:
-        """Count an opened file; above the limit, close connections of the address with the most."""
+        """Count an opened file; above the limit, close connections of the busiest address."""
         self._files += 1
         while self._files > self._most and self.make_room():
             pass
@@ -95,7 +95,10 @@ class Crowd:
         return self._make_room(_largest(self._addresses))
 
     def _make_room(self, crowd: dict[Guest, None]) -> bool:
-        """Close one connection: a silent unknown one, else a silent, else a busy, else a new one.
+        """Close one connection of these guests.
+
+        Silent ones that were never answered are closed first, then other silent ones, busy ones,
+        and new ones.
 
         If more than half are new, somebody is flooding, and new ones are closed right after the
         silent unknown ones, the oldest first. A connection's bytes are read before it is closed,

@@ -1,8 +1,8 @@
-"""The server's connections, and their limits before a request is known.
+"""How the server accepts connections, and their limits before it knows who is asking.
 
 Headers are limited in size, and must arrive in time. If an address has too many connections, its
 oldest silent one is closed, so nobody can shut others out by opening many connections and sending
-nothing. An encrypted connection counts from its first moment, not from the end of its handshake.
+nothing. An encrypted connection is counted from its first moment, not only after its handshake.
 
 If a separate process, the :mod:`reception <miburi.serving.reception>`, accepts the connections,
 each http request arrives through a :class:`Passage` on a separate connection, which is closed after
@@ -33,8 +33,8 @@ from websockets.frames import Frame
 from miburi.serving.access import CAME, CONNECTIONS, HEADER_TIME, HEADERS, LARGEST
 from miburi.serving.passing import ENCRYPTED, Note, Passed, taken_in
 
-#: How long to wait for the other side to close a connection, s; it may be asleep. This must be
-#: shorter than the time that the server's shutdown may take.
+#: How long, in s, to wait for the other side to close a connection that we have closed: it may be
+#: asleep. This must be shorter than the time that the server's shutdown may take.
 _FAREWELL = 0.5
 _BACKLOG = 2048
 #: After this time without an answer to a ping, s, a WebSocket's client has fallen behind, and gets
@@ -50,7 +50,7 @@ class _Connection(H11Protocol):
     """An HTTP connection."""
 
     _timer: asyncio.TimerHandle | None = None  # runs until headers arrive
-    note: Note | None = None  # from a reception
+    note: Note | None = None  # what a reception knows about it
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
@@ -149,8 +149,8 @@ class _Socket(WebSocketsSansIOProtocol):
 class _Handshake(SSLProtocol):
     """Encrypts a connection, which counts as silent until its handshake is over.
 
-    ``create_server(ssl=…)`` gives no access to connections that never complete a handshake, so they
-    could not be limited.
+    ``create_server(ssl=…)`` gives no access to a connection before its handshake is over, so
+    connections that never complete one could not be limited.
     """
 
     max_size = 16_384  # size of each connection's buffer; asyncio's 256 KiB would help a flood
@@ -179,7 +179,8 @@ class _Handshake(SSLProtocol):
 def configure(app: ASGIApp, *, lifespan: bool = True) -> uvicorn.Config:
     """Return the configuration of an application's server; all our servers use it.
 
-    ``app`` is behind its :class:`~miburi.serving.access.Gate`.
+    ``app`` is behind its :class:`~miburi.serving.access.Gate`; with ``lifespan`` it is told of the
+    server's start and end.
     """
 
     async def known(scope: Scope, receive: Receive, send: Send) -> None:
@@ -209,7 +210,7 @@ def configure(app: ASGIApp, *, lifespan: bool = True) -> uvicorn.Config:
 
 
 def _tells_more_than_the_end(record: logging.LogRecord) -> bool:
-    """Return False for requests that the server's end has cancelled."""
+    """Return False for requests that were cancelled because the server ended: that is no error."""
     error = record.exc_info[1] if record.exc_info else None
     cancels = str(record.msg).startswith("Cancel %s running task(s)")
     return not (cancels or isinstance(error, asyncio.CancelledError))
@@ -234,9 +235,9 @@ async def listen_encrypted(
 
 
 class Passage:
-    """The server's end of the socket to a reception.
+    """The server's end of the socket that connects it to a reception.
 
-    ``end`` is a non-blocking Unix socket; ``server`` has started; ``context`` encrypts https.
+    ``end`` is a non-blocking Unix socket, ``server`` has started, and ``context`` encrypts https.
     """
 
     def __init__(

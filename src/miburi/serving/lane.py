@@ -14,7 +14,7 @@ from miburi.serving.heads import RefusedError
 from miburi.serving.press import BY, PRESS, Press, press
 from miburi.serving.relay import Guest
 
-#: Interval between two heartbeats, s, and time after which a Stop counts as undelivered, s (our
+#: The time between two heartbeats, and the time after which a Stop counts as undelivered, in s (our
 #: choice).
 BEAT, SILENCE = 1.0, 1.0
 _WISHES = {b"upgrade", b"expect"}
@@ -27,14 +27,15 @@ class Lane:
     Parameters
     ----------
     partner
-        The connection to the partner's process. Each message has the time and the press of a Stop,
-        or is None as a heartbeat; None comes back once it has been handled.
+        The connection to the partner's process. Each message to it has the time and the press of a
+        Stop, or is None as a heartbeat. The process answers each message with None once it has
+        handled it.
     gate
         Decides who may stop the partner.
     answer
         Answers a client with a status and a message.
     clock
-        Returns the time, s, on a clock that all processes share.
+        Returns the time in s, on a clock that all processes share.
     """
 
     def __init__(
@@ -52,7 +53,7 @@ class Lane:
         self._told = -math.inf  # so that the first heartbeat is due
 
     def lets_in(self, guest: Guest, head: bytes) -> bool:
-        """Whether this is a Stop that the gate lets in; all else is for the server."""
+        """Whether this is a Stop that the gate lets in; the server answers everything else."""
         reader = h11.Connection(h11.SERVER, HEADERS)
         try:
             reader.receive_data(head)
@@ -63,7 +64,7 @@ class Lane:
             return False  # it brings a body
         headers = [*request.headers]
         if request.http_version != b"1.1" or not _WISHES.isdisjoint(dict(headers)):
-            return False  # more than a Stop
+            return False  # the client asks for more than a Stop
         guest.ends = reader.their_state is h11.MUST_CLOSE
         known = {name: value.decode("latin-1") for name, value in headers}
         guest.origin = self._gate.origin_of(STOP, known)
@@ -89,7 +90,10 @@ class Lane:
         return True
 
     def stop(self, guest: Guest) -> None:
-        """Send a client's Stop; Stops during an unanswered one share the next message."""
+        """Send a client's Stop.
+
+        Stops that arrive before the partner's answer are sent together in the next message.
+        """
         self._waiting.append(guest)
         self._send()
 

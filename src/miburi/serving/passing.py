@@ -18,7 +18,7 @@ _SIZE = 256
 
 
 class Note(NamedTuple):
-    """A connection: protocol, its request's arrival, s, and addresses of client and server."""
+    """About a connection: its protocol, when its request arrived (in s), and both addresses."""
 
     kind: bytes
     came: float
@@ -46,7 +46,7 @@ def pass_on(passage: socket.socket, line: int, note: Note) -> bool:
 
 
 def taken_in(passage: socket.socket, most: int) -> Iterator[Passed | None]:
-    """Yield up to ``most`` connections that wait in a socket; None if its other end is closed."""
+    """Yield up to ``most`` connections that wait in a socket; None once its other end is closed."""
     for _ in range(most):
         try:
             words, lines, _, _ = socket.recv_fds(passage, _SIZE, 1)

@@ -1,8 +1,8 @@
 """Who presses Stop, and who may end it.
 
-A Stop counts as a person's unless it names a program, so a home-made button can send a bare Stop. A
-release counts as a program's unless it comes from a page, or from another place where a person
-acts.
+A Stop counts as a person's unless it says that a program pressed it, so a home-made button can send
+a bare Stop. A release counts as a program's unless it comes from a page or another place where a
+person acts.
 """
 
 from datetime import datetime
@@ -14,13 +14,14 @@ from miburi.errors import BodyError
 BY = "miburi-by"
 #: The header with the id of a press that a page sends twice, so that the copy is recognised.
 PRESS = "miburi-press"
-#: The length of the random id (our choice).
+#: How many characters the id may have; they are random, so that no two presses share one (our
+#: choice).
 _DRAWN = range(16, 65)
-#: A person at a page or a terminal; a smart home; an agent (MCP); ROS; a program that uses
-#: :mod:`miburi.client.remote`; or the partner itself, when nobody can reach it.
+#: Who presses: a person at a page or a terminal; a smart home; an agent (MCP); ROS; a program that
+#: uses :mod:`miburi.client.remote`; or the partner itself, when nobody can reach it.
 By = Literal["person", "home", "agent", "ros", "program", "partner"]
-#: Programs may release a Stop by one of these. They may not release a Stop by an agent or ROS,
-#: after which people expect somebody to look at the body.
+#: Programs may release a Stop that one of these pressed. They may not release a Stop by an agent or
+#: by ROS: after one, people expect somebody to look at the body before it is released.
 _PROGRAMS_MAY_END = ("program", "partner")
 _NAMES = {
     "person": "a person", "home": "the smart home", "agent": "an assistant", "ros": "ROS",
@@ -32,7 +33,7 @@ _HELD = (
 
 
 def who(claim: str) -> By:
-    """Return who presses Stop, by a request's claim; an unknown claim counts as a person's."""
+    """Return who presses Stop, as a request claims; an unknown claim counts as a person's."""
     for known in get_args(By):
         if claim == known != "partner":
             return known  # type: ignore[no-any-return]
@@ -42,12 +43,12 @@ def who(claim: str) -> By:
 class Press(NamedTuple):
     """One press of Stop, or several that are handled as one.
 
-    A page sends each press by two routes, because one may be blocked. The second copy must not
-    count as a Stop after the person's release.
+    A page sends each press by two routes, because one of them may be blocked. The second copy to
+    arrive must not count as a Stop that was pressed after the person's release.
     """
 
     by: By = "person"
-    #: The ids of the presses; None if one of them has no id.
+    #: The ids of the presses that are joined here; None if one of them has no id.
     names: frozenset[str] | None = None
 
     @staticmethod
@@ -89,7 +90,7 @@ class Hold:
 
     def __init__(self, *, programs_may_release: bool = False) -> None:
         self._programs_may_release = programs_may_release
-        self._by: By | None = None  # None without a press
+        self._by: By | None = None  # None while nobody has pressed
 
     @property
     def by(self) -> By | None:

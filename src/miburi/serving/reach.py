@@ -17,7 +17,7 @@ class Reach:
     """
 
     addresses: tuple[str, ...] = ()  # the likeliest first
-    keys: Keys | None = None
+    keys: Keys | None = None  # one for each device, and the token
     authority: bytes | None = None  # the local authority's certificate, PEM, if there is https
     fingerprint: str = ""  # its SHA-256, as phones show it
 
@@ -30,7 +30,7 @@ class Reach:
 def pairing_url(address: str, token: str, page: str = "/") -> str:
     """Return the address that pairs a device and opens ``page``.
 
-    Browsers do not send the token, after the ``#``, so no log can keep it.
+    The token comes after the ``#``. Browsers do not send that part, so no log can keep it.
     """
     return f"{address}{PAIRING}#{token}{page}"
 

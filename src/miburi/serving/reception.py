@@ -7,7 +7,8 @@ the client (:mod:`miburi.serving.relay`); this process keeps the connection. So 
 for the server, even over a connection that was kept open, and silent connections cost the server
 nothing. If there are too many connections, the reception closes one (:mod:`miburi.serving.crowd`).
 
-Over https only the server can read a head, so a Stop waits there like any other request.
+Over https only the server, which has the keys, can read a head, so a Stop waits there like any
+other request.
 
 Windows cannot send open files to another process; there the server itself listens.
 """
@@ -36,8 +37,8 @@ from miburi.serving.relay import Guest, answer_of
 
 #: The number of this process's files other than connections.
 _OWN_FILES = 64
-#: How many connections are accepted, and how many passed on, before other connections, which may
-#: carry a Stop, get a turn.
+#: How many connections are accepted, and how many are passed on, before other connections get a
+#: turn: one of them may carry a Stop.
 _AT_ONCE, _PASSED_AT_ONCE = 64, 16
 _GLANCE = 0.25
 _END = re.compile(rb"\n\r?\n")
@@ -54,7 +55,10 @@ def receive(
     keys: Keys | None,
     origins: frozenset[str],
 ) -> None:
-    """Run the reception, in its own process, until the partner's process has ended."""
+    """Run the reception, in its own process, until the partner's process has ended.
+
+    The parameters are those of :class:`Reception` and of its gate.
+    """
     come_first(apart=True)
     import resource  # absent on Windows, which has no reception
 
@@ -84,7 +88,7 @@ class Reception:
     gate
         Decides who may stop the partner.
     most
-        The most open files: one for each connection, and two for a relayed one.
+        How many files may be open: one for each connection, and two for a relayed one.
     clock
         Returns the time in s, on the clock that all processes share.
     """
@@ -142,7 +146,7 @@ class Reception:
         self._selector.register(what, selectors.EVENT_READ, do)
 
     def _attend(self, guest: Guest) -> None:
-        """Register the events for which a connection and its relay wait next."""
+        """Register the events that a connection, and its relay if there is one, wait for next."""
         if guest.closed:
             return
         self._await(guest.line, guest.line_wants, partial(self._hear, guest))
@@ -217,7 +221,7 @@ class Reception:
         self._go_on(guest, gone=gone)
 
     def _go_on(self, guest: Guest, *, gone: bool) -> None:
-        """Close a finished connection, or register its next events."""
+        """Close a finished connection, or register the events that it waits for next."""
         if not guest.silent:
             self._crowd.has_spoken(guest)
         if gone or (guest.ends and guest.resting):
@@ -275,7 +279,7 @@ class Reception:
         answer = b""
         if guest.waits or guest.relay is not None:  # the client did not wait for an earlier answer
             if guest.begun:
-                return  # the server gets it, too, and stops the body once more
+                return  # the server gets this Stop, too, and stops the body once more
             bare = guest.head.startswith(b"HEAD ")
             if guest.relay is not None:
                 self._crowd.give_file()

@@ -5,9 +5,10 @@ the server gets one end of a pair of Unix sockets, answers there, and closes it:
 
     client ══ line ══ Guest ══ relay ══ server
 
-Up to 64 KiB of a response are held back until the server has closed its side, so that the client's
-next request is read here. A connection whose request lasts, or has no visible end (https,
-WebSockets, bodies in chunks), is relayed as raw bytes until either side closes.
+Up to 64 KiB of a response are held back until the server has closed its side. So once a client has
+its response, the relay has ended, and the client's next request is read here. A connection whose
+request lasts, or whose end cannot be seen from here (https, WebSockets, bodies in chunks), is
+relayed as raw bytes until either side closes.
 """
 
 import json
@@ -25,7 +26,7 @@ from miburi.serving.access import EVENTS, HEADERS, SAFE_HEADERS
 from miburi.serving.origins import cors
 from miburi.serving.passing import ENCRYPTED
 
-#: The most bytes of a read, and of a response that is held back (our choice).
+#: How many bytes are read at once, and how many of a response are held back (our choice).
 _PIECE = 65_536
 _WISHES = {b"upgrade", b"expect", b"transfer-encoding"}
 
@@ -33,9 +34,10 @@ Address = tuple[str, int]
 
 
 class Framing(NamedTuple):
-    """The bytes of a request's body, infinite if unknown; whether the connection then ends.
+    """How a request ends.
 
-    ``lasts`` is true for a WebSocket or a stream of events.
+    ``body`` is the number of bytes of its body, infinite if unknown; ``ends`` tells whether the
+    connection ends with it. ``lasts`` is true for a WebSocket or a stream of events.
     """
 
     body: float
@@ -69,11 +71,11 @@ class Guest:
     line: socket.socket  # the client's, which never blocks
     client: Address
     kind: bytes  # what the client speaks
-    since: float  # the time when it opened, or last began or ended a request, s
+    since: float  # when it opened, or last began or ended a request, in s
     #: Whether the head of a request or, over https, the end of the handshake is still to come.
     silent: bool = True
     known: bool = False  # whether it was answered before
-    stop: int = 0  # length of an unanswered Stop, which is still in the socket, bytes
+    stop: int = 0  # bytes of a Stop that has not been answered, and is still in the socket
     ends: bool = False  # whether the connection will be closed after the response
     origin: str | None = None  # the cross-site origin of a Stop, if it may press Stop
     apart: bool = False  # a WebSocket or a stream of events, which the gate counts
@@ -115,12 +117,12 @@ class Guest:
         return not self._out, bool(self._back)
 
     def wait(self, head: int) -> None:
-        """Keep a head of ``head`` bytes for the server; 0 if it cannot be read."""
+        """Keep a request's head, of ``head`` bytes, for the server; 0 if it cannot be read."""
         self.head = (_receive(self.line, head) if head else None) or b""
         self.waits, self.looked, self.begun = True, False, False
 
     def begin(self, relay: socket.socket) -> None:
-        """Start to relay the waiting request."""
+        """Start to relay the waiting request, and what follows it."""
         relay.setblocking(False)
         framing = frame(self.head) if self.head else Framing(math.inf, ends=True)
         self.relay, self.waits, self.apart = relay, False, framing.lasts
@@ -193,7 +195,7 @@ class Guest:
 
 
 def _receive(line: socket.socket, most: int) -> bytes | None:
-    """Return received bytes, b"" at the end; None without any yet."""
+    """Return received bytes, b"" at the end; None if there are none yet."""
     try:
         return line.recv(most)
     except BlockingIOError:
@@ -216,7 +218,7 @@ def _send(line: socket.socket, waiting: bytearray) -> bool:
 
 
 def answer_of(status: int, words: str, *, ends: bool, origin: str | None = None) -> bytes:
-    """Return the bytes of the reception's own answer."""
+    """Return the bytes of an answer that the reception itself gives."""
     body = json.dumps({"detail": words}).encode() if words else b""
     headers = [(b"date", formatdate(usegmt=True).encode()), *SAFE_HEADERS]
     if origin is not None:

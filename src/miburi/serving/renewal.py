@@ -23,7 +23,7 @@ EVERY = 60.0
 def reach_of(listeners: Listeners, folder: Path, now: datetime) -> tuple[Reach, Path | None]:
     """Return the addresses, with keys and authority, and with https the certificate's file.
 
-    The token and certificates in ``folder`` are made if missing.
+    The token and the certificates are kept in ``folder``; missing ones are made.
 
     Raises the errors of :func:`miburi.serving.authority.kept_certificates`.
     """
@@ -65,7 +65,7 @@ class Renewal:
         self._trouble = ""
 
     def look(self, now: datetime) -> None:
-        """Renew the addresses and certificate as of ``now``; report a repeated failure once."""
+        """Renew what is out of date at ``now``; a failure is reported once, and tried again."""
         try:
             self._renew(now)
         except (MiburiError, OSError) as error:
