@@ -1,8 +1,8 @@
-"""The door for agents: MCP tools for feelings and gestures, without control of joints.
+"""The interface for agents: MCP tools for feelings and gestures, without control of joints.
 
 An agent can make the partner feel something, request a gesture, and read events. It can stop the
-body, but only a person can release it. Only the latest of several wishes counts. The answer tells
-if the body is busy, paused or stopped; that is no error.
+body, but only a person can release it. Only the latest of several wishes counts: they do not queue
+up. If the body is busy, paused or stopped, the answer says so in words; that is no error.
 
 The tools use an :class:`~miburi.client.asker.Asker`, so they work inside the server, at ``/mcp``,
 and over standard input and output, as ``miburi mcp``, which forwards requests to a server.
@@ -58,7 +58,8 @@ except ModuleNotFoundError as error:
 
 #: Wishes per second, and in a burst, from all agents together (our choice).
 RATE, BURST = 2.0, 8.0
-#: Interval between two checks of a gesture, and the longest wait for its end, s (our choice).
+#: The time between two checks of a gesture, and how long an agent waits for its end, in s (our
+#: choice).
 _GLANCE, _PATIENCE = 0.1, 25.0
 #: The most events in one answer.
 _TOLD = 40
@@ -86,8 +87,8 @@ _REPLACED = "It did not begin: a newer wish has taken its place."
 Parameters = ParamSpec("Parameters")
 Answer = TypeVar("Answer")
 Strength = Annotated[Share, Field(description="0 to 1")]
-#: The tools, in an agent's order, and whether each only reads. Hints that repeat MCP's defaults are
-#: left out, because a model may read every word.
+#: The tools, in the order in which an agent sees them, and whether each only reads. Hints that
+#: repeat MCP's defaults are left out, because a model may read every word of them.
 _TOOLS = {
     "feel": False,
     "say": False,
@@ -136,7 +137,7 @@ class _StrictTool(Tool):
 
 
 def make_agents(partner: Asker, clock: Callable[[], float] = time.monotonic) -> MCPServer:
-    """Return the server of tools and resources, without a transport; ``clock`` returns s."""
+    """Return the server of tools and resources, not yet on a transport; ``clock`` returns s."""
     tools = _Tools(partner, Allowance(RATE, BURST, clock))
     server = MCPServer(
         "miburi",
@@ -156,7 +157,7 @@ def make_agents(partner: Asker, clock: Callable[[], float] = time.monotonic) -> 
 
 
 def add_agents(app: FastAPI, clock: Callable[[], float] = time.monotonic) -> None:
-    """Serve agents at ``/mcp`` while the server runs."""
+    """Serve agents at ``/mcp`` while the server runs; a gate must guard it."""
     server = make_agents(Asker.within(app, "agent"), clock)
     inner = server.streamable_http_app(
         streamable_http_path=AGENTS,
@@ -193,7 +194,10 @@ def _in_words(
 def _wish(
     work: Callable[Concatenate["_Tools", Parameters], Awaitable[str]],
 ) -> Callable[Concatenate["_Tools", Parameters], Awaitable[str]]:
-    """Limit the rate of wishes, and answer the body's refusals, which are no mistakes, in words."""
+    """Limit the rate of wishes, and answer with a reason if the body refuses one now.
+
+    A refusal by the body is an answer, not an error: the agent made no mistake.
+    """
 
     @wraps(work)
     async def answer(
@@ -210,7 +214,7 @@ def _wish(
 
 
 class _Tools:
-    """The tools; agents read each docstring as a description."""
+    """The tools; agents read each method's docstring as the tool's description."""
 
     def __init__(self, partner: Asker, wishes: Allowance) -> None:
         self._partner, self.wishes = partner, wishes

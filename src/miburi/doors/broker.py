@@ -1,7 +1,7 @@
 """An MQTT broker: its address and credentials.
 
-The password comes from the environment or from a file: every user of the computer could read a
-command line.
+The password comes from the environment or from a file, never from the command line, where every
+user of the computer could read it.
 """
 
 import asyncio
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     import aiomqtt
 
 
-#: The variable with the password; with _FILE appended, the one with the name of its file.
+#: The variable with the password; with _FILE appended, the variable with the name of its file.
 PASSWORD = "MIBURI_BROKER_PASSWORD"  # noqa: S105 a name, not a password
 _PORTS = {"mqtt": 1883, "mqtts": 8883}
-#: Keep-alive, s: after one and a half times this, the broker considers a silent partner lost.
+#: Keep-alive, in s: after one and a half times this, the broker considers a silent partner lost.
 _KEEP_ALIVE = 10
 #: The first and the longest wait for an unreachable broker, s (our choice).
 _FIRST_PAUSE, _LONGEST_PAUSE = 1.0, 30.0
@@ -111,10 +111,10 @@ async def stay_at(
     will: "aiomqtt.Will | None" = None,
     admit: Callable[[], Awaitable[None]] | None = None,
 ) -> None:
-    """Stay connected to a broker until cancelled; report a lost connection, and reconnect.
+    """Stay connected to a broker until cancelled; say why a connection ended, and reconnect.
 
-    ``admit`` raises an error if we must not connect; ``live`` uses each connection. If we vanish
-    without disconnecting, the broker publishes our ``will``.
+    Before each connection, ``admit`` raises an error if we must not connect; ``live`` then uses the
+    connection until it ends. If we vanish without disconnecting, the broker publishes our ``will``.
     """
     pause = _FIRST_PAUSE
     while True:

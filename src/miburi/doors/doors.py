@@ -1,8 +1,8 @@
-"""The interfaces besides HTTP that a user can switch on.
+"""The doors: interfaces besides HTTP that a user can switch on.
 
 A door's libraries come with an extra of the package, and are loaded when it is opened. Another
-package may ship a door, too: a function of the application and the partner, as an entry point of
-the group ``miburi.doors``.
+package may ship a door, too: a function that takes the application and the partner, as an entry
+point of the group ``miburi.doors``.
 """
 
 from dataclasses import dataclass, field
@@ -32,10 +32,10 @@ class Doors:
     agents: bool = False  # whether agents may connect (MCP)
     broker: Broker | None = None  # a home's broker, if any
     name: str = "miburi"  # the partner's name there
-    talk: Endpoint | None = None  # the language model; None: built-in answers
+    talk: Endpoint | None = None  # the language model that answers; None: built-in answers
     ros: RosNetwork | None = None  # the network of ROS 2 nodes, if any
-    voice: Synthesizer | None = None  # None: the pages' devices speak
-    care: Care = field(default_factory=Care)  # the words for somebody in distress
+    voice: Synthesizer | None = None  # speaks its words; None: the pages' devices do
+    care: Care = field(default_factory=Care)  # chooses the words for somebody in distress
     origins: frozenset[str] = frozenset()  # other origins whose pages may use the interface
     seed: int = 0  # for choosing among built-in answers
     packages: tuple[str, ...] = ()  # the names of other packages' doors
@@ -43,8 +43,8 @@ class Doors:
     def need(self) -> None:
         """Check that the libraries of all open doors are installed.
 
-        Raises InputError if no installed package ships a door in ``packages``; MiburiError if a
-        library is not installed.
+        Raises InputError if no installed package ships one of the ``packages``' doors; MiburiError
+        if a library is not installed.
         """
         shipped = {each.name: each.module for each in entry_points(group=_OTHERS)}
         for name in self.packages:

@@ -1,7 +1,7 @@
 """A fleet: all partners at one broker, or in one group there, and Stop for one or all.
 
-The broker keeps each partner's last report, and reports a partner that is gone as ``offline``. This
-module needs the extra ``mqtt``.
+The broker does the work: it keeps each partner's last report, and says ``offline`` for a partner
+that is gone. This module needs the extra ``mqtt``.
 """
 
 import asyncio
@@ -24,7 +24,7 @@ except ModuleNotFoundError as error:
     raise needs_extra("mqtt", error) from error
 
 
-#: The largest fleet; more partners are left out (our choice).
+#: How many partners a fleet may have; more are left out (our choice).
 LARGEST = 2000
 #: How long to wait for the broker's stored messages, and for the bodies to stop, s (our choice).
 _GREETING, _PATIENCE = 5.0, 5.0
@@ -62,7 +62,8 @@ class Fleet:
         self._reports: dict[str, HomeReport] = {}
         #: Whether there are more partners than are known here.
         self.overfull = False
-        #: Set while connected; and set once all the broker's retained messages have arrived.
+        #: Two events: set while connected; and set once all messages that the broker retains have
+        #: arrived.
         self.met, self.greeted = asyncio.Event(), asyncio.Event()
         self._echo = Topics(broker.path(f"fleet-{token_hex(4)}")).here
 
@@ -172,7 +173,7 @@ async def stop_and_look(broker: Broker, name: str = ALL) -> tuple[list[str], lis
     """Stop one partner or all; return the names that report that they are held, and the others.
 
     Raises InputError if there is no such partner; UnreachableError if the broker cannot be reached,
-    or has no partner, or more than ``LARGEST``.
+    or knows no partner, or more than ``LARGEST``.
     """
     fleet = Fleet(broker)
     async with listening_to(fleet):

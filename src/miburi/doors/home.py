@@ -1,9 +1,9 @@
-"""The door for homes: the partner reports to an MQTT broker and accepts a few commands.
+"""The home-automation interface: the partner reports to an MQTT broker, and accepts commands.
 
-Home Assistant finds it through MQTT discovery. Each stop and each event of distress is reported at
-least once, even if the broker or the partner was away. Reports are rare, because a home system
-stores each of them. The last will reports that the partner is gone. The commands are feel, say and
-stop; none releases the body. Refusals are published on a separate topic.
+Home Assistant finds the partner through MQTT discovery. Each stop and each event of distress is
+reported at least once, even if it happened while the broker or the partner was away. Reports are
+rare, because a home system stores each of them. The last will says that the partner is gone. The
+commands are feel, say and stop; none releases the body. Refusals are published on a separate topic.
 
 This module needs the extra ``mqtt``.
 """
@@ -49,19 +49,19 @@ except ModuleNotFoundError as error:
 BIRTH = "homeassistant/status"
 #: Wishes per second, and in a burst, not counting Stop (our choice).
 RATE, BURST = 5.0, 10.0
-#: Interval between two polls of the partner, s (our choice).
+#: The time between two polls of the partner, in s (our choice).
 _PERIOD = 0.25
 _ONLINE, _OFFLINE = "online", "offline"
 #: Refusals published per second, and in a burst: no more than a person can read (our choice).
 _TOLD_RATE, _TOLD_BURST = 1.0, 10.0
-#: Rates of reports, 1/s, for values that change often, and for urgent ones; and their burst: at
-#: most ten reports a minute, not counting Stops (our choice).
+#: How many reports per second may be published of values that change often, and of urgent ones; and
+#: how many of each in a burst. That makes at most ten a minute, not counting Stops (our choice).
 _REPORT_RATE, _URGENT_RATE, _REPORT_BURST = 3 / 60, 3 / 60, 2.0
 #: The history's key for the last event reported to the broker.
 _WHO = "home"
-#: How long another partner of the same name may take to answer, s (our choice).
+#: How long, in s, to wait for an answer when asking whether a name is taken (our choice).
 _ANSWER = 1.5
-#: How long to wait at startup for the broker, s (our choice).
+#: How long, in s, to wait at startup for a broker that does not answer (our choice).
 _PATIENCE = 4.0
 
 
@@ -82,13 +82,13 @@ def add_home(
     studio
         The address at which other devices reach the partner's pages.
     clock
-        Returns the time, s.
+        Returns the time in s, for the rates of wishes and reports.
     """
     about = About(broker.path(name), partner.robot.name, studio)
     home = _Home(Asker.within(app, "home"), partner.history, about, clock)
 
     async def admit() -> None:
-        # Two partners of one name would keep disconnecting each other; Stop would reach only one.
+        # Two partners with one name would keep disconnecting each other; Stop would reach only one.
         if await _is_taken(broker, about.name, home.instance):
             raise InputError(
                 f"another partner has taken the name {about.name!r} there, so this one is not "
@@ -100,7 +100,7 @@ def add_home(
 
 
 async def check_free(broker: Broker, name: str) -> None:
-    """Check that no other partner uses a name, unless the broker cannot be reached.
+    """Check that no other partner uses a name; if the broker cannot be reached, do nothing.
 
     Raises InputError if another partner uses the name; the message proposes a free one.
     """
@@ -147,7 +147,7 @@ class _Home:
         self._refusals, self._unsaid = Allowance(_TOLD_RATE, _TOLD_BURST, clock), 0
         self._topics = Topics(about.name)
         group, _, _ = about.name.rpartition("/")
-        #: The topics that stop all partners, or all of its group.
+        #: The topics that stop all partners, or all partners of its group.
         self._stops_of_all = {Topics(ALL).stop, Topics(f"{group}/{ALL}" if group else ALL).stop}
         #: Distinguishes the partner from another of the same name.
         self.instance = secrets.token_hex(8)
@@ -161,7 +161,7 @@ class _Home:
 
     @property
     def will(self) -> Will:
-        """The broker's message if we vanish without disconnecting."""
+        """The message that the broker publishes if we vanish without disconnecting."""
         return Will(self._topics.available, _OFFLINE, qos=1, retain=True)
 
     async def live(self, client: Client) -> None:
@@ -224,7 +224,7 @@ class _Home:
         before = self._reported
         if report == before:
             return False
-        if before is None or report.held != before.held:  # a fleet's Stop waits for this
+        if before is None or report.held != before.held:  # a fleet waits to see who has stopped
             return True
         if (report.stopped, report.paused) != (before.stopped, before.paused):
             return self._urgent.take("all")

@@ -35,12 +35,12 @@ class About:
 
 
 def cut(payload: object) -> bytes:
-    """Return at most the greatest length of a payload."""
+    """Cut a payload to the greatest length, so that an oversized one is never parsed whole."""
     return payload[:_LONGEST] if isinstance(payload, bytes) else b""
 
 
 def discovery_topic(about: About) -> str:
-    """Return the topic of a partner's discovery message."""
+    """Return the topic of the message by which Home Assistant finds a partner."""
     group, _, name = about.name.rpartition("/")
     return f"homeassistant/device/{group + '/' if group else ''}miburi-{name}/config"
 

@@ -1,7 +1,7 @@
-"""The door for laboratories: the partner talks to ROS 2 nodes over DDS, without ROS installed.
+"""The interface for laboratories: the partner talks to ROS 2 nodes over DDS, without ROS installed.
 
-It publishes its joints at each step, its frames, description, expression and diagnostics. It
-accepts commands (feel, say, a face's expression, stop), of which none releases a stopped body. Only
+It publishes its joints at each step, its frames, description, expression, and why it stopped. It
+accepts commands (feel, say, a face's expression, stop); none of them releases a stopped body. Only
 the latest of several wishes on a topic counts. A reader that stops reading does not block anything.
 
 This module needs the extra ``ros``.
@@ -64,12 +64,12 @@ except ModuleNotFoundError as error:
 
 #: Commands per second, and the largest burst, not counting Stop (our choice).
 RATE, BURST = 5.0, 10.0
-#: Interval between two polls, s; each publishes every step since the last one.
+#: The time between two polls of the partner, in s; each publishes every step since the last one.
 _PERIOD = 0.01
 _LOG = logging.getLogger(__name__)
-#: Interval between two diagnoses without a change, s (diagnostic_updater's default).
+#: The time between two diagnoses while nothing changes, in s (diagnostic_updater's default).
 _DIAGNOSIS = 1.0
-#: Time before a failed door is reopened, s (our choice).
+#: How long, in s, after a failure the connection is opened again (our choice).
 _PAUSE = 5.0
 #: The longest wish, characters.
 _LONGEST = 4_000
@@ -108,7 +108,8 @@ def add_ros(
 ) -> None:
     """Publish a partner's state on a ROS network, and take wishes there, while the server runs.
 
-    After a failure, which is logged, the door is opened again.
+    After a failure, which is logged, the connection is opened again. ``clock`` returns the time in
+    s, for the rate of wishes.
     """
     asker = Asker.within(app, "ros")
 
@@ -129,7 +130,10 @@ def add_ros(
 
 
 class _Inlet(Generic[_Message]):
-    """A topic for wishes; only the newest of those that arrive while one is forwarded is kept."""
+    """A topic for wishes.
+
+    While one wish is being forwarded, only the newest of those that arrive is kept.
+    """
 
     def __init__(
         self,
@@ -280,7 +284,7 @@ class _Door:
 
     async def _show(self, wish: ExpressionMsg) -> None:
         gesture = read_expression(wish)
-        if self._partner.snapshot.state.held:  # else the wish would wait, unknown to the sender
+        if self._partner.snapshot.state.held:  # else it would wait, and the sender would not know
             raise BodyError("nothing was done: the body is stopped until a person releases it.")
         if gesture is None:  # neutral ends the current performance
             ahead = LookAct(do="look", at="user", seconds=1.0)
@@ -290,7 +294,7 @@ class _Door:
 
 
 def _endpoint(qos: Qos, kind: type[IdlStruct]) -> Qos:
-    """Return a QoS with the hash of the type, which ROS advertises since Iron."""
+    """Return a writer's or reader's QoS with the hash of its type, as ROS does since Iron."""
     return Qos(Policy.Userdata(f"typehash={type_hash(kind)};".encode()), base=qos)
 
 

@@ -44,7 +44,7 @@ class Place(NamedTuple):
     arousal: float
 
 
-#: The words are our choice from hri_msgs/Expression. Valence and arousal are people's ratings of
+#: We chose the words from those of hri_msgs/Expression. Valence and arousal are people's ratings of
 #: happy, sad, terrified, fearful, excited, disgusted, angry and surprised (pleasure and arousal in
 #: Russell and Mehrabian 1977, "Evidence for a three-factor theory of emotions", Journal of Research
 #: in Personality 11).
@@ -72,7 +72,7 @@ def joint_state(stamp: int, angles: Sequence[float], velocities: Sequence[float]
 def frames(
     links: Sequence[shape.Link], network: RosNetwork, stamp: int, angles: Sequence[float]
 ) -> TFMessageMsg:
-    """Return each link's transform from its parent, as robot_state_publisher does."""
+    """Return where each link is relative to its parent, as robot_state_publisher does."""
     return _transforms(network, stamp, shape.frames(links, angles))
 
 
@@ -162,7 +162,7 @@ def _values(values: Mapping[str, object]) -> list[KeyValueMsg]:
 def express(stamp: int, shown: Expressed | None) -> ExpressionMsg | None:
     """Return the feeling felt or shown, with valence and arousal scaled by its mood.
 
-    It is None for a feeling that a user has added, as ROS4HRI has no word for it.
+    Return None for a feeling that a user has added, as ROS4HRI has no word for it.
     """
     if shown is None:
         return ExpressionMsg(_header(stamp), NEUTRAL_WORD, 0.0, 0.0, 1.0)
@@ -180,7 +180,7 @@ def read_expression(wish: ExpressionMsg) -> ExpressIn | None:
     select the feeling with the nearest direction. Their length is the intensity. The confidence is
     ignored.
 
-    Raises InputError if it has neither or an unknown word, or its values are out of range.
+    Raises InputError if it has neither, has an unknown word, or its values are out of range.
     """
     length = hypot(wish.valence, wish.arousal)
     if not length <= hypot(1, 1):

@@ -21,7 +21,8 @@ LARGEST_DOMAIN = 232
 _LARGEST_MESSAGE = 200_000
 #: The number of participants to look for on this computer, the same as in rmw_cyclonedds.
 _PARTICIPANTS = 32
-#: Interval between two announcements, s (our choice), and so the longest wait of a new node.
+#: The time between two announcements, in s (our choice): a node that starts later waits no longer
+#: than this.
 _ANNOUNCED = 2
 _HERE = (
     '<General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>'
@@ -34,7 +35,7 @@ class RosNetwork:
     """A DDS domain, and a partner's namespace in it."""
 
     domain: int = 0
-    everywhere: bool = False  # on the whole network, not only on this computer
+    everywhere: bool = False  # whether the whole network hears it, not only this computer
     name: str | None = None  # the partner's name; None: its topics have no namespace
     more: str = ""  # further configuration of Cyclone DDS, from CYCLONEDDS_URI
 
@@ -75,7 +76,7 @@ def _peers() -> str:
 
 
 def find_ros(name: str | None = None, environment: Mapping[str, str] = os.environ) -> RosNetwork:
-    """Return the network from ROS's variables.
+    """Return the network that ROS's environment variables describe.
 
     The partner's ``name`` becomes the namespace, with _ for -.
 

@@ -1,4 +1,4 @@
-"""The messages of rmw_dds_common by which ROS, since Iron, lists a DDS participant's nodes.
+"""The messages of rmw_dds_common with which ROS (since Iron) lists a DDS participant's nodes.
 
 This module needs the extra ``ros``.
 """

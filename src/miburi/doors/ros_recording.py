@@ -37,7 +37,8 @@ _Timed = tuple[str, IdlStruct]
 _Content = TypeVar("_Content", bound=BaseModel)
 #: Recorded frames have no namespace.
 _NOWHERE = RosNetwork()
-#: rosbag2's mark of a topic whose last message a player keeps for late subscribers.
+#: How rosbag2 marks a topic whose last message is kept for late subscribers, so that a player keeps
+#: it, too.
 _EVER = "{sec: 9223372036, nsec: 854775807}"
 _KEPT = (
     "- {history: 1, depth: 1, reliability: 1, durability: 1, "
@@ -124,7 +125,7 @@ class _Bag:
         writer.start(profile=Profile.ROS2, library=f"miburi {__version__}")
 
     def write(self, time: int, topic: str, message: IdlStruct, qos: str = "") -> None:
-        """Write a message with its time, ns."""
+        """Write a message with its time in ns."""
         kind = type(message)
         if kind not in self._schemas:
             self._schemas[kind] = self._writer.register_schema(

@@ -42,7 +42,10 @@ _HASHES = {
 
 @dataclass_transform()
 def ros_message(kind: type[_Message]) -> type[_Message]:
-    """Make a class a ROS 2 message: a final type with consecutive ids, so plain CDR."""
+    """Make a class a message as ROS 2 sends it: plain CDR with its members in order.
+
+    That is a final type with consecutive ids.
+    """
     return annotations.final(annotations.autoid("sequential")(dataclass(kind)))
 
 

@@ -7,14 +7,17 @@ from miburi.live.state import MotorsOut, State
 from miburi.safety.stop import StopReason
 from miburi.senses.kinds import Distress
 
-#: The reported feeling if none is strong enough.
+#: What is reported as the feeling if none is strong enough.
 NEUTRAL = "neutral"
 #: The name under which all partners listen for Stop.
 ALL = "all"
 
 
 class Topics:
-    """The topics of one partner, named ``GROUP/NAME`` in a group; with ``+``, of all partners."""
+    """The topics of one partner; the name ``+`` stands for every partner.
+
+    A partner in a group is named ``GROUP/NAME``.
+    """
 
     def __init__(self, name: str) -> None:
         base = f"miburi/{name}"
@@ -22,7 +25,7 @@ class Topics:
         self.stops, self.refused = f"{base}/stops", f"{base}/refused"
         self.distress, self.gaps = f"{base}/distress", f"{base}/gaps"
         self.feel, self.say, self.stop = f"{base}/feel", f"{base}/say", f"{base}/stop"
-        #: The topics to ask whether a partner has this name, and for its answer.
+        #: On the topic ``who``, others ask which partner has this name; it answers on ``here``.
         self.who, self.here = f"{base}/who", f"{base}/here"
 
 
