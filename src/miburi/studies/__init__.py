@@ -1,1 +1,1 @@
-"""Studies that measure Miburi: experiment, contact trials, gestures, a day; and figures."""
+"""Studies that measure Miburi (experiment, contact trials, gestures, a day), and figures."""

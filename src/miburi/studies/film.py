@@ -28,16 +28,16 @@ Picture = NDArray[np.uint8]
 
 #: The phone's screen, lit and empty.
 BLANK: Picture = np.full((FACE_PIXELS, FACE_PIXELS, 3), (212, 228, 228), dtype=np.uint8)
-#: The view of a person at the table, a little to the robot's left, degrees (our choice).
+#: The view of a person at the table, a little to the robot's left, in degrees (our choice).
 AZIMUTH, ELEVATION = 212.0, -8.0
-#: The camera looks at a point this far below the shoulders, m. So that raised arms fit, its
-#: distance is the larger of ``_BACK_OF_REACH`` times a hand's largest reach from the body's axis
-#: and ``_BACK_OF_HEIGHT`` times its largest height above the base (our choice).
+#: The camera looks at a point ``_BELOW`` m below the shoulders. So that raised arms fit, its
+#: distance is the larger of two values: ``_BACK_OF_REACH`` times a hand's largest reach from the
+#: body's axis, and ``_BACK_OF_HEIGHT`` times its largest height above the base (our choice).
 _BELOW, _BACK_OF_REACH, _BACK_OF_HEIGHT = 0.01, 0.70 / 0.19, 0.70 / 0.26
 
 
 class DrawingError(OutputError):
-    """Pictures cannot be drawn on this machine."""
+    """Pictures cannot be drawn on this machine; everything else works."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Scene:
 
 
 class Camera:
-    """Draws the robot from one viewpoint; see :func:`camera`."""
+    """Draws the robot from one viewpoint; open a camera with :func:`camera`."""
 
     def __init__(self, robot: Robot, width: int, height: int) -> None:
         meshes, files = _real_shapes(robot)
@@ -104,7 +104,7 @@ class Camera:
 
 
 def _real_shapes(robot: Robot) -> tuple[dict[tuple[str, str], str] | None, dict[str, bytes]]:
-    """Return the names and contents of the robot's shape files, if it can be built."""
+    """Return the robot's shapes, as names and contents of files, if the robot can be built."""
     solids = shapes_if_it_can_be_built(robot)
     if not solids:
         return None, {}
@@ -147,8 +147,8 @@ def write_film(
 ) -> Path:
     """Write an MP4 film of scenes with ``rate`` frames per second; ``size`` is in pixels.
 
-    Return the file: ``path`` with the suffix ``.mp4`` or, for a sheet of twelve pictures without
-    ffmpeg, ``.sheet.png``.
+    Return the file: ``path`` with the suffix ``.mp4``. Without ffmpeg, it is a sheet of twelve
+    pictures instead, with the suffix ``.sheet.png``.
 
     Raises DrawingError if this machine cannot draw; OutputError if ffmpeg fails.
     """

@@ -3,9 +3,9 @@
 :func:`conduct` takes a simulated body and a setup and returns an :class:`Experiment` with every
 stop and gesture. The robot makes a gesture every 2 s, and a human hand blocks an arm now and then.
 The paper claims that the robot stops when, and only when, it is blocked; that each encounter lowers
-the mood by 20 %; and that the gestures after it are smaller and slower. The lost mood recovers
-"within some time, at the same rhythm as the mood value" (Section 4); to show that, the feelings can
-continue after the gestures, beside the feelings of an untouched control.
+the mood by 20 %; and that the gestures after it are smaller and slower. The loss "will be able to
+be erased within some time, at the same rhythm as the mood value" (Section 4). To show that, the
+feelings can continue after the gestures, beside those of a control that nobody touched.
 """
 
 from collections import deque
@@ -36,13 +36,14 @@ from miburi.studies.experiment.setup import Setup
 from miburi.studies.experiment.visitor import Visitor
 from miburi.version import __version__
 
-#: The loop's period, s; the encoders are read twice in it.
+#: The loop's period, in s; the encoders are read twice in it.
 STEP = 0.02
-#: A contact without a stop within this time, s, counts as missed (our choice).
+#: A contact that no stop follows within this time, in s, counts as missed (our choice).
 PATIENCE = 0.3
-#: The time before each stop that the figure shows for the motor that caused it, s (our choice).
+#: How much of the time before each stop the figure shows, in s, for the motor that caused it (our
+#: choice).
 _APPROACH = 0.4
-#: The duration of healing, in time constants of the mood, and its samples (our choice).
+#: Healing lasts for this many time constants of the mood, and has this many samples (our choice).
 _HEALING, _MOMENTS = 2.0, 9
 #: A film shows every third step: about 17 pictures a second.
 STEPS_PER_FRAME = 3
@@ -76,11 +77,11 @@ class Experiment:
 
     @property
     def false_stops(self) -> int:
-        """The number of stops without a hand on the robot in the ``PATIENCE`` s before."""
+        """The number of stops that had no hand on the robot in the ``PATIENCE`` s before."""
         return sum(stop.contact_time is None for stop in self.stops)
 
     def report(self) -> dict[str, object]:
-        """Return the content of ``experiment.json``, the same for the same seed."""
+        """Return the content of ``experiment.json``: the same seed gives the same bytes."""
         errors = np.array([solution.error for solution in self.solutions]).reshape(-1, 3)
         set_to = self.setup
         return {
@@ -119,7 +120,7 @@ class Experiment:
         }
 
     def timing(self) -> dict[str, float]:
-        """Return the content of ``timing.json``, by the wall clock."""
+        """Return the content of ``timing.json``: measurements by the wall clock."""
         milliseconds = np.array(self.solve_seconds or [0.0]) * 1e3
         return {
             "ik_median_ms": round(float(np.median(milliseconds)), 4),
@@ -137,8 +138,8 @@ def conduct(
 ) -> Experiment:
     """Conduct an experiment in simulation; ``body`` must be at neutral.
 
-    ``recorder`` gets states, feelings, commands and contacts, and ``progress`` the robot's time
-    after each step.
+    ``recorder`` gets states, feelings, commands and contacts as they happen; ``progress`` is called
+    with the robot's time after each step.
 
     Raises InputError if the body is not a simulation.
     """

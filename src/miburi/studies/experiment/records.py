@@ -7,7 +7,7 @@ from miburi.robot import Array
 
 @dataclass(frozen=True)
 class StopRecord:
-    """A stop, by the motors' reports and the simulation's knowledge, with the moods; SI units."""
+    """A stop: what the motors reported, what the simulation knows, and the moods; SI units."""
 
     time: float
     motor: str | None
@@ -24,8 +24,9 @@ class StopRecord:
 class GestureRecord:
     """A performed gesture.
 
-    ``extent`` is the largest distance of a hand from its first position, m; ``mean_speed`` is the
-    path length of both hands over 2 × duration, m/s; ``complete`` is false if it was broken off.
+    ``extent`` is the largest distance of a hand from where it began, in m. ``mean_speed`` is the
+    path length of both hands over 2 × duration, in m/s. ``complete`` is false if the gesture was
+    broken off.
     """
 
     start: float
@@ -39,7 +40,7 @@ class GestureRecord:
 
 @dataclass(frozen=True)
 class Healing:
-    """A mood at ``times``, s from the gestures' end, and the ``untouched`` mood of a control."""
+    """A mood at ``times``, in s after the gestures, and the ``untouched`` mood of a control."""
 
     time_constant: float
     times: list[float]
@@ -49,7 +50,9 @@ class Healing:
 
 @dataclass(frozen=True)
 class WindowRecord:
-    """One motor in the contact rule's window: measured mean and expected speed, rad/s.
+    """One motor as the contact rule saw it: its mean speed in the window, and the expected one.
+
+    Both are in rad/s.
 
     ``ratio`` includes the rule's slack, so it crosses the limit where the body stops.
     """

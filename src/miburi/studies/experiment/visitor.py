@@ -1,4 +1,4 @@
-"""The experiment's person in the way: a scripted hand.
+"""The person who gets in the way: the scripted hand of the experiment.
 
 A :class:`Visitor` reads the robot's angles and the partner's events, and moves the simulated hand.
 In some gestures, during one move, the hand reaches into the path of an arm, stays a moment after
@@ -14,20 +14,20 @@ from miburi.partner import Event, GestureStarted, MoveSent, Stopped
 from miburi.robot import Array, Robot, forward
 from miburi.robot.geometry import shoulders
 
-#: The time in which the hand reaches in, at about 1 m/s, s (our choice).
+#: How long, in s, the hand takes to reach in, at about 1 m/s (our choice).
 _REACH = 0.16
-#: The distance from which the hand comes, m, and its possible directions from the blocked place:
-#: outwards, forwards and up (our choice).
+#: The distance from which the hand comes, in m, and the directions to choose from: outwards,
+#: forwards and up from the place where it blocks (our choice).
 _APPROACH = 0.16
 _DIRECTIONS = (
     (1, 0, 0), (1, 0.7, 0.3), (0.5, 1, 0), (0, 1, 0.3), (0.7, 0, 0.7), (0.7, 0, -0.7),
     (0.6, -0.6, 0.3),
 )  # fmt: skip
-#: A move shorter than this, m, ends before a hand can block it.
+#: A move shorter than this, in m, ends before a hand can block it.
 _WORTH_BLOCKING = 0.05
 #: Gestures before the first visit, and between visits: minimum, and exclusive maximum (our choice).
 _BEFORE, _BETWEEN = (0, 4), (1, 4)
-#: How long the hand waits for an arm that does not come, s.
+#: How long, in s, the hand waits for an arm that does not come.
 _PATIENCE = 2.5
 
 
@@ -43,9 +43,10 @@ class _Visit:
 def in_the_way(
     robot: Robot, start: Array, end: Array, arm: int, part: float, reach: float
 ) -> tuple[Array, Array]:
-    """Return the place, (3,) m, and direction of a hand that blocks an arm after part of a move.
+    """Return where a hand blocks an arm after part of a move, and in which direction it points.
 
-    ``reach`` is the share of the way from shoulder to fingertip at which they meet.
+    The place has shape (3,), in m. ``reach`` is the share of the way from shoulder to fingertip at
+    which hand and arm meet.
     """
     here, ahead = (
         forward(robot, start + share * (end - start))[3 * arm : 3 * arm + 3]
@@ -58,7 +59,7 @@ def in_the_way(
 class Visitor:
     """Blocks an arm in one of the first four gestures, and then every two to four gestures.
 
-    ``rng`` chooses gestures, arms, places and the time that the hand stays.
+    ``rng`` chooses gestures, arms, places and how long the hand stays.
     """
 
     def __init__(self, robot: Robot, body: Touchable, rng: np.random.Generator) -> None:
@@ -70,8 +71,8 @@ class Visitor:
     def step(self, angles: Array, events: list[Event], dt: float) -> None:
         """Advance by ``dt`` s, and move the hand.
 
-        ``angles`` (8,), rad, are the encoders' readings, and ``events`` the partner's events in
-        this step.
+        ``angles``, shape (8,), in rad, are the encoders' readings, and ``events`` the partner's
+        events in this step.
         """
         for event in events:
             match event:
@@ -97,13 +98,13 @@ class Visitor:
         )
 
     def _travel(self, angles: Array, event: MoveSent) -> Array:
-        """Return how far each hand goes in a move, (2,) m."""
+        """Return how far each hand goes in a move, shape (2,), in m."""
         ways = forward(self._robot, np.array([angles, event.move.angles]))
         travel: Array = np.linalg.norm((ways[1] - ways[0])[:6].reshape(2, 3), axis=1)
         return travel
 
     def _plan(self, angles: Array, event: MoveSent) -> _Visit:
-        """Choose a place on the path of an arm that moves much, and a way to reach it."""
+        """Choose a place on the path of an arm that moves far, and a way to reach it."""
         end = event.move.angles
         # Aim at the later part of the way, so that the hand is there before the arm.
         part = self._rng.uniform(0.5, 0.8)

@@ -1,4 +1,4 @@
-"""Check the requirements of a gesture at every mood, on the simulated body.
+"""Check that a gesture meets its requirements at every mood, on the simulated body.
 
 The paper requires that a greater mood makes the movement larger and faster (Section 4). For safety,
 parts of the robot must not collide, and the contact rule must not stop a free gesture.
@@ -23,7 +23,7 @@ MOST_ERROR = 1e-3
 class Measured:
     """The measurements of a gesture at one mood, on the simulated body.
 
-    ``ik_error`` is the largest position error of all key poses and extremities, m.
+    ``ik_error`` is the largest position error of all key poses and extremities, in m.
     ``self_collisions`` counts the records (one every 0.02 s) in which two parts of the robot
     collide; ``met`` names the first pair. ``contact_stops`` is 0 or 1; ``stopped_by`` names the
     motor.
@@ -77,12 +77,12 @@ def perform(
 def check(
     robot: Robot, function: MovementFunction, *, step: float, settings: Settings | None = None
 ) -> Iterator[str]:
-    """Yield each fault of a gesture in words.
+    """Yield in words what is wrong with a gesture; nothing if all is well.
 
     Every pose must be in reach and inside the limits. Mood 0 must be exactly neutral. At every mood
     the kinematics must be within 1 mm, no parts may collide, and the contact rule may not stop the
-    body, even in a partner with ``life``, which passes the key poses of a gesture with free flow
-    without pausing. Space and speed must strictly rise with the mood.
+    body. That must also hold for a partner with ``life``, which does not pause at the key poses of
+    a gesture with free flow. Space and speed must strictly rise with the mood.
     """
     yield from misfits(robot, function)
     rest = forward(robot, robot.neutral)

@@ -55,7 +55,7 @@ def confusion(
     variations: int,
     seed: int = 1000,
 ) -> NDArray[np.int64]:
-    """Return the counts of each gesture (row) and name (column), in the order of FEELINGS.
+    """Return how often each gesture (row) got each name (column), in the order of FEELINGS.
 
     The seeds of the variations must not be among the learnt ones.
     """

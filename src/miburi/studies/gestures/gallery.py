@@ -41,7 +41,7 @@ def write_gallery(
     """Write a page with films, strips and hand paths of every gesture at three moods.
 
     Return ``index.html``, with its pictures beside it; ``overview.png`` has the strips at mood 0.9,
-    half as large.
+    at half their size.
 
     Raises OutputError if the folder cannot be written to, or this machine cannot draw.
     """

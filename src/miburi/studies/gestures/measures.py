@@ -16,7 +16,7 @@ from miburi.errors import InputError, needs_extra
 
 Array = NDArray[np.float64]
 
-#: Below this speed, m/s, a path has no direction and no curvature (our choice).
+#: Below this speed, in m/s, a path has no direction and no curvature (our choice).
 STILL = 0.01
 
 
@@ -42,7 +42,8 @@ class Measures:
 def measure(positions: Array, period: float) -> Measures:
     """Measure a recorded motion.
 
-    ``positions`` (n, 9) m has right hand, left hand and head every ``period`` s; n is at least 5.
+    ``positions``, shape (n, 9), in m, has those of right hand, left hand and head every ``period``
+    s; n is at least 5.
 
     Raises InputError if the shape is wrong, a value is not finite, or the period is not positive;
     MiburiError if SciPy is not installed.
@@ -79,7 +80,7 @@ def _hull_volume(points: Array) -> float:
         raise needs_extra("studies", error) from error
     try:
         return float(ConvexHull(points).volume)
-    except QhullError:  # the points lie in a plane
+    except QhullError:  # the points all lie in a plane, on a line or in one place
         return 0.0
 
 

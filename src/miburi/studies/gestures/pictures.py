@@ -22,12 +22,12 @@ from miburi.studies.gestures.measures import Measures, measure
 _PIXELS = 320
 #: A film shows every third record: 16.7 pictures a second.
 _FILM_EVERY = 3
-#: The moments of a strip, and their distance, s: about the time of a thrill at a low mood, without
-#: its repetition.
+#: A strip shows this many moments, this many seconds apart. Together they span about the time of a
+#: thrill at a low mood, without its repetition.
 _MOMENTS, STRIP_STEP = 12, 0.4
 _STRIP_COLUMNS = 6
-#: Each moment is blended with the pictures this long before it, s, at these weights, to show
-#: motion.
+#: Each moment is blended with earlier pictures, so that a still picture shows motion: how long
+#: before it they were, in s, and their weights.
 _TRAIL = ((0.0, 0.62), (0.08, 0.19), (0.16, 0.12), (0.24, 0.07))
 #: Colours of the right hand, the left hand and the head.
 _COLOURS = ("#d9553f", "#2f6f9f", "#8a7f74")

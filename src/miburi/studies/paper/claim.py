@@ -33,14 +33,14 @@ class Claim:
 
 #: A verdict and its number.
 Finding = tuple[ClaimVerdict, str]
-#: The tests of claims, by the claims' names, in the paper's order.
+#: The function that tests each claim, by the claim's name, in the paper's order.
 Claims = dict[str, Callable[[Runs], Claim]]
 
 
 def claim(
     claims: Claims, section: str, sentence: str, ours: str = ""
 ) -> Callable[[Callable[[Runs], Finding]], None]:
-    """Add the decorated function to ``claims``, as the test of a sentence."""
+    """Add the decorated function to ``claims``, under its name, as the test of a sentence."""
 
     def add(test: Callable[[Runs], Finding]) -> None:
         def carry_out(runs: Runs) -> Claim:
@@ -54,7 +54,7 @@ def claim(
 
 
 def holds(condition: object, weaker: object = False) -> ClaimVerdict:
-    """Return whether a claim holds, or, if only ``weaker`` is true, holds with a condition."""
+    """Return whether a claim holds, or holds with a condition if only ``weaker`` is true."""
     if condition:
         return ClaimVerdict.HOLDS
     return ClaimVerdict.HOLDS_IF if weaker else ClaimVerdict.DIFFERS

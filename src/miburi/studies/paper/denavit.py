@@ -17,7 +17,7 @@ _QUARTER = np.pi / 2
 
 @dataclass(frozen=True)
 class Row:
-    """One row; ``d`` and ``a`` are sums of the robot's lengths with these names."""
+    """One row; ``d`` and ``a`` name the lengths of the robot that add up to them."""
 
     joint: str
     sign: int

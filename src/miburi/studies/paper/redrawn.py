@@ -88,7 +88,7 @@ def safety_figure(path: Path) -> None:
     _save(figure, path)
 
 
-#: The offset of a joint's name from its axis, points.
+#: Where a joint's name is written beside its axis, in points.
 _BESIDE = {
     "waist": (6, 8), "right_shoulder": (-8, 16), "right_elbow": (-30, 2),
     "right_fingertip": (-14, 4), "left_shoulder": (8, 16), "left_elbow": (30, 2),
@@ -160,9 +160,9 @@ def effort_figure(measured: Mapping[str, Measures], path: Path) -> None:
 
 
 def flow_figure(body: Body, path: Path) -> None:
-    """Run a robot partner, and draw the sequences of its events (Fig. 6).
+    """Run a robot partner, and draw which event followed which (Fig. 6).
 
-    A hand blocks the second gesture.
+    The body is touched once: a hand blocks the second gesture.
     """
     setup = Setup(seconds=30.0)
     partner, events = Partner(body, setup.feelings(), period=setup.period), list[Event]()
@@ -176,7 +176,7 @@ def flow_figure(body: Body, path: Path) -> None:
         events += partner.step(0.02)
     names = [type(event).__name__ for event in events]
     follows = Counter(pairwise(names))
-    # chosen so that no arrow crosses another
+    # The places are chosen so that no arrow crosses another.
     places = {
         "GestureStarted": (0.14, 0.95, "a gesture starts:\nstrongest emotion, mood μ"),
         "MoveSent": (0.86, 0.95, "9 coordinates → 8 angles:\na move is sent"),
@@ -249,7 +249,7 @@ def function_figure(robot: Robot, path: Path) -> None:
 def rule_figure(moves: list[tuple[float, float]], path: Path) -> None:
     """Draw the share of free moves that the paper's rule lets pass, against lag and acceleration.
 
-    ``moves`` has the distance, rad, and speed, rad/s, of each move's fastest motor.
+    ``moves`` has, for each move's fastest motor, its distance in rad and its speed in rad/s.
     """
     lags = np.linspace(0, 0.04, 41)
     ramps = np.geomspace(20, 4000, 47)

@@ -1,4 +1,4 @@
-"""The free moves that the paper's rule (Eqs. 1 and 2) lets pass, by lag and acceleration.
+"""Which free moves the paper's rule (Eqs. 1 and 2) lets pass, by a servo's lag and acceleration.
 
 In a move at a speed v, the servo follows a trapezoid of speed with acceleration a, delayed by a
 lag. In the first window of p = 0.1 s it covers v (p − lag − v / 2a), so it passes that window only
@@ -19,9 +19,10 @@ FIRST_WINDOW = (1 - _RATIO) * _PERIOD
 
 
 def is_stopped(distance: float, speed: float, ramp: float, lag: float) -> bool:
-    """Return whether the printed rule stops a free move over a distance, rad, at a speed, rad/s.
+    """Return whether the printed rule stops a free move over a distance at a speed.
 
-    ``ramp`` is the acceleration at both ends, rad/s², or inf; ``lag`` is the servo's delay, s.
+    ``distance`` is in rad, ``speed`` in rad/s. ``ramp`` is the acceleration at both ends in rad/s²,
+    or inf; ``lag`` is the servo's delay in s.
     """
     rise = speed / ramp
     if distance < speed * rise:  # it never reaches its speed
@@ -46,9 +47,10 @@ def is_stopped(distance: float, speed: float, ramp: float, lag: float) -> bool:
 
 
 def fastest(robot: Robot, moves: Sequence[tuple[Array, Move]]) -> list[tuple[float, float]]:
-    """Return distance, rad, and speed, rad/s, of each move's fastest motor.
+    """Return the distance (in rad) and speed (in rad/s) of each move's fastest motor.
 
-    Each move comes with its first pose, (8,) rad; moves of at most one encoder step are left out.
+    Each move comes with its first pose, shape (8,), in rad; moves of at most one encoder step are
+    left out.
     """
     found = []
     for start, move in moves:

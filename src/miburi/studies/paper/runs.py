@@ -1,4 +1,4 @@
-"""The runs for the page docs/paper.md, each performed when a claim first needs it."""
+"""The runs for the page docs/paper.md; each is performed when a claim first needs it."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -29,26 +29,27 @@ from miburi.studies.trials.plan import Plan, Subject
 from miburi.studies.trials.runs import carry_out_plan
 from miburi.studies.trials.trial import Outcome
 
-#: The moods for measuring gestures, and for examining their moves.
+#: The moods at which gestures are measured, and the moods at which their moves are examined.
 MOODS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
 _PLAIN_MOODS = (0.3, 0.6, 0.9)
 #: Units of length, and how many of each make a metre.
 UNITS = {"m": 1.0, "cm": 100.0, "mm": 1000.0}
 #: The promised precision of the inverse kinematics, rad (Section 3).
 _PROMISE = 0.015
-#: How long a blocked body may take to stop, and how long it is watched afterwards, s.
+#: How long, in s, a blocked body may take to stop, and how long it is watched afterwards.
 _PATIENCE, _WATCHED = 1.5, 1.0
-#: A move that raises both arms to the front: its angle, rad, its duration, s, and its share before
-#: a hand blocks the right arm.
+#: A move that raises both arms to the front: its angle in rad, its duration in s, and the share of
+#: the move after which a hand blocks the right arm.
 _RAISED, _SECONDS, _SHARE = 1.4, 0.8, 0.6
-#: The addresses from which a card may read the servos' positions.
+#: The addresses at which a card may start to read the servos' positions.
 _PLACES = range(120, 136)
 
 
 class Blocked(NamedTuple):
-    """A body's reaction to a hand in its way, and whether the stopped body refused a move.
+    """How a body reacted to a hand in its way, and whether the stopped body refused a move.
 
-    ``speeds`` (n, 8) rad/s are the motors' speeds at ``times`` (n,) s after the stop.
+    ``speeds``, shape (n, 8), in rad/s, are the motors' speeds at ``times``, shape (n,), in s after
+    the stop.
     """
 
     stop: Stop | None
@@ -58,10 +59,10 @@ class Blocked(NamedTuple):
 
 
 class OnCard(NamedTuple):
-    """An emulated Arduino card's behaviour after its host went silent.
+    """What an emulated Arduino card did after its host went silent.
 
-    ``silence`` is the time from the host's last message to the stop, s, and ``gaps`` are the times
-    between two readings of the servos' positions, s.
+    ``silence`` is the time from the host's last message to the stop, in s, and ``gaps`` are the
+    times between two readings of the servos' positions, in s.
     """
 
     stop: Stop | None
@@ -70,7 +71,7 @@ class OnCard(NamedTuple):
 
 
 class Runs:
-    """The runs behind the page, each performed once; ``progress`` gets their names.
+    """The runs behind the page, each performed once; ``progress`` gets a run's name as it begins.
 
     There are ``targets`` random targets for the inverse kinematics, ``seeds`` experiments, and
     ``trials`` contact trials with somebody in the way and as many without.
@@ -156,7 +157,7 @@ class Runs:
 
     @cached_property
     def valid(self) -> list[Array]:
-        """For each random pose, all poses with the same positions of hands and head."""
+        """For each random pose, all poses with hands and head in the same positions."""
         self._progress("all solutions of random targets")
         return [inverse(self.robot, forward(self.robot, pose)) for pose in self.poses]
 
@@ -202,7 +203,7 @@ class Runs:
 
     @cached_property
     def on_card(self) -> OnCard | None:
-        """A blocked move on the emulated card, after which the host is silent."""
+        """A blocked move on the emulated card; the host sends the move, and nothing after it."""
         if not is_built():
             return None
         self._progress("the emulated card")
@@ -258,7 +259,7 @@ _OBSTACLES = 20
 
 
 def _gaps(robot: Robot, ways: Array, obstacles: Array) -> Array:
-    """Return the distances (n, 5, k), m, of k obstacles from the five links in n poses."""
+    """Return the distances, (n, 5, k), in m, of k obstacles from the five links in n poses."""
     size = robot.lengths
     short = robot.model_copy(update={"lengths": size.model_copy(update={"L34": 1e-9})})
     ends, bends = forward(robot, ways), forward(short, ways)
@@ -289,7 +290,7 @@ def _from_line(start: Array, end: Array, points: Array) -> Array:
 
 
 def _readings(body: EmulatedBody) -> list[float]:
-    """Return a list that collects the times, s, at which the card reads the servos' positions."""
+    """Return a list that collects when, in s, the card reads the servos' positions."""
     heard: list[float] = []
 
     def hear(data: bytes) -> bytes:

@@ -13,11 +13,11 @@ from miburi.studies.paper.runs import Runs
 from miburi.studies.trials.summary import summarise
 
 _NOT_BUILT = "the emulated card has not been built here (`make firmware`)"
-#: The speed below which a motor counts as stopped, rad/s, and the time in which it must stop, s
-#: (our choice).
+#: The speed in rad/s below which a motor counts as stopped, and the time in s within which it must
+#: have stopped (our choice).
 _STILL, _SOON = 0.1, 0.3
-#: Stopping is direct with a condition if 95 % of the stops come within the first time after the
-#: first touch, s, and direct if all come within the second (our thresholds).
+#: Stopping is direct if all stops come within ``_LATEST`` s after the first touch, and direct with
+#: a condition if 95 % come within ``_DIRECT`` s (our thresholds).
 _DIRECT, _LATEST = 0.15, 0.3
 #: The weight of a person's hand, N: 0.56 % of 60 kg (de Leva 1996).
 _HAND = 3.3

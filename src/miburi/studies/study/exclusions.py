@@ -1,4 +1,4 @@
-"""The exclusion of participants from a study's findings, by a rule fixed before any answer."""
+"""Which participants are left out of a study's findings, by a rule fixed before any answer."""
 
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
@@ -20,7 +20,7 @@ class LeftOut:
 def left_out(
     study: Study, answers: Sequence[StudyAnswer], paces: Mapping[tuple[int, int], AnswerPace]
 ) -> tuple[LeftOut, ...]:
-    """Return the participants that the study's ``[exclude]`` leaves out, sorted by number."""
+    """Return the participants that the study's table ``[exclude]`` leaves out, by number."""
     each: dict[int, list[StudyAnswer]] = defaultdict(list)
     for answer in answers:
         each[answer.participant].append(answer)
@@ -47,7 +47,7 @@ def _reasons(study: Study, own: list[StudyAnswer], pace: Mapping[int, AnswerPace
     choices = {question.name for question in study.question if question.kind == "choice"}
     for name in sorted(choices):
         given = [answer.value for answer in own if answer.question == name]
-        # "None of these" may be honest, however often it is given.
+        # "None of these" may be an honest answer, however often somebody gives it.
         chosen = Counter(value for value in given if value != NONE)
         if rule.same is not None and len(given) > 2 and chosen:
             feeling, often = chosen.most_common(1)[0]

@@ -42,7 +42,7 @@ def find(
 ) -> Findings:
     """Summarise the answers of a study, including those of people who did not finish.
 
-    Practice does not count, nor do participants that the study's own rule leaves out.
+    Practice is not counted, and neither are the participants whom the study's own rule leaves out.
     """
     films = {film.name: film for film in study.films}
     real = [answer for answer in answers if not study.steps[answer.step].practice]
@@ -143,8 +143,8 @@ def _ratings(
     table = [[page[name] for name in names] for page in pages.values()]
     value_of = {page: _mean(list(values.values())) for page, values in pages.items()}
     cells: dict[str, dict[str, list[tuple[int, float]]]] = defaultdict(lambda: defaultdict(list))
-    # A pair's films were rated by one person and show one feeling; both with the face, both without
-    # it, or both live.
+    # The two films of a pair were rated by one person and show one feeling. Both were shown with
+    # the face, both without it, or both live.
     groups: dict[tuple[int, str, str], list[tuple[float, float]]] = defaultdict(list)
     for page, film in film_of.items():
         if film is not None:
@@ -179,7 +179,8 @@ def _words(question: Question, answers: list[StudyAnswer], films: dict[str, Film
     for answer in answers:
         about = films[answer.film].feeling if answer.film is not None else ""
         counts[about][answer.value.casefold()] += 1
-    # Equal counts in alphabetical order: the same answers give the same page.
+    # Words with equal counts are in alphabetical order, so that the same answers give the same
+    # page.
     return WordFindings(
         question.name,
         {
@@ -229,8 +230,8 @@ def _rating(values: list[tuple[int, float]]) -> MeanRating:
 
 def _sum(orders: list[tuple[int, float, int]]) -> PairOrder:
     right, pairs = sum(one for _, one, _ in orders), sum(one for _, _, one in orders)
-    # Each pair counts with its group's share of correctly ordered pairs (one person and feeling),
-    # which leaves the sum unchanged.
+    # Each pair is replaced by the share of correctly ordered pairs in its group (one person and
+    # feeling), which leaves the sum unchanged.
     each = [(who, one / of) for who, one, of in orders if of for _ in range(of)]
     low, high = mean_interval(_by_person(each)) or (None, None)
     low, high = (None if end is None else min(max(end, 0.0), 1.0) for end in (low, high))

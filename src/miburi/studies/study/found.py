@@ -29,7 +29,7 @@ class Share:
 
 @dataclass(frozen=True)
 class ChoiceFindings:
-    """The answers to a choice."""
+    """The findings of a question with a choice."""
 
     question: str
     labels: tuple[str, ...]  #: rows and columns of ``confusion``
@@ -39,15 +39,15 @@ class ChoiceFindings:
     by_mood: dict[str, Share]
     by_face: dict[str, Share]
     unbiased: dict[str, float | None]  #: Wagner's hit rate (1993) of each feeling that was shown
-    kappa: float | None  #: Cohen's, of chosen and intended feelings, over all answers
-    fleiss: float | None  #: among participants who finished, and saw every film equally often
+    kappa: float | None  #: Cohen's, of chosen against intended feelings, over all answers
+    fleiss: float | None  #: among participants who finished and saw every film equally often
 
 
 @dataclass(frozen=True)
 class MeanRating:
-    """A mean rating: number of answers, their standard deviation, and clustered 95 % interval.
+    """A mean rating: how many answers, their standard deviation, and the clustered 95 % interval.
 
-    A figure is None with too few answers, or people.
+    A figure is None if there are too few answers, or too few people.
     """
 
     answers: int
@@ -59,7 +59,7 @@ class MeanRating:
 
 @dataclass(frozen=True)
 class PairOrder:
-    """Pairs of films of one feeling and person, and the number rated in the moods' order.
+    """Pairs of films of one feeling and person, and how many were rated in the moods' order.
 
     ``low`` and ``high`` are the share's 95 % interval, clustered by participant.
     """
@@ -71,13 +71,13 @@ class PairOrder:
 
     @property
     def share(self) -> float | None:
-        """The share, 0.5 by guessing; None without pairs."""
+        """The share of pairs in the right order; guessing gives 0.5; None if there is no pair."""
         return self.right / self.pairs if self.pairs else None
 
 
 @dataclass(frozen=True)
 class RatingFindings:
-    """The answers to a rating; the value of an answer is the mean of its items.
+    """The findings of a question with a rating; the value of an answer is the mean of its items.
 
     Items in ``turned`` are reversed: their values here are points + 1 - value. ``means`` (by
     feeling and mood) and ``order`` are empty if the question is about all films.
@@ -96,7 +96,7 @@ class RatingFindings:
 
 @dataclass(frozen=True)
 class WordFindings:
-    """The words in answers, the most frequent first, by feeling or about all films."""
+    """The words that people wrote, the most frequent first, by feeling or about all films."""
 
     question: str
     words: dict[str, list[tuple[str, int]]]
@@ -104,9 +104,9 @@ class WordFindings:
 
 @dataclass(frozen=True)
 class PersonFindings:
-    """Facts about the participants: the count of each answer, or the numbers' quartiles.
+    """What people said about themselves: how many gave each answer, or the numbers' quartiles.
 
-    ``silent`` is the number of people who did not say.
+    ``silent`` is how many would rather not say.
     """
 
     question: str
@@ -119,11 +119,11 @@ class PersonFindings:
 class Findings:
     """All findings of a study."""
 
-    counts: Counts  #: of participants
-    left_out: tuple[LeftOut, ...]  #: from all figures below
+    counts: Counts  #: how many people took part
+    left_out: tuple[LeftOut, ...]  #: participants left out of all figures below
     wordings: tuple[int, ...]  #: the first participant to see each change of the study's words
-    seconds: tuple[float, float, float] | None  #: quartiles of s for a page about a film
-    shown: Shown  #: showings of live gestures
+    seconds: tuple[float, float, float] | None  #: time for a page about a film, quartiles, in s
+    shown: Shown  #: how often live gestures were seen
     people: tuple[PersonFindings, ...]
     choices: tuple[ChoiceFindings, ...]
     ratings: tuple[RatingFindings, ...]

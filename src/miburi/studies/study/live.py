@@ -1,7 +1,8 @@
 """Live gestures: a running partner makes a gesture, and the study checks that it was complete.
 
 :func:`show` uses the same client as any other program. It requests one gesture and only watches; it
-never stops, releases or resumes a partner.
+never stops, releases or resumes a partner. :class:`Turns` gives one robot to one participant at a
+time.
 """
 
 import threading
@@ -17,9 +18,10 @@ from miburi.live.events.event import LiveEvent
 from miburi.live.state import State, StopOut
 from miburi.safety.stop import StopReason
 
-#: How long a robot stays with an idle participant, s (our choice).
+#: How long, in s, a robot stays with an idle participant (our choice).
 IDLE = 300.0
-#: States read per second, and the most of them for one showing: half a minute (our choice).
+#: How many states are read per second, and how many at most for one showing: those of half a minute
+#: (our choice).
 _RATE, _LOOKS = 20, 600
 
 
@@ -64,9 +66,9 @@ def show(
 ) -> Showing:
     """Have the robot make a gesture, wait for its end or failure, and return the outcome.
 
-    If the robot is making a gesture already, it finishes that one first. A robot that is stopped or
-    paused gets no request: it would make the gesture later, unwatched. When ``is_over`` returns
-    true, this stops waiting.
+    If the robot is making a gesture already, it finishes that one first. Nothing is requested from
+    a robot that is stopped or paused: it would make the gesture later, when nobody is watching.
+    Once ``is_over`` returns true, this stops waiting.
     """
     view = _View(expression, is_over)
     try:
@@ -96,8 +98,8 @@ class _View:
             if (hindered := _hindrance(state)) is not None:
                 return hindered
             if latest is None:
-                # The first state may be out of date: a Stop is acknowledged a step before states
-                # show it.
+                # A Stop is acknowledged one step before the states show it, so the first state may
+                # be out of date: read a second one.
                 if looks and state.expressed is None and state.phase != "returning":
                     latest = state.cursor
                     robot.express(self._expression)
@@ -130,7 +132,7 @@ def _stopped(stop: StopOut | None) -> Ending:
 
 
 def _judge(entries: list[LiveEvent]) -> Ending:
-    """Return the outcome from the log, which is complete, unlike the states read."""
+    """Return a gesture's outcome from the log; unlike the states that were read, it is complete."""
     for entry in entries:
         match entry.kind:
             case "stop":
@@ -143,7 +145,7 @@ def _judge(entries: list[LiveEvent]) -> Ending:
 
 
 class Turn(StrEnum):
-    """A participant's access to the robot now."""
+    """Whether a participant may see a gesture now."""
 
     YOURS = "yours"
     MOVING = "moving"  #: the robot is making this participant's gesture already
@@ -151,7 +153,10 @@ class Turn(StrEnum):
 
 
 class Turns:
-    """Reserves the robot for one participant at a time, until they finish or are idle too long."""
+    """Reserves the robot for one participant at a time, until they finish or are idle too long.
+
+    ``clock`` returns the time in s.
+    """
 
     def __init__(self, clock: Callable[[], float]) -> None:
         self._clock = clock
@@ -161,7 +166,7 @@ class Turns:
         self._moving = False
 
     def look(self, number: int) -> Turn:
-        """Return whether a participant may press the button; this extends their reservation."""
+        """Return whether a participant may press the button; whoever has the robot keeps it."""
         with self._lock:
             turn = self._turn(number)
             if self._number == number:
@@ -169,7 +174,7 @@ class Turns:
             return turn
 
     def begin(self, number: int) -> Turn:
-        """Reserve the robot for a gesture, if it is free; call :meth:`end` after it."""
+        """Give a participant the robot for a gesture, if it is free; call :meth:`end` after it."""
         with self._lock:
             turn = self._turn(number)
             if turn is Turn.YOURS:
@@ -177,13 +182,13 @@ class Turns:
             return turn
 
     def end(self, number: int) -> None:
-        """Note the end of the gesture; the participant keeps the robot."""
+        """Note that the gesture is over; the participant keeps the robot."""
         with self._lock:
             if self._number == number:
                 self._moving, self._until = False, self._clock() + IDLE
 
     def leave(self, number: int) -> None:
-        """Free the robot for the next participant."""
+        """Take the robot from a participant, so that the next one may begin."""
         with self._lock:
             if self._number == number and not self._moving:
                 self._number = None

@@ -1,8 +1,8 @@
-"""The pages of a participant: information and consent, one question per page, and thanks.
+"""The pages that a participant sees: information and consent, one question per page, and thanks.
 
 They are plain HTML forms, which need no JavaScript: the only script lets a button start a film. The
-participant's code is in a cookie, so a reload continues at the same page. An answer counts once,
-and only for the next page: two tabs, or Back, cannot mix answers up.
+participant's code is in a cookie, so that a reload continues where they were. An answer counts
+once, and only for the page that comes next: two tabs, or Back, cannot mix answers up.
 """
 
 import hashlib
@@ -31,21 +31,22 @@ from miburi.studies.study.texts import page_words
 
 COOKIE = "miburi_study"
 _PAGES = Path(__file__).parent / "pages"
-#: Letters and digits that are hard to confuse on paper.
+#: Letters and digits that nobody confuses on paper.
 _LETTERS = "23456789ABCDEFGHJKMNPQRSTUVWXYZ"
 #: The limit on registrations and attempts to withdraw from one address: per second, and in a burst
 #: (our choice).
 _RATE, _BURST = 0.5, 60.0
 _DAYS = 30
-#: An unfinished participant without a request for this time, s, counts as gone, and a newcomer may
-#: take that place in the order of films (our choice).
+#: A participant who has not finished and requests no page for this time, in s, counts as gone, and
+#: a newcomer may take that place in the order of films (our choice).
 _GONE = 7200.0
-#: A browser's report of more starts of a film than this is ignored (our choice).
+#: A browser's report is ignored if it says that a film was started more often than this (our
+#: choice).
 _MOST_PLAYS = 100
 
 
 def make_code() -> str:
-    """Return a random code of eight letters and digits, as in ``K7QM-2XHD``."""
+    """Return a code that nobody can guess: eight letters and digits, as in ``K7QM-2XHD``."""
     letters = "".join(secrets.choice(_LETTERS) for _ in range(8))
     return f"{letters[:4]}-{letters[4:]}"
 
@@ -66,6 +67,9 @@ def make_app(
 
     If ``local``, only this computer may request pages, and requests must name a loopback host, such
     as ``localhost``: a website could make its own domain name point at this computer.
+
+    ``clock`` returns the time in s. It times answers, frees the robot from an idle participant, and
+    limits how fast newcomers may begin.
     """
     pages = _Pages(study, store, films, perform, clock)
     home = pages.home
@@ -104,11 +108,11 @@ class _Pages:
         self._study, self._store = study, store
         self._perform, self._turns, self._clock = perform, Turns(clock), clock
         self._allowance = Allowance(_RATE, _BURST, clock)
-        # The time of a page's first showing, by participant number and step.
+        # When a page was first shown, by participant number and step.
         self._shown: dict[tuple[int, int], float] = {}
-        self._seen: dict[int, float] = {}  # the time of a participant's last request
+        self._seen: dict[int, float] = {}  # when a participant last requested a question
         self._began = clock()
-        # A film's URL must not reveal its feeling.
+        # A film's URL must not reveal what the film is meant to show.
         self._keys = {
             name: hashlib.sha256(f"{study.digest} {name}".encode()).hexdigest()[:20]
             for name in films
@@ -137,7 +141,7 @@ class _Pages:
         return response
 
     def page(self, request: Request) -> Response:
-        """Show the next question, or the thanks."""
+        """Show the next question, or the page with thanks."""
         who = self._who(request)
         return RedirectResponse(self.home, 303) if who is None else self._ask(request, who)
 
@@ -158,7 +162,7 @@ class _Pages:
     def _keep(
         self, code: str, who: Participant, values: Mapping[str, str], pace: AnswerPace | None
     ) -> None:
-        """Store an answer, and skip questions that it makes pointless."""
+        """Store an answer, and skip the questions that no longer apply after it."""
         step, film = self._study.steps[who.step], self._film(who)
         about = film.name if film else None
         if not self._store.keep(code, who.step, about, step.question.name, values, pace):
@@ -171,7 +175,7 @@ class _Pages:
             self._store.keep(code, place, about, later.question.name, {"": SKIPPED})
 
     def _pace(self, who: Participant, form: Form) -> AnswerPace | None:
-        """Return an answer's time and its film's starts, unless the study keeps no times."""
+        """Return how long an answer took, and how often its film was started, if that is kept."""
         shown = self._shown.pop((who.number, who.step), None)
         if not self._study.times:
             return None
@@ -181,7 +185,7 @@ class _Pages:
         return AnswerPace(seconds, int(plays) if known else None)
 
     def _gone(self) -> set[int]:
-        """Return participants who left without finishing."""
+        """Return participants who left without finishing; newcomers may take their places."""
         now = self._clock()
         return {
             number
@@ -257,7 +261,7 @@ class _Pages:
         return response
 
     def film(self, request: Request) -> Response:
-        """Send a film."""
+        """Send a film; its address does not reveal what it is meant to show."""
         path = self._films.get(request.path_params["key"])
         if path is None:
             return Response(status_code=404)
@@ -296,7 +300,7 @@ class _Pages:
         return films[order[trial]]
 
     def _has_seen(self, who: Participant) -> bool:
-        """Whether the participant may answer, as they have seen any live gesture to its end."""
+        """Whether the participant may answer: a live gesture must have been seen to its end."""
         film, trial = self._film(who), self._study.steps[who.step].trial
         live = film is not None and film.live and trial is not None
         return not live or self._store.has_seen(who.number, trial or 0)
@@ -304,7 +308,7 @@ class _Pages:
     def _ask(
         self, request: Request, who: Participant, given: Mapping[str, str] | None = None
     ) -> Response:
-        """Show a question, with its rejected answer ``given``, if any."""
+        """Show a question; ``given`` is an answer to it that was not accepted."""
         study, code = self._study, request.cookies[COOKIE]
         if who.step >= len(study.steps):
             self._turns.leave(who.number)
@@ -358,7 +362,7 @@ class _Pages:
             text=lambda words: pick(words, language),
             **values,
         )
-        # the next person may use the same tablet
+        # A page is for one person: the next one may use the same tablet.
         return HTMLResponse(content, status, {"cache-control": "no-store"})
 
 

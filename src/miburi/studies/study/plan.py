@@ -25,7 +25,7 @@ TEMPLATE = Path(__file__).with_name("eight-feelings.toml")
 #: The stored answers for the option "no feeling", and for a question that was not asked or was left
 #: out.
 NONE, SKIPPED = "none", ""
-#: Words in quotation marks, and placeholders that the author must fill in.
+#: Words in quotation marks, and the placeholders that the author of a study must fill in.
 _QUOTED = re.compile('[“"「『](.+?)[”"」』]')
 _UNFILLED = re.compile(r"\(WRITE: [^)]*\)|（記入：[^）]*）")
 
@@ -99,7 +99,7 @@ class Item(Table):
     name: Name
     low: Text
     high: Text
-    #: Whether a high value means less of the measured quantity.
+    #: Whether a high value means less of what the question measures.
     reversed: bool = False
 
 
@@ -114,7 +114,7 @@ class Question(Table):
     """One question, on a separate page.
 
     A ``choice`` is between feelings, a ``pick`` between answers that the study defines, such as yes
-    and no. A ``check``, whose text gives the right answer, tests whether somebody reads the pages.
+    and no. A ``check`` tests whether somebody reads the pages: its text says what to choose.
     """
 
     name: Name
@@ -135,9 +135,11 @@ class Question(Table):
     #: For a number: the smallest and the largest allowed.
     low: int = 0
     high: int = 120
-    #: The name of the preceding choice in which a feeling must have been chosen.
+    #: The name of the choice right before this question, which is then asked only if a feeling was
+    #: chosen there.
     only_if: Name | None = None
-    #: For a choice: the text of a last option for no feeling; by default there is none.
+    #: For a choice: the text of a last option that stands for no feeling; by default there is no
+    #: such option.
     none: Text | None = None
     #: For a rating: its rows, and the number of points in each.
     items: Annotated[tuple[Item, ...], Field(strict=False)] = ()
@@ -198,7 +200,7 @@ class Exclude(Table):
 
     #: Leave out participants with at least this many wrong checks.
     checks: Annotated[int | None, Field(ge=1)] = None
-    #: Leave out participants whose median time on pages about films is below this, s.
+    #: Leave out participants whose median time on pages about films, in s, is below this.
     fastest: Annotated[float | None, Field(gt=0)] = None
     #: Leave out participants who choose one feeling for more than this share of the films.
     same: Annotated[float | None, Field(gt=0, lt=1)] = None
@@ -215,15 +217,15 @@ class Study(Table):
     languages: Annotated[tuple[Language, ...], Field(strict=False, min_length=1)]
     title: Text
     information: Text
-    #: The text after the thanks, also for people who stop early; and the address that the thanks
-    #: link to, such as a participant panel's.
+    #: The text after the thanks, which people who stop early see, too; and the address to which the
+    #: page with thanks links, such as a participant panel's.
     debriefing: Text | None = None
     completion: Annotated[str | None, Field(pattern=r"^https://\S+$")] = None
-    #: The number of films for each participant, by default each once, and of films for practice
+    #: How many films each participant sees (by default each film once), and how many for practice
     #: before them.
     trials: Annotated[int | None, Field(ge=1, le=1000)] = None
     practice: Annotated[int, Field(ge=0, le=10)] = 0
-    #: Whether to store the time of each answer, and the starts of its film.
+    #: Whether to store how long each answer took, and how often its film was started.
     times: bool = True
     exclude: Exclude = Exclude()
     show: Annotated[tuple[Show, ...], Field(strict=False, min_length=1)]
@@ -236,7 +238,7 @@ class Study(Table):
 
     @cached_property
     def steps(self) -> tuple[Step, ...]:
-        """The pages of every participant; :mod:`.order` chooses the films of the trials."""
+        """The pages of every participant; :mod:`.order` decides which film a trial shows."""
         first, each, last = (
             [question for question in self.question if question.after == after]
             for after in ("start", "film", "all")
@@ -267,7 +269,7 @@ class Study(Table):
         return _UNFILLED.findall(every)
 
     def options(self, question: Question) -> tuple[str, ...]:
-        """Return the options of a choice: feelings, and :data:`NONE` at the end, if it has one."""
+        """Return the options of a choice: feelings, and at the end :data:`NONE` if it has that."""
         shown = {film.feeling for film in self.films}
         options = question.options or tuple(name for name in FEELINGS if name in shown)
         return (*options, NONE) if question.none else options

@@ -46,7 +46,7 @@ def values_of(study: Study, question: Question, form: Mapping[str, str]) -> dict
         whole = value.isascii() and value.isdigit() and len(value) <= 6
         allowed_here = whole and question.low <= int(value) <= question.high
         return {"": str(int(value))} if allowed_here else None
-    # Text that looks the same is stored as the same, without invisible characters.
+    # Words that look the same are stored identically, without invisible characters.
     plain = unicodedata.normalize("NFKC", value)
     shown = "".join(letter for letter in plain if letter.isprintable()).strip()
     return {"": shown} if 0 < len(shown) <= LONGEST else None
@@ -65,7 +65,7 @@ def read_code(typed: str) -> str:
 def posted(
     handle: Callable[[Request, Form], Response],
 ) -> Callable[[Request], Awaitable[Response]]:
-    """Return an endpoint that reads a form, and handles it in a thread."""
+    """Return an endpoint that reads a form, and handles it in a thread, so that it may wait."""
 
     async def endpoint(request: Request) -> Response:
         body = b""

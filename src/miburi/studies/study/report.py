@@ -54,10 +54,10 @@ Row = tuple[object, ...]
 
 
 def write_report(study: Study, folder: Path, out: Path, *, rehearsal: bool = False) -> Path:
-    """Write the report on the answers of a study or a rehearsal; return the page, ``index.html``.
+    """Write the report on a study's answers, or on those of its rehearsal (a trial run).
 
-    ``findings.json``, ``answers.csv``, ``answers.parquet`` and figures are beside it. The same
-    answers give the same page, JSON and CSV, byte for byte.
+    Return the page, ``index.html``; ``findings.json``, ``answers.csv``, ``answers.parquet`` and
+    figures are beside it. The same answers give the same page, JSON and CSV, byte for byte.
 
     Raises InputError if there are no answers yet; OutputError if the answers belong to another
     study, or the folder cannot be written to; MiburiError if PyArrow or SciPy is not installed.

@@ -21,7 +21,7 @@ _TWO_SIDED = 0.975
 
 
 def cohen_kappa(confusion: ArrayLike) -> float | None:
-    """Return Cohen's kappa (1960) of a square table: one judgement by row, the other by column."""
+    """Return Cohen's kappa (1960) of a square table: rows one judgement, columns the other."""
     table = np.asarray(confusion, dtype=np.float64)
     total = table.sum()
     if total == 0:
@@ -33,8 +33,8 @@ def cohen_kappa(confusion: ArrayLike) -> float | None:
 def fleiss_kappa(counts: ArrayLike) -> float | None:
     """Return Fleiss's kappa (1971).
 
-    ``counts`` has the number of people who put each subject (row) into each category (column); the
-    result is None unless every row has the same sum, 2 or more.
+    ``counts`` tells how many people put each subject (row) into each category (column). The result
+    is None unless every row has the same sum, 2 or more.
     """
     table = np.asarray(counts, dtype=np.float64)
     people = table.sum(axis=1) if table.size else np.zeros(1)
@@ -60,7 +60,7 @@ def cronbach_alpha(values: ArrayLike) -> float | None:
 
 
 def right_order(moods: ArrayLike, ratings: ArrayLike) -> tuple[float, int]:
-    """Return the number of pairs of moods rated in the right order, and the number of pairs.
+    """Return how many pairs of moods are rated in the right order, and how many pairs there are.
 
     A tie of ratings counts one half, so that guessing gives one half of the pairs (the probability
     of superiority, as in Mann and Whitney 1947).
@@ -73,8 +73,9 @@ def right_order(moods: ArrayLike, ratings: ArrayLike) -> tuple[float, int]:
 def unbiased_hit_rates(confusion: ArrayLike) -> list[float | None]:
     """Return Wagner's unbiased hit rate H_u (1993) of each row of a square table.
 
-    It is the correct share of the row times the correct share of the column, so that always naming
-    one feeling gains nothing. It is None for an empty row, and 0 if nobody chose the column.
+    It is the share of the row that is right, times the share of the column that is right, so that
+    always naming one feeling gains nothing. It is None for an empty row, and 0 if nobody chose the
+    column.
     """
     table = np.asarray(confusion, dtype=np.float64)
     rows, columns = table.sum(axis=1), table.sum(axis=0)
@@ -118,7 +119,10 @@ def by_guessing(
 
 
 def mean_interval(clusters: Sequence[Sequence[float]]) -> tuple[float, float] | None:
-    """Return the 95 % interval of the mean of clustered values; None without two clusters."""
+    """Return the 95 % interval of the mean of clustered values.
+
+    Return None if there are fewer than two clusters.
+    """
     if (found := _mean_of(clusters)) is None:
         return None
     mean, variance, quantile, _ = found
@@ -146,8 +150,8 @@ def share_interval(clusters: Sequence[Sequence[bool]]) -> tuple[float, float] | 
 def _mean_of(clusters: Sequence[Sequence[float]]) -> tuple[float, float, float, int] | None:
     """Return the mean of clustered values, its variance, t, and the number of values.
 
-    The result is None for fewer than two clusters. The variance is the linearised variance of a
-    ratio of cluster totals (Cochran, Sampling Techniques, 6.3); t is Student's quantile for
+    Return None if there are fewer than two clusters. The variance is that of a ratio of cluster
+    totals, linearised (Cochran, Sampling Techniques, 6.3); t is Student's quantile for
     (clusters - 1) degrees of freedom.
     """
     if (groups := len(clusters)) < 2:

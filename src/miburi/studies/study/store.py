@@ -1,9 +1,9 @@
 """Answers in one SQLite file: each is on the disk before the participant sees the next page.
 
 A participant has a number, a place (which sets the order of the films) and a code that only the
-participant knows. No name, address or time of day is stored. The duration of an answer is stored
-unless the study forbids it. After a withdrawal, only the number stays, and the next participant
-gets the place.
+participant knows. No name, address or time of day is stored. How long an answer took is stored
+unless the study forbids it. When a participant withdraws, only the number stays, and the next
+participant gets the place.
 """
 
 import sqlite3
@@ -61,14 +61,15 @@ class Participant:
     number: int  #: identifies them in every export; 1 or more
     place: int  #: their row in the order of the films; 1 or more
     language: str  #: of their pages
-    step: int  #: the next page, from 0
+    step: int  #: the page that comes next, from 0
 
 
 @dataclass(frozen=True)
 class AnswerPace:
-    """A participant's time for a page, s, and the number of starts of its film.
+    """How long a participant took for a page, in s, and how often its film was started.
 
-    A value is None if unknown: after a restart of the server, or if the browser runs no scripts.
+    A value is None if it is unknown: after a restart of the server, or if the browser runs no
+    scripts.
     """
 
     seconds: float | None = None
@@ -98,7 +99,7 @@ class Shown:
 
 @dataclass(frozen=True)
 class Counts:
-    """The numbers of participants who began, finished and withdrew."""
+    """How many participants began, how many of these finished, and how many withdrew."""
 
     began: int
     finished: int
@@ -137,7 +138,7 @@ class Store:
             return Participant(int(added.lastrowid or 0), place, language, 0)
 
     def unfinished(self, steps: int) -> set[int]:
-        """Return the numbers of participants who have not answered all ``steps`` pages."""
+        """Return, by number, the participants who have not answered all ``steps`` pages."""
         rows = self._rows(
             "SELECT number FROM participant WHERE code IS NOT NULL AND NOT EXISTS "
             "(SELECT 1 FROM answer WHERE participant = number AND step = ?)",
@@ -146,7 +147,7 @@ class Store:
         return {number for (number,) in rows}
 
     def find(self, code: str) -> Participant | None:
-        """Return the participant with a code, if any."""
+        """Return the participant with a code; None if there is none, or if they have withdrawn."""
         with self._connection() as database:
             return _find(database, code)
 
@@ -159,7 +160,7 @@ class Store:
         values: Mapping[str, str],
         pace: AnswerPace | None = None,
     ) -> bool:
-        """Store an answer by item; return False if it is not for the next page."""
+        """Store an answer by item; return False if it is not for the page that comes next."""
         with self._transaction() as database:
             participant = _find(database, code)
             if participant is None or participant.step != step:
@@ -174,14 +175,14 @@ class Store:
             return True
 
     def paces(self) -> dict[tuple[int, int], AnswerPace]:
-        """Return the paces of answers, by participant and step."""
+        """Return how long answers took, by participant and step."""
         rows = self._rows("SELECT participant, step, seconds, plays FROM pace")
         return {(number, step): AnswerPace(*pace) for number, step, *pace in rows}
 
     def wordings(self) -> list[int]:
         """Return the number of the first participant after each change of the study's words.
 
-        A wording that nobody has read is left out.
+        The first wording is left out, and so is one that nobody has read.
         """
         with self._connection() as database:
             firsts = [first for (first,) in database.execute("SELECT first FROM wording")]
@@ -209,15 +210,15 @@ class Store:
         return bool(closed)
 
     def note_showing(self, code: str, trial: int, film: str, ending: Ending) -> None:
-        """Record the showing of a live gesture in a trial."""
+        """Record that a live gesture was shown, or begun, in a trial."""
         with self._transaction() as database:
             participant = _find(database, code)
-            if participant is not None:  # after a withdrawal, nothing is recorded
+            if participant is not None:  # one who has withdrawn meanwhile leaves nothing behind
                 row = (participant.number, trial, film, ending.value)
                 database.execute("INSERT INTO showing VALUES (?, ?, ?, ?)", row)
 
     def showings(self) -> dict[tuple[int, int], Shown]:
-        """Return the showings of live gestures, by participant and trial."""
+        """Return how often live gestures were shown, by participant and trial."""
         rows = self._rows(
             "SELECT participant, trial, SUM(ending = ?1), SUM(ending != ?1) FROM showing "
             "GROUP BY participant, trial ORDER BY participant, trial",
@@ -258,7 +259,7 @@ class Store:
         return [StudyAnswer(*row) for row in rows]
 
     def counts(self, steps: int) -> Counts:
-        """Return the numbers of participants; those with ``steps`` answered pages have finished."""
+        """Return how many participants there are; ``steps`` answered pages mean finished."""
         (row,) = self._rows(
             "SELECT COUNT(*), (SELECT COUNT(DISTINCT participant) FROM answer WHERE step = ?), "
             "COUNT(*) - COUNT(code) FROM participant",
@@ -289,7 +290,7 @@ class Store:
 
     @contextmanager
     def _transaction(self) -> Iterator[sqlite3.Connection]:
-        """Commit all changes in the block, or none after an exception."""
+        """Commit all changes that the block makes, or none of them after an exception."""
         with self._connection() as database:
             database.execute("BEGIN IMMEDIATE")
             yield database
@@ -324,7 +325,7 @@ def open_store(path: Path, study: Study) -> Store:
 
 
 def _note_wording(database: sqlite3.Connection, digest: str) -> None:
-    """Record the number of the first participant with a new wording."""
+    """If the words have changed, record the number of the first participant who will read them."""
     known = database.execute("SELECT digest FROM wording ORDER BY rowid DESC LIMIT 1").fetchone()
     if known is None or known[0] != digest:
         row = (digest, _last_number(database) + 1)

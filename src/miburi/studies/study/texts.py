@@ -1,4 +1,4 @@
-"""The words of a study's pages: the fixed ones, and all words for a participant."""
+"""The words of a study's pages: the fixed ones, and all that one participant reads."""
 
 import tomllib
 from functools import cache
@@ -16,7 +16,7 @@ def page_words() -> dict[str, dict[str, str]]:
 
 
 def participant_text(study: Study, language: str) -> str:
-    """Return a participant's text from the first page to the last, for an ethics board.
+    """Return what a participant reads from the first page to the last, to show to an ethics board.
 
     Each question appears once, however often it is asked; questions about the person come first.
     Buttons, error messages, and the notices of a study with the robot in the room are left out.

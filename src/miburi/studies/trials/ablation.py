@@ -1,4 +1,4 @@
-"""Switch off a part of the contact stop, or test it with servos in another state."""
+"""Switch off a part of the contact stop, or test it with servos in another state, to compare."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -43,9 +43,9 @@ WITHOUT = {"lift": {"lift": 0.0}, "ceiling": {"headroom": 1000.0}}
 
 @dataclass(frozen=True)
 class ServoState:
-    """A state of all servos: factors on friction and resistance, and the supply voltage, V.
+    """A state of all servos: factors on friction and resistance, and the supply voltage in V.
 
-    ``voltage`` is None if each trial draws its own; with ``before``, the robot was calibrated
+    ``voltage`` is None if each trial draws its own. ``before`` says that the robot was calibrated
     before it came into this state.
     """
 

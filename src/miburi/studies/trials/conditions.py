@@ -1,4 +1,4 @@
-"""Draw the conditions of one trial: the robot's moves and variation, and the person.
+"""Draw the conditions of one trial: the robot's moves, how it differs, and the person.
 
 All ranges are our assumptions; they cover obstacles from a person's fingers to a wall.
 """
@@ -36,7 +36,7 @@ LINKS = (
 
 @dataclass(frozen=True)
 class Person:
-    """A person in the way of a link, with the place and manner of the planned meeting."""
+    """A person in the way of a link, and where and how they are to meet."""
 
     kind: HandKind
     skin: Skin
@@ -51,10 +51,11 @@ class Person:
 
 @dataclass(frozen=True)
 class Conditions:
-    """The robot's moves in one trial, and its differences from its description.
+    """What the robot does in one trial, and how it differs from its description.
 
-    ``pose`` is the number of the (first) move's key pose. The robot first rests in ``start`` (8,)
-    rad; each move comes with the rest after it, s.
+    ``pose`` is the number of the key pose that the (first) move leads to. The robot first rests in
+    ``start``, shape (8,), in rad. Each move comes with the time, in s, that the robot rests after
+    it.
     """
 
     feeling: str
@@ -69,7 +70,7 @@ def draw(
     robot: Robot, rng: np.random.Generator, moves: int, repertoire: Repertoire | None = None
 ) -> Conditions:
     """Draw ``moves`` successive moves of any gesture, by default one that ships with Miburi."""
-    # Sorted, so that the order of the feelings does not matter.
+    # Sorted, so that the draw does not depend on the order of the feelings.
     feeling = str(rng.choice(sorted(FEELINGS)))
     mood = float(rng.uniform(0.1, 1.0))
     function = (repertoire or shipped_repertoire()).choose(feeling, rng)
@@ -97,7 +98,7 @@ def draw(
 
 
 def draw_person(rng: np.random.Generator, kind: HandKind) -> Person:
-    """Draw somebody who may be in the way of one link or another."""
+    """Draw somebody who is in the way of a random link."""
     soft = float(np.exp(rng.uniform(np.log(500.0), np.log(5000.0))))
     stiffness = 75_000.0 if kind is HandKind.RIGID else soft
     damping_ratio = float(rng.uniform(0.3, 1.0))

@@ -1,4 +1,4 @@
-"""Plan the place and time at which a person meets the moving robot, and move the hand."""
+"""Plan where and when a person meets the moving robot, and move the person's hand."""
 
 from dataclasses import dataclass
 
@@ -13,17 +13,17 @@ from miburi.safety.stop import Phase
 from miburi.studies.trials.conditions import HandKind, Person
 from miburi.studies.trials.plant import TrialPlant
 
-#: A person is in the way only if the link still has to move this far, m (our choice).
+#: A person is in the way only if the link still has this far to go, in m (our choice).
 LEAST_REST = 0.015
-#: A hand that moves towards the robot starts this far before the meeting point, and goes at most
-#: this far beyond it, m.
+#: How far, in m, before the meeting point a hand that moves towards the robot starts, and how far
+#: it goes beyond that point at most.
 _APPROACH = 0.10
 _BEYOND = 0.05
 
 
 @dataclass(frozen=True)
 class Meeting:
-    """The place and time at which the hand meets a link."""
+    """Where and when the hand meets a link."""
 
     body: str  #: the model's body …
     local: Array  #: … and the meeting point in its frame, (3,) m
@@ -35,7 +35,7 @@ class Meeting:
 
 
 def plan(plant: TrialPlant, person: Person, start: Array, move: Move) -> Meeting | None:
-    """Return the meeting of ``person`` with the link on its way; None if the link hardly moves.
+    """Return where ``person`` meets the link on its way; None if the link hardly moves.
 
     It assumes a path that is straight in the joint angles, and a robot without sag or lag.
     """
@@ -95,7 +95,7 @@ def _spot(robot: Robot, person: Person) -> tuple[str, Array, Array, float]:
 
 
 def _when(robot: Robot, start: Array, move: Move, fraction: float) -> tuple[float, float]:
-    """Return the time, s, of a fraction of the move, and the move's rate then, 1/s."""
+    """Return when, in s, a fraction of the move is done, and the move's rate then, in 1/s."""
     origin, goal = to_steps(robot, start), to_steps(robot, move.angles)
     profile, _ = plan_profile(robot, origin, goal, to_steps(robot, move.speeds))
     motor = int(np.argmax(profile.distance))
@@ -115,10 +115,10 @@ class Actor:
             plant.offer_hand(self._place(0.0), meeting.along, np.zeros(3), person.skin)
 
     def act(self, phase: Phase) -> None:
-        """Move the hand at this reading; the person notices a stop by ``phase``."""
+        """Move the hand at this reading; ``phase`` tells the person if the robot has stopped."""
         plant, person, meeting = self._plant, self._person, self._meeting
         if phase is Phase.STOPPED:
-            # After a stop, a person stops pushing; a wall stays in place.
+            # On feeling that the robot has stopped, a person stops pushing; a wall stays in place.
             if person.kind is not HandKind.RIGID:
                 plant.anchor = plant.hand[:3]
         elif plant.touched_at is None:
@@ -128,7 +128,7 @@ class Actor:
                 plant.grasp(meeting.body, meeting.local, person.skin)
 
     def _place(self, time: float) -> Array:
-        """Return the person's intended place of the hand, (3,) m."""
+        """Return where the person wants the hand to be, shape (3,), in m."""
         meeting, ahead = self._meeting, 0.0
         if self._person.kind is HandKind.TOWARDS:
             ahead = self._person.speed * (meeting.time - time)

@@ -21,10 +21,11 @@ from miburi.safety.profile import Steps
 
 @dataclass(frozen=True)
 class Variation:
-    """The differences of one trial's robot from its description (our assumptions)."""
+    """How the simulated robot of one trial differs from its description (our assumptions)."""
 
     voltage: float = 5.0  #: V of the battery
-    #: Factor on the servos' dry friction and its growth with torque and load; one, or eight.
+    #: Factor on the servos' dry friction and on how it grows with torque and load; one for all
+    #: servos, or eight.
     friction: float | tuple[float, ...] = 1.0
     load: float = 0.0  #: kg in each hand
     noise: float = 0.0  #: standard deviation of an encoder's reading, steps
@@ -45,11 +46,12 @@ class TrialPlant(Plant):
     """The physical robot of trials, built once and varied for each.
 
     The code that drives it knows only the description, ``robot``; ``true`` is the actual robot, if
-    it differs. Errors of its servos' clocks are not simulated. ``voltage``, V, replaces a
-    variation's voltage.
+    it differs. Errors of its servos' clocks are not simulated. ``voltage``, in V, replaces the
+    voltage of a variation.
 
-    ``touched`` is the first part that met the human, at ``touched_at``, s, and ``itself`` two parts
-    of the robot that met before, if any.
+    ``touched`` is the part that met the human first, and ``touched_at`` the time of that in s.
+    ``itself`` names two parts of the robot that met each other before. All are None if there is
+    none.
     """
 
     def __init__(
@@ -59,7 +61,7 @@ class TrialPlant(Plant):
         self._variation = Variation()
         self._supply = voltage
         own = true or robot
-        # the same duty gives another torque in another motor
+        # The same duty gives a different torque in a different motor.
         self._stronger = own.servo.model.motor_torque / robot.servo.model.motor_torque
         super().__init__(own, sprung_hand=True)
         self.robot = robot
@@ -67,7 +69,7 @@ class TrialPlant(Plant):
         self._base = {name: np.array(getattr(model, name)) for name in _VARIED}
         joints = [model.joint(f"hand_{axis}") for axis in "xyz"]
         self._hand_joints = [joint.id for joint in joints]
-        # the hand has only slides, so dofs and positions have the same indices
+        # The hand has only slides, so its dofs and positions have the same indices.
         self._slides = slice(int(joints[0].dofadr[0]), int(joints[-1].dofadr[0]) + 1)
         self._constraint: NDArray[np.float64] = self.data.qfrc_constraint[self._slides]
         self._nominal_friction = self.friction.copy()
@@ -75,9 +77,9 @@ class TrialPlant(Plant):
         self._anchor = np.array(HAND_AWAY)
 
     def begin(self, pose: Array, variation: Variation, rng: np.random.Generator) -> None:
-        """Begin a trial with the robot at rest in ``pose`` (8,) rad, and no hand near.
+        """Begin a trial: a robot of this variation rests in ``pose``, with no hand near.
 
-        ``rng`` makes the encoders' noise.
+        ``pose`` has shape (8,), in rad; ``rng`` makes the encoders' noise.
         """
         model = self.model
         for name, values in self._base.items():
@@ -109,7 +111,7 @@ class TrialPlant(Plant):
 
     @property
     def anchor(self) -> Array:
-        """The person's intended place of the hand, (3,) m: the rest point of its springs."""
+        """Where the person holds the hand, shape (3,), in m: the rest point of its springs."""
         return self._anchor
 
     @anchor.setter
@@ -164,7 +166,7 @@ class TrialPlant(Plant):
         jacobian = np.zeros((3, model.nv))
         mujoco.mj_comPos(model, data)
         mujoco.mj_jac(model, data, jacobian, None, place, body)
-        # The hand closes at the link's speed, without an impact.
+        # The hand closes on the moving link at the link's speed, without an impact.
         self.offer_hand(place, np.array([0.0, 0.0, 1.0]), jacobian @ data.qvel, skin)
         model.geom_contype[self._hand] = model.geom_conaffinity[self._hand] = 0
         model.eq_obj2id[self._grasp] = body
@@ -216,7 +218,7 @@ _VARIED = (
     "dof_damping", "jnt_stiffness", "body_mass", "body_inertia", "body_ipos", "geom_quat",
     "geom_solref", "geom_friction", "geom_contype", "geom_conaffinity", "eq_obj2id", "eq_data",
 )  # fmt: skip
-#: This many of a servo's friction constants, the first ones, are torques or shares of a torque.
+#: The first four of a servo's friction constants are torques, or shares of a torque.
 _TORQUES = 4
 
 

@@ -1,8 +1,8 @@
 """Record runs once, and judge them by any contact rule without physics.
 
 Until a rule stops a body, its motion does not depend on the rule. So :func:`record` runs trials
-under a rule that never stops (:class:`DeafRule`), and :func:`judge` applies another rule, to
-thousands of runs in a second.
+under a rule that never stops (:class:`DeafRule`), and :func:`judge` returns what another rule would
+have done, for thousands of runs in a second.
 """
 
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from miburi.safety.profile import SECOND, Profile, Steps
 from miburi.studies.trials.plant import TrialPlant
 from miburi.studies.trials.trial import Run, TrialKind, enact
 
-#: How long a deaf rule waits for a blocked motor after the end of its profile, µs.
+#: How long, in µs, a deaf rule waits for a blocked motor after the end of its profile.
 _WAIT = SECOND // 5
 
 
@@ -32,7 +32,7 @@ class _DeafWatch(Watch):
 class DeafRule(Rule):
     """A rule that never stops the body: a blocked move ends 0.2 s after its profile.
 
-    Trials use it to record runs, and to test the limit on the motors' torque alone.
+    Trials use it to record runs, and to see what the limit on the motors' torque achieves alone.
     """
 
     @property
@@ -57,7 +57,7 @@ class Judgement:
 
 
 def judge(rule: Rule, run: Run) -> Judgement:
-    """Return the effect that ``rule`` on the robot's Arduino card has on a recorded run."""
+    """Return what ``rule`` would have done on the robot's Arduino card in a recorded run."""
     stopped_at = _first_stop(rule, run)
     end = len(run.forces) if stopped_at is None else round(stopped_at / TIMESTEP)
     peak = float(run.forces[: max(end, 1)].max())

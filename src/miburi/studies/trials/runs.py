@@ -41,11 +41,12 @@ def carry_out_plan(
     ray: str | None = None,
     progress: Callable[[int, int], None] = lambda _done, _all: None,
 ) -> list[Outcome]:
-    """Carry out all trials of a plan; return the outcomes, free ones first, by number.
+    """Carry out all trials of a plan; return their outcomes, free trials first, by number.
 
     They run on ``workers`` processes of this machine, 1 or more, or on the cluster at the address
-    ``ray``; ``auto`` finds a local one. ``progress`` gets the numbers of finished trials and of
-    all. An interrupted run with the same Parquet file, ``out``, is continued.
+    ``ray``; ``auto`` finds a local one. ``progress`` is called with the number of finished trials
+    and the number of all trials. An interrupted run with the same Parquet file, ``out``, is
+    continued.
 
     Raises InputError if ``workers`` is not positive; OutputError if ``out`` cannot be written, or
     its journal belongs to another run; MiburiError if ``ray`` is given and Ray is not installed or
@@ -96,7 +97,7 @@ def carry_out_chunk(plan: Plan, chunk: Chunk) -> list[Outcome]:
     return outcomes
 
 
-# A model takes longer to build than to use, so each process keeps its models.
+# A model takes longer to build than to use, so each process keeps the models that it has built.
 _plants: dict[tuple[str, int], TrialPlant] = {}
 _MOST_PLANTS = 64
 
@@ -159,7 +160,7 @@ def _on_cluster(plan: Plan, todo: list[Chunk], address: str) -> Generator[Done, 
         raise _no_answer(address, error) from error
     try:
         shared = ray.put(plan)
-        # a dead node's chunks are carried out elsewhere
+        # If a node dies, its chunks are carried out again elsewhere.
         work: Any = ray.remote(num_cpus=1, max_retries=-1)(carry_out_chunk)
         left = iter(todo)
         slots = 2 * max(1, int(ray.cluster_resources().get("CPU", 1)))
@@ -202,7 +203,7 @@ def _journal(plan: Plan, out: Path | None) -> Iterator[tuple[dict[Chunk, list[Ou
         out.parent.mkdir(parents=True, exist_ok=True)
         done, length = _read_journal(path, plan)
         with path.open("ab") as file:
-            # drop a line that a kill has cut off
+            # Drop a last line that a kill has cut off.
             file.truncate(length)
             if not length:
                 _append(file, {"run": plan.key})
@@ -244,7 +245,7 @@ def _read_journal(path: Path, plan: Plan) -> tuple[dict[Chunk, list[Outcome]], i
 
 
 def write_parquet(plan: Plan, outcomes: list[Outcome], out: Path) -> None:
-    """Write a whole Parquet file with a row for each trial, or none.
+    """Write a Parquet file with a row for each trial: the whole file, or none.
 
     Raises OutputError if the folder cannot be written to, or the disk is full; MiburiError if
     PyArrow is not installed.

@@ -12,13 +12,13 @@ from miburi.studies.trials.trial import Outcome, TrialKind
 
 need("scipy", "studies")  # loading it takes a second, so only the functions that use it load it
 
-#: A missed contact matters at this force or above, N (our choice).
+#: A missed contact matters at this force, in N, or above (our choice).
 MATTERS = 2.0
-#: A stop counts as late if it comes more than this after the first touch, s (our choice).
+#: A stop counts as late if it comes more than this, in s, after the first touch (our choice).
 LATE = 0.25
-#: Quasi-static limits of ISO/TS 15066, N, as secondary sources quote them: we have not read the
-#: standard itself. The limits for transient contact are commonly taken as twice these; none is
-#: allowed on face and head.
+#: Quasi-static limits of ISO/TS 15066 in N, as secondary sources quote them: we have not read the
+#: standard itself. The limits for transient contact are commonly taken as twice these; on face and
+#: head no transient contact is allowed.
 ISO_LIMITS = {
     "face": 65,
     "forehead": 130,
@@ -43,7 +43,8 @@ def quantile_interval(values: Array, share: float) -> tuple[float, float | None]
     """Return a 95 % interval of a quantile, for any distribution.
 
     Its ends are two of the sorted values (David and Nagaraja, Order Statistics, 7.1). The upper end
-    is None if the quantile may be above the largest value, as with few values.
+    is None if the quantile may well be above the largest value, as with few values; the result is
+    None if there are no values.
     """
     count = len(values)
     if count == 0:
@@ -59,7 +60,8 @@ def quantile_interval(values: Array, share: float) -> tuple[float, float | None]
 class Summary:
     """Figures of a run; s and N.
 
-    All intervals are 95 % intervals, Wilson's for counts. A figure without any trial is None.
+    All intervals are 95 % intervals; those of counts are Wilson's. A figure that rests on no trial
+    is None.
     ``missed`` people were pressed with 1 N or more (mean over 0.1 s) without a stop; figures above
     2 N use the same mean, except ``missed_peak_above_2N``, for which the force reached 2 N for a
     moment. The interval of the 99th percentile assumes no distribution. The largest value has no
@@ -74,7 +76,7 @@ class Summary:
     missed_interval: tuple[float, float]
     missed_above_2N: int  # noqa: N815  (that is how the unit is written)
     missed_peak_above_2N: int  # noqa: N815  (the unit)
-    brushes: int  #: people that the robot only brushed past; others replaced them
+    brushes: int  #: people whom the robot only brushed past; others were drawn in their place
     latency_mean: float | None
     latency_p95: float | None
     latency_max: float | None

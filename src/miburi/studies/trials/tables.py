@@ -35,7 +35,7 @@ def in_words(summary: Summary) -> str:
 
 
 def rows(columns: dict[str, Summary]) -> list[list[str]]:
-    """Return the rows of a table: a title, and a cell for each summary."""
+    """Return a table of summaries: each row has its title, then a cell for each summary."""
     return [
         [words, *(_cell(summary, name) for summary in columns.values())] for name, words in _ROWS
     ]

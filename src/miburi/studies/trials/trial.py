@@ -21,17 +21,19 @@ from miburi.studies.trials.conditions import Conditions, HandKind, Person, draw,
 from miburi.studies.trials.meeting import Actor, Meeting, carriers, plan
 from miburi.studies.trials.plant import TrialPlant
 
-#: A contact without a stop within this time counts as missed, s (our choice).
+#: A contact counts as missed if the robot does not stop within this time, in s (our choice).
 PATIENCE = 1.0
-#: How long the robot may still push after a stop, and how long its push is then measured, s.
+#: How long, in s, the robot may still push after a stop, and for how long its push is measured after
+#: that.
 SETTLED, WATCHED = 0.3, 0.2
-#: The sustained force is a mean over this time, s, the rule's period.
+#: The sustained force is a mean over this time, in s: the rule's own period.
 SUSTAINED = 0.1
-#: A robot that does not stop and presses with less sustained force than this, N, only brushes past
-#: a person (our choice).
+#: A person is in the way if a robot that does not stop presses on them with this sustained force,
+#: in N (our choice); with less it only brushes past.
 IN_THE_WAY = 1.0
 _READING_US = round(READING * SECOND)
-#: The most gestures, and people for each, that are drawn to find a meeting.
+#: How many gestures are drawn at most, and how many people for each, to find a meeting of robot and
+#: person.
 _GESTURES, _PERSONS = 50, 25
 
 
@@ -51,7 +53,7 @@ class Outcome:
     servo: int  #: its number in this run
     feeling: str
     mood: float
-    pose: int  #: the number of the (first) move's key pose
+    pose: int  #: the number of the key pose that the (first) move leads to
     hand: str  #: the behaviour of the hand; empty without a person, and so is ``link``
     link: str  #: the link that the hand is to meet
     speed: float  #: m/s, the link's commanded speed there; NaN without a person
@@ -62,22 +64,23 @@ class Outcome:
     false_stop: bool  #: whether it stopped before anybody touched it
     touched: str  #: the part of the robot that met the person first
     latency: float  #: from the first touch to the stop; NaN without either
-    #: From a force of 1 N on: NaN if it was never reached, 0 if the stop came before.
+    #: From when the force reached 1 N to the stop: NaN if it never did, 0 if the stop came before.
     latency_from_1N: float  # noqa: N815  (that is how the unit is written)
     peak_force: float  #: until half a second after the stop
     sustained_force: float  #: the largest mean over 0.1 s, until then
     push_after_stop: float  #: the largest force from 0.3 s to 0.5 s after the stop; NaN without one
     right_motor: bool  #: whether the stop names a motor that carries the touched part
-    brushes: int  #: people drawn earlier that the robot only brushed past
+    brushes: int  #: people drawn earlier whom the robot only brushed past
     brush_force: float  #: the largest force on them
     self_collision: bool  #: whether two parts of the robot met before anybody touched it
 
 
 @dataclass
 class Run:
-    """The record of a trial: a trace for each move, and the force, N, at each physics step.
+    """The record of a trial: a trace for each move, and the force in N at each physics step.
 
-    ``brushes`` are the largest forces, N, on people that the robot only brushed past.
+    ``brushes`` are the largest forces, in N, on people drawn earlier whom the robot only brushed
+    past.
     """
 
     conditions: Conditions
@@ -103,7 +106,7 @@ def trial(
     servo: int = 0,
     repertoire: Repertoire | None = None,
 ) -> Outcome:
-    """Carry out one trial, which depends only on robot, rule, repertoire, seed, kind and index.
+    """Carry out one trial; it depends only on robot, rule, repertoire, seed, kind and index.
 
     Raises InputError if no drawn gesture brings this robot into contact with a person.
     """
@@ -138,7 +141,8 @@ def enact(
             # A hand that met another limb, or the stand, did not block the chosen link.
             if result.touched is not None and carriers(result.touched)[1:2] != motors[1:2]:
                 continue
-            # A run without a stop does not depend on the rule, nor does this choice of a person.
+            # A run without a stop does not depend on the rule, so neither does this choice of a
+            # person.
             if result.stop is None and sustained_force(result.forces) < IN_THE_WAY:
                 brushes.append(float(result.forces.max()))
                 continue
@@ -152,7 +156,7 @@ def enact(
 def _meetings(
     plant: TrialPlant, conditions: Conditions, hand: HandKind, rng: np.random.Generator
 ) -> Iterator[tuple[Person, Meeting]]:
-    """Yield people in the way of the drawn move, each with the meeting."""
+    """Yield people in the way of the drawn move, each with where and when they meet the robot."""
     for _ in range(_PERSONS):
         person = draw_person(rng, hand)
         meeting = plan(plant, person, conditions.start, conditions.moves[0][0])
@@ -212,7 +216,7 @@ def _perform(
 
 
 def trace_of(robot: Robot, origin: Array, move: Move, readings: list[Steps]) -> Trace:
-    """Return the trace of a move from ``origin`` (8,) rad with these readings."""
+    """Return the trace of a move from ``origin``, (8,) in rad, with the encoders' readings."""
     begin, end = to_steps(robot, aim(robot, np.array([origin, move.angles])))
     profile, direction = plan_profile(robot, begin, end, to_steps(robot, move.speeds))
     times = np.arange(len(readings), dtype=np.int64) * _READING_US
@@ -262,7 +266,7 @@ def measure(result: Run, kind: TrialKind, index: int, servo: int) -> Outcome:
 
 
 def sustained_force(forces: Array) -> float:
-    """Return the largest mean over 0.1 s of forces (n,) at each physics step, N."""
+    """Return the largest mean over 0.1 s of forces, (n,) in N, one for each physics step."""
     width = round(SUSTAINED / TIMESTEP)
     sums = np.cumsum(np.concatenate([[0.0], forces]))
     return float((sums[width:] - sums[:-width]).max() / width)

@@ -20,11 +20,11 @@ from miburi.safety.profile import SECOND
 from miburi.studies.trials.replay import judge
 from miburi.studies.trials.trial import PATIENCE, Run
 
-#: Bounds of the search: p in readings of 10 ms, the ratio, the travel of a motor before it is
-#: judged, rad, and the margin of the guards (our choice). An Arduino card accepts no ratio below
-#: 0.8.
+#: Bounds of the search: p in readings of 10 ms, the ratio, how far in rad a motor travels before it
+#: is judged, and the margin of the guards (our choice). An Arduino card accepts no ratio below 0.8.
 BOX = ((5.0, 20.0), (0.8, 0.99), (0.004, 0.05), (1.0, 2.5))
-#: The most points to try, and the cost of false stops above the bound, s.
+#: How many points are tried at most, and how many seconds a share of 1 above the bound on false
+#: stops would cost.
 _BUDGET, _PENALTY = 150, 100.0
 _READING = SECOND // 100
 
@@ -34,7 +34,7 @@ class Verdict:
     """The effect of a rule on recorded runs."""
 
     false_stops: float  #: share of the runs that it stops before any touch
-    missed: float  #: share of touched people that it does not notice
+    missed: float  #: share of touched people whom it does not notice
     delay: float  #: s, mean from touch to stop; a missed contact counts as ``PATIENCE``
     force: float  #: N, median of the largest forces before the stop
     runs: int = 0  #: ``false_stops`` is a share of these
@@ -51,7 +51,7 @@ class Tuned:
 
 
 def free_traces(rule: FreeRule, runs: Sequence[Run]) -> list[FreeTrace]:
-    """Return the traces of runs, for a rule's model of an unhindered servo."""
+    """Return the traces of runs, to compare with a rule's model of an unhindered servo."""
     return [FreeTrace(**vars(trace), rule=rule) for run in runs for trace in run.traces]
 
 
@@ -87,7 +87,7 @@ def tune(
 
     The runs are under a deaf rule; see :func:`miburi.studies.trials.replay.record`. Every other
     free run calibrates a candidate's guards; the candidate then judges the other free runs and all
-    blocked ones. ``progress`` gets the number of rules tried.
+    blocked ones. ``progress`` is called with the number of rules tried.
 
     Raises InputError if the bound is not from 0 to 1, or free or blocked runs are missing.
     """
@@ -128,7 +128,7 @@ def tune(
     return Tuned(best.rule, best.verdict, len(tried))
 
 
-# Judging a rule takes half a second, so generations are small; the cost has steps, which rule out a
+# Judging a rule takes half a second, so generations are small. The cost has steps, so there is no
 # local search.
 _SETTINGS = bma.Settings(
     generations=12, individuals=6, clones=3, transfers=4, local_probability=0.0,
