@@ -23,8 +23,8 @@ from miburi.studies.trials.plant import TrialPlant
 
 #: A contact counts as missed if the robot does not stop within this time, in s (our choice).
 PATIENCE = 1.0
-#: How long, in s, the robot may still push after a stop, and for how long its push is measured after
-#: that.
+#: How long, in s, the robot may still push after a stop, and for how long after that its push is
+#: measured.
 SETTLED, WATCHED = 0.3, 0.2
 #: The sustained force is a mean over this time, in s: the rule's own period.
 SUSTAINED = 0.1

@@ -23,8 +23,8 @@ from miburi.studies.trials.trial import PATIENCE, Run
 #: Bounds of the search: p in readings of 10 ms, the ratio, how far in rad a motor travels before it
 #: is judged, and the margin of the guards (our choice). An Arduino card accepts no ratio below 0.8.
 BOX = ((5.0, 20.0), (0.8, 0.99), (0.004, 0.05), (1.0, 2.5))
-#: How many points are tried at most, and how many seconds a share of 1 above the bound on false
-#: stops would cost.
+#: How many points are tried at most; and the cost, in s, of a share of false stops that exceeds the
+#: bound by 1.
 _BUDGET, _PENALTY = 150, 100.0
 _READING = SECOND // 100
 
