@@ -1,7 +1,7 @@
 """Asynchronous requests to the interface, for doors that serve many clients at once.
 
-An :class:`Asker` sends requests to ``/api/v1``, over the network or, without the access check, in
-the server's process. So a door can do what HTTP can, and nothing else.
+An :class:`Asker` sends requests to ``/api/v1``: over the network, or inside the server's process,
+without its access check. So a door that uses it can do what HTTP can, and nothing else.
 """
 
 import asyncio
@@ -25,18 +25,18 @@ from miburi.serving.press import BY, By
 from miburi.talk.said import SayOut
 from miburi.wire.messages import GestureOut, SayIn, WishOut
 
-#: The status for too many requests; the most tries then, and the time between tries, s (our
-#: choice).
+#: The status for too many requests; how often such a request is tried, and the time between two
+#: tries, in s (our choice).
 _TOO_MANY, _TRIES, _BREATH = 429, 20, 0.1
 _EVENTS = TypeAdapter(list[LiveEvent])
 _GESTURES = TypeAdapter(list[GestureOut])
 
-#: Silence after which a streamed answer counts as lost, s.
+#: A streamed answer counts as lost after this time, in s, without a sign of life.
 _STREAM_TIME = 30.0
 
 
 class Asker:
-    """Sends one partner requests, with the errors of :class:`miburi.RemotePartner`.
+    """Sends requests to one partner; raises the errors of :class:`miburi.RemotePartner`.
 
     ``url`` is the partner's address, for messages; the base URL of ``http`` ends with ``/api/v1``.
     """

@@ -57,8 +57,8 @@ class AsyncPartner(Asker):
     """A live partner at the other end of a connection; made by :func:`miburi.connect_async`.
 
     Use it as an asynchronous context manager, or call :meth:`close`. Its methods raise the errors
-    of :class:`miburi.RemotePartner`. A returned ``str`` is the request's id, which events carry as
-    ``wish``.
+    of :class:`miburi.RemotePartner`. If a method returns a ``str``, that is the request's id, which
+    events carry as ``wish``.
     """
 
     async def __aenter__(self) -> Self:
@@ -75,7 +75,10 @@ class AsyncPartner(Asker):
     async def events(
         self, after: str | None = None, patience: float = 60.0
     ) -> AsyncGenerator[LiveEvent, None]:
-        """Yield the events after an id, or from now on; see :meth:`RemotePartner.events`."""
+        """Yield the events after the one with an id, or from now on.
+
+        See :meth:`RemotePartner.events`.
+        """
         cursor = after or (await self.state()).cursor
         loop = asyncio.get_running_loop()
         heard: float | None = None
@@ -110,7 +113,7 @@ class AsyncPartner(Asker):
         return await self.wish("/stimulus", StimulusIn(**fields_of(stimulus, Stimulus)))
 
     async def sense(self, kind: str, clearness: float = 1.0) -> None:
-        """Report an occurrence; see :meth:`RemotePartner.sense`."""
+        """Report something that has happened, such as a pat; see :meth:`RemotePartner.sense`."""
         await self.tell("/sense", SenseIn.model_construct(kind=kind, clearness=clearness))
 
     async def speak(self, text: str) -> str:

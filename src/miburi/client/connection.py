@@ -1,4 +1,7 @@
-"""One program's connection to a live partner over HTTP: requests, and streams that reconnect."""
+"""One program's connection to a live partner over HTTP: requests, and streams that reconnect.
+
+An error status raises one of Miburi's errors, with the server's message.
+"""
 
 import json
 import time
@@ -19,9 +22,10 @@ from miburi.live.state import State
 from miburi.serving.press import BY
 from miburi.wire.messages import WishOut
 
-#: How long to wait for an answer, s.
+#: How long to wait for an answer, in s.
 PATIENCE = 10.0
-#: Interval between two attempts to reconnect, and silence after which a stream counts as lost, s.
+#: The time between two attempts to reconnect, and the silence after which a stream counts as lost,
+#: in s.
 _AGAIN, _STREAM_TIME = 0.5, 30.0
 _DATA = "data: "
 #: What a program is told that uses a connection after its end.
@@ -69,7 +73,10 @@ class Connection:
     def ask(
         self, method: str, path: str, content: object = None, by: httpx.Client | None = None
     ) -> httpx.Response:
-        """Send a request through the HTTP client ``by``; return the answer, or raise its error."""
+        """Send a request and return the answer, or raise an error if it is a refusal.
+
+        ``by`` is the HTTP client to send with.
+        """
         try:
             response = (by or self._http).request(method, path, json=content)
         except UnicodeEncodeError as error:
@@ -152,7 +159,7 @@ class Connection:
             self._wait_to_connect(heard, patience, failure)
 
     def _wait_to_connect(self, heard: float | None, patience: float, failure: Exception) -> None:
-        """Wait a moment; give up without a first answer, or without one for ``patience`` s."""
+        """Wait a moment; give up if nothing was ever heard, or nothing for ``patience`` s."""
         if heard is None or time.monotonic() - heard > patience:
             if isinstance(failure, ConnectionLostError):
                 raise failure
@@ -170,7 +177,7 @@ class Connection:
             ) from error
 
     def _open(self) -> httpx.Client:
-        # A pool that closes surplus connections may close one that a thread has just got.
+        # A pool that closes surplus connections may close one that a thread has just been given.
         limits = httpx.Limits(max_connections=_CONNECTIONS, max_keepalive_connections=_CONNECTIONS)
         return httpx.Client(
             base_url=self._url + "/api/v1",

@@ -42,7 +42,7 @@ from miburi.wire.messages import (
 )
 from miburi.wire.robot import RobotOut
 
-#: The most wishes that may wait in :meth:`RemotePartner.soon`.
+#: How many wishes may wait to be sent by :meth:`RemotePartner.soon`.
 WAITING = 32
 _LOG = logging.getLogger(__name__)
 
@@ -94,7 +94,7 @@ class RemotePartner:
         self.close()
 
     def close(self) -> None:
-        """Close the connection, and drop waiting wishes."""
+        """Close the connection, and drop the wishes that are still waiting."""
         if self._sender is not None:
             with suppress(queue.Empty):
                 while True:
@@ -120,8 +120,8 @@ class RemotePartner:
     def watch(self, rate: float = 30.0, patience: float = 60.0) -> Generator[State, None, None]:
         """Yield states, ``rate`` a second (0.1 to 50), until you leave the loop.
 
-        At 50 a second, no state of the robot's loop is left out. A lost connection, as at a
-        restart, is retried for up to ``patience`` s.
+        At 50 a second, no state of the robot's loop is left out. If the connection is lost, as when
+        the partner restarts, this tries to reconnect for up to ``patience`` s.
         """
         try:
             wanted = float(rate)
@@ -136,9 +136,9 @@ class RemotePartner:
     ) -> Generator[LiveEvent, None, None]:
         """Yield the events after the one with this id, or from now on, until you leave the loop.
 
-        A lost connection is retried for up to ``patience`` s. The events of that time are then
-        yielded, including those from before a restart of the partner. A ``gap`` stands for missing
-        events. With ``after="0"``, all stored events come first.
+        If the connection is lost, this tries to reconnect for up to ``patience`` s. The events of
+        that time are then yielded, including those from before a restart of the partner. If events
+        are missing, a ``gap`` says so. With ``after="0"``, all stored events come first.
 
         Raises
         ------
@@ -148,14 +148,14 @@ class RemotePartner:
         return self._line.events(after or self.state.cursor, patience)
 
     def until_ended(self, wish: str, patience: float = 60.0) -> LiveEvent:
-        """Wait until a wish has ended, in any way; return the event of its end.
+        """Wait until a wish has ended, successfully or not; return the event that says so.
 
         Raises
         ------
         InputError
             The id is not that of a wish; that of a stimulus, for example, never ends.
         BodyError
-            The partner was restarted, so the end of the wish is unknown.
+            The partner was restarted, or no longer has the events, so nobody knows how it ended.
         ConnectionLostError
             The partner has not answered for ``patience`` s.
         """
@@ -167,8 +167,8 @@ class RemotePartner:
     def soon(self, wish: Callable[..., object], *args: Any, **kwargs: Any) -> bool:
         """Send a command in a background thread, as in ``soon(partner.stimulate, stimulus)``.
 
-        This returns at once, so that a game, for instance, misses no frame; False if
-        :data:`WAITING` wishes are queued already. Failures are logged.
+        This returns at once, so that a game, for instance, misses no frame. It returns False, and
+        sends nothing, if :data:`WAITING` wishes are queued already. Failures are logged.
         """
         if self._sender is None:
             self._sender = threading.Thread(target=self._send_all, name="wishes", daemon=True)
@@ -193,9 +193,10 @@ class RemotePartner:
         return self._line.wish("/stimulus", fields_of(stimulus, Stimulus))
 
     def sense(self, kind: str, clearness: float = 1.0) -> None:
-        """Report an occurrence, such as a pat.
+        """Report something that has happened to the partner, such as a pat.
 
-        ``kind`` is a built-in kind, or one in the file for ``miburi run --senses``.
+        ``kind`` is a built-in kind, or one that is defined in the file given to
+        ``miburi run --senses``.
         """
         self._line.post("/sense", {"kind": kind, "clearness": clearness})
 
@@ -243,7 +244,8 @@ class RemotePartner:
     def perform(self, *acts: AnyAct, now: bool = False) -> str:
         """Perform gestures, looks, key poses and sentences together, each at its offset.
 
-        The performance is queued or, with ``now``, replaces the running and queued ones.
+        The performance begins after the queued ones or, with ``now``, replaces them and the one
+        that is running.
         """
         wish = PerformanceIn(acts=list(acts), when="now" if now else "next")
         return self._line.wish("/performance", wish.model_dump(mode="json"))
@@ -294,9 +296,9 @@ class RemotePartner:
         self._line.post("/hand", {"position": None})
 
     def temperament(self, name: str, rest: RestLevel | None = None) -> None:
-        """Change to a shipped temperament, or to the partner's first one.
+        """Change to a shipped temperament, or to the one that the partner was started with.
 
-        ``rest`` is the level of idle motion, by default the temperament's.
+        ``rest`` says how much it moves while it shows no feeling; by default, the temperament says.
         """
         self._line.post("/temperament", {"name": name, "rest": rest})
 
