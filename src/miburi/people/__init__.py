@@ -1,4 +1,4 @@
-"""What the partner remembers of people: names, facts, and how they have treated it.
+"""What the partner remembers about people: names, facts, and how they have treated it.
 
     records      the file of people and of the facts that they told
     memory       that file on the user's own disk, and who is present

@@ -1,9 +1,9 @@
 """Attachment: how somebody has treated the partner, over weeks.
 
 While a person is present, the attachment shifts the resting moods of the temperament. It depends on
-that person's stimuli and contacts, and on time. An attachment is a second emotional model, with the
-equations of the paper's three levels, in which time passes more slowly: an effect that lasts an
-hour in a mood lasts three weeks in an attachment. The temperament has the constants.
+that person's stimuli and contacts, and on time. An attachment is an emotional model of its own,
+with the equations of the paper's three levels, in which time passes more slowly: what lasts an hour
+in a mood lasts three weeks in an attachment. The temperament has the constants.
 """
 
 from collections.abc import Iterable

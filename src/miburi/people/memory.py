@@ -30,7 +30,8 @@ from miburi.people.records import (
 )
 from miburi.people.remarks import STAYS, Remarks
 
-#: The most people, and the most facts of each, after which the oldest facts go (our choice).
+#: How many people are kept, and how many facts from each; beyond that, the oldest facts are dropped
+#: (our choice).
 MOST_PEOPLE, MOST_FACTS = 50, 500
 #: The share of a question's weight that a remark made in passing must match to answer it, and the
 #: share that a sure answer must match (our choice).
@@ -43,7 +44,7 @@ _LATEST = 3
 
 
 class Memory:
-    """What one partner knows of people, and who is present.
+    """What one partner knows about people, and who is present.
 
     If the disk takes nothing more, the partner knows what it is told until it ends, but it deletes
     and corrects nothing that would stay on the disk: that raises OutputError.
@@ -66,7 +67,8 @@ class Memory:
         #: Facts from somebody who has not given a name; they are never written.
         self._untold: list[Fact] = []
         self.remarks = Remarks(clock)
-        #: The number of deletions; when it changes, other parts forget the conversation, too.
+        #: The number of deletions. Other parts that remember the conversation watch it: when it
+        #: changes, they forget, too.
         self.deleted = 0
         self._until = clock()
         self._lock = threading.RLock()  # one change at a time, with its writing
@@ -108,7 +110,7 @@ class Memory:
                 self.forget_noted()
 
     def meet(self, name: str) -> Acquaintance:
-        """Set the person present; return what is known about them.
+        """Set who is present from now on; return what is known about them.
 
         Raises InputError if the name is empty or too long, or it knows too many people.
         """
@@ -146,7 +148,7 @@ class Memory:
         *,
         more: bool = False,
     ) -> None:
-        """Keep a remark for this conversation, with the person that "he" means, if known."""
+        """Keep a remark for this conversation; its statement gets the person that "he" means."""
         if told:
             first, about = told[0], self.remarks.about if more else None
             named = self.with_whom(first, language)
@@ -202,7 +204,10 @@ class Memory:
         return fact
 
     def recall(self, question: str, language: Language, *, surely: bool = False) -> str | None:
-        """Return the present person's answer to a question, by a stricter match if ``surely``."""
+        """Return what the person present has told that answers a question, if anything.
+
+        With ``surely``, it must match the question more closely.
+        """
         facts = [fact for fact in self._facts_now() if fact.language == language]
         if facts and fits("everything", question, language):
             return _together(_most_telling(facts, language), language)
@@ -302,7 +307,7 @@ class Memory:
             self.forget_noted()  # the remarks may contain the fact
 
     def forget(self, name: str) -> None:
-        """Delete somebody, with all their facts.
+        """Delete somebody, with all that they told.
 
         Raises InputError if there is nobody of that name; OutputError, without any change, if the
         file cannot be written.

@@ -1,10 +1,10 @@
-"""Recall: find the fact that answers a question.
+"""Recall: find which fact that somebody told the partner answers a question, if any.
 
-The answer is the fact that shares most of the question's rare words, if any. It must mention the
-subject of the question, such as "my dog". Words are compared by their beginnings, and synonyms,
-such as "tablets" and "pills", count as one. Text in a language without spaces is compared by pairs
-of characters. For some questions a clue counts as a shared word: "I was a cook for ten years"
-answers "What was my job?"
+The answer is the fact that shares most of the question's rare words. It must mention the subject of
+the question, such as "my dog". Words are compared by their beginnings, and synonyms, such as
+"tablets" and "pills", count as one. Text in a language without spaces is compared by pairs of
+characters. For some questions a clue counts as a shared word: "I was a cook for ten years" answers
+"What was my job?"
 """
 
 import re
@@ -27,8 +27,8 @@ from miburi.languages import (
 
 #: The share of a question's weight that an answer must match by default (our choice).
 ENOUGH = 0.45
-#: The number of letters compared, and the relative weight of a word that is in no fact (our
-#: choice).
+#: How many letters of a word are compared, and the relative weight of a word that no fact contains
+#: (our choice).
 _STEM, _UNTOLD = 6, 0.3
 #: The sentences of a remark that are written as questions.
 _ASKED = re.compile(r"[^.!?。！？]+[?？]")
@@ -95,9 +95,10 @@ def recall(
 
 
 def ways_to_ask(question: str, earlier: Iterable[str], language: Language) -> Iterator[str]:
-    """Yield a question, the question with the person it means, its parts, and its last clause.
+    """Yield a question in several forms, of which any may find an answer.
 
-    ``earlier`` has the sentences before it, the newest first.
+    They are the question itself, the question with the person that it means, the questions in it,
+    and its last clause. ``earlier`` has the sentences before it, the newest first.
     """
     yield question
     if whom := whom_of(question, earlier, language):

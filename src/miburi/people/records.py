@@ -1,4 +1,4 @@
-"""The file of people and their facts."""
+"""The file of people, and of the facts that they told the partner."""
 
 import json
 import sys
@@ -18,7 +18,7 @@ LONGEST_NAME, LONGEST_FACT = 40, 200
 
 
 class Fact(BaseModel):
-    """Something that a person told; ``asked`` if they asked the partner to remember it."""
+    """A fact that somebody told; ``asked`` says whether they asked the partner to remember it."""
 
     model_config = ConfigDict(frozen=True)
 

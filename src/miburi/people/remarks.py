@@ -8,8 +8,8 @@ from itertools import takewhile
 
 #: How long after last speaking somebody counts as present (our choice).
 STAYS = timedelta(hours=2)
-#: The number of remarks kept; the numbers of latest remarks to which a pronoun and a name can
-#: refer; and for how long (our choice).
+#: How many remarks are kept; to how many of the latest a pronoun can refer, and a name; and for how
+#: long (our choice).
 _KEPT, _FEW, _SOME, _MEANT = 60, 3, 12, timedelta(minutes=5)
 #: A remark of at most this many characters is repeated whole, a longer one sentence by sentence
 #: (our choice).
@@ -17,7 +17,7 @@ _SHORT = 120
 
 
 class Remarks:
-    """Each remark of the person at the table, with its time and its statements."""
+    """What the person at the table has said: each remark, its time, and its statements."""
 
     def __init__(self, clock: Callable[[], datetime]) -> None:
         self._clock = clock
@@ -31,9 +31,10 @@ class Remarks:
         self.about = None
 
     def note(self, said: str, told: Sequence[str], *, more: bool) -> None:
-        """Keep a remark and ``told``, its sentences that are not questions.
+        """Keep a remark, and those of its sentences that are not questions (``told``).
 
-        With ``more``, the first of these continues the previous statement, and is joined to it.
+        With ``more``, the first of these sentences continues the previous statement, and is joined
+        to it.
         """
         about = self.about if more else None
         self.about = about or next(reversed(told), self.about)
@@ -47,14 +48,15 @@ class Remarks:
         return [(said, told) for when, said, told in few if when >= since]
 
     def latest_told(self) -> str | None:
-        """Return the latest statements among a few remarks; an empty remark ends the search."""
+        """Return the latest statements among a few remarks, but none from before an empty one."""
         few = takewhile(lambda one: one[0], self._latest())
         return next((" ".join(told) for _, told in few if told), None)
 
     def sentences(self, *, named: bool = True) -> Iterator[str]:
         """Yield the sentences that may mention the person meant by a pronoun, newest first.
 
-        If the words also give a name (``named``), the person may have been mentioned longer ago.
+        If the words also give a name (``named``), the person may have been mentioned several
+        remarks ago; a pronoun alone rarely means such a person.
         """
         for said, _ in self._latest(_SOME if named else _FEW):
             yield from reversed(re.split(r"[.!?]+", said))
