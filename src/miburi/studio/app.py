@@ -29,7 +29,8 @@ def make_app(
 ) -> FastAPI:
     """Return the application for a live partner; NiceGUI allows one studio in a process.
 
-    The partner's knowledge of people is in ``folder``, or lost at the end without one.
+    ``folder`` keeps what the partner knows about people; if it is None, the partner forgets that
+    when it ends.
     """
     app = make_api(runner, doors.talk, doors.care, doors.seed, folder)
     app.include_router(live_router(runner))

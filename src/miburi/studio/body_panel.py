@@ -24,9 +24,10 @@ from miburi.studio.words import Words
 
 #: A motor is marked as warm from this many °C below the limit.
 _WARM = 5.0
-#: Interval between checks of the recordings, s, and the length of their list.
+#: The time between two checks of the recordings, in s, and how many of them are listed.
 _LOOK, _LISTED = 0.5, 20
-#: Bodies with simulated servos; and the keys of the texts about the source of a servo's constants.
+#: Bodies with simulated servos; and, by the standing of a servo's constants, the key of the text
+#: that says where they come from.
 _SIMULATED = ("simulated", "emulated-card")
 _STANDINGS = {
     "identified by others": "servo_identified",
@@ -37,7 +38,7 @@ Update = Callable[[State], None]
 
 
 def body_panel(runner: LivePartner, words: Words, updates: list[Update]) -> None:
-    """Add the panel; its functions to call with each new state go to ``updates``."""
+    """Add the panel, and append to ``updates`` the functions to call with each new state."""
     with ui.element("div").classes("panel"):
         with ui.element("div"):
             _body(runner, words["body"], updates)
@@ -80,7 +81,7 @@ def _body(runner: LivePartner, say: dict[str, str], updates: list[Update]) -> No
 
 
 def _follow(choice: Choice, value: Callable[[State], str], updates: list[Update]) -> None:
-    """Show the choice of another page or a program."""
+    """Show what another page or a program has chosen."""
     shown = choice.value
 
     def update(state: State) -> None:
@@ -165,7 +166,7 @@ def _recordings(runner: LivePartner, say: dict[str, str], updates: list[Update])
 def _add_recording(recordings: Recordings, one: Kept, say: dict[str, str], sure: set[str]) -> None:
     """Add a recording to the list, with a button that deletes it when pressed twice.
 
-    ``sure`` has the names of recordings whose button was pressed once.
+    ``sure`` has the names of recordings whose button was pressed once; it outlives the list.
     """
     with ui.element("li"):
         ui.link(one.name, f"/api/v1/recordings/{one.name}").props("download")

@@ -12,7 +12,7 @@ from miburi.robot.shape import COLOURS
 
 
 def shapes_router(runner: LivePartner) -> APIRouter:
-    """Return the router of the shapes, a list that is empty where the parts cannot be built."""
+    """Return the route of the shapes: a list, which is empty if the robot cannot be built."""
     router = APIRouter(include_in_schema=False)
 
     @router.get("/api/page/shapes")
@@ -26,7 +26,7 @@ def _shapes(robot: Robot) -> list[dict[str, object]]:
     solids = shapes_if_it_can_be_built(robot)
     if not solids:
         return []
-    # This needs the extra ``hardware``.
+    # Imported here because it needs the extra ``hardware``.
     from miburi.hardware.exports import triangles
 
     table: list[dict[str, object]] = []

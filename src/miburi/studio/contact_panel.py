@@ -16,18 +16,18 @@ from miburi.studio.parts import heading
 from miburi.studio.words import Words, pressed_by
 
 _LOG_LINES = 60
-#: The largest force shown, N; above it the page says "more than", because a simulated hand that is
-#: pushed through an arm does not measure the motors. In trials, hands that move as people's do felt
-#: 51 N at most (docs/safety.md).
+#: The largest force that is shown, in N. Above it the page says "more than", because the simulated
+#: hand can be pushed through an arm, and such a force is no measure of the motors. In trials, hands
+#: that move as people's do felt 51 N at most (docs/safety.md).
 _FIRM = 60.0
-#: The most reasons in the log's line for a stimulus, before it is opened.
+#: How many reasons the log's line for a stimulus lists; when opened, it shows all of them.
 _WHYS = 3
 
 
 def contact_panel(
     runner: LivePartner, words: Words, updates: list[Callable[[State], None]]
 ) -> None:
-    """Add the panel; its function to call with each new state goes to ``updates``."""
+    """Add the panel, and append to ``updates`` the function to call with each new state."""
     say = words["contact"]
     with ui.element("div").classes("panel"):
         with ui.element("div"):
@@ -169,7 +169,7 @@ def _entry_html(entry: LiveEvent, words: Words) -> str:
 
 
 def _sign(part: Brought, entry: LiveEvent, words: Words) -> str:
-    """Return one reason for a stimulus: a quoted word, or an occurrence, in words."""
+    """Return one reason for a stimulus: a word as it was said, or what happened, in words."""
     if part.what == RAISED:
         return words["talk"]["raised"]
     if entry.source == "speech":

@@ -14,7 +14,7 @@ _FOLDER = Path(__file__).parent
 
 
 def page(request: Request, name: str, status: int = 200, **values: object) -> HTMLResponse:
-    """Return the page from the template ``{name}_page.html`` and ``values``.
+    """Return the page that the template ``{name}_page.html`` makes of ``values``.
 
     The template also gets all words by section as ``say``, its own section as ``words``, and the
     visitor's ``language`` and colour ``scheme``; ``values`` may replace them.
@@ -33,8 +33,9 @@ async def missing_page(request: Request, _error: Exception | None = None) -> HTM
 
 
 async def people_page(request: Request) -> HTMLResponse:
-    """Return ``/people``: permissions to remember people and to speak first, and all facts.
+    """Return ``/people``: the people whom the partner knows, and when it may speak first.
 
-    The page's script loads the facts from the interface.
+    Here a person allows the partner to remember people, and can see, correct, download and delete
+    everything that it knows. The page's script loads that from the interface.
     """
     return page(request, "people")

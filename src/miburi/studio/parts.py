@@ -16,7 +16,7 @@ from miburi.live.wishes import Wish
 
 @contextmanager
 def refusals_shown() -> Iterator[None]:
-    """End the block at a refusal, and show the reason."""
+    """If something in the block is refused, end the block, and show the reason."""
     try:
         yield
     except MiburiError as error:

@@ -1,4 +1,4 @@
-"""A visitor's preferences in cookies, and the JavaScript that sets them."""
+"""A visitor's preferences, kept in the browser's cookies, and the JavaScript that sets them."""
 
 from dataclasses import dataclass
 

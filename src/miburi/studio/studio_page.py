@@ -1,7 +1,7 @@
 """The studio (``/``): the robot, its feelings, and the panels.
 
-The browser draws fast changes from the live WebSocket (:mod:`miburi.studio.elements`). This module
-builds the rest, and updates it four times a second.
+The browser itself draws what changes many times a second, from the live WebSocket
+(:mod:`miburi.studio.elements`). This module builds the rest, and updates it four times a second.
 """
 
 import time
@@ -36,14 +36,14 @@ from miburi.studio.preferences import TABS, Preferences, keep
 from miburi.studio.words import own_name, page_languages, words
 from miburi.talk.care import Care
 
-#: Interval between checks for pages that no browser has connected to, s. Each takes about 0.8 MB;
-#: NiceGUI keeps it for 60 s, which a slow computer needs.
+#: The time, in s, between two checks for pages that no browser has connected to. Each takes about
+#: 0.8 MB; NiceGUI keeps it for 60 s, because a slow computer needs that long to connect.
 _LOOKS = 5.0
-#: If more pages than this are waiting, pages older than this, s, are dropped.
+#: If more pages than ``_MANY`` are waiting, those older than ``_FLOODED`` s are dropped.
 _MANY, _FLOODED = 20, 10.0
-#: Interval between two updates, s.
+#: The time between two updates of what changes slowly, in s.
 _LOOK = 0.25
-#: The hand's first position, m: low in front of the robot, clear of both arms.
+#: Where the hand appears, in m: low in front of the robot, in the way of neither arm.
 HAND_START = (0.22, 0.0, 0.05)
 _TOGGLE_DARK = f"""() => {{
     const dark = !document.body.classList.contains("body--dark");
@@ -71,9 +71,9 @@ def make_studio(runner: LivePartner, reach: Reach, sounded: Sequence[str], care:
     def studio(request: Request) -> None:
         _Studio(runner, Preferences.of(request), reach, sounded, care).build()
 
-    # else Quasar shows an unlabelled bar at its own requests
+    # Otherwise Quasar would show an unlabelled bar at every request of its own.
     pages.config.quasar_config["loadingBar"]["skipHijack"] = True
-    # else NiceGUI keeps a client for each request, and logs the visitor's URL
+    # NiceGUI's own page would keep a client for each request, and log the visitor's URL.
     pages.add_exception_handler(404, missing_page)
     pages.timer(_LOOKS, forget_pages)
     app = FastAPI()
@@ -91,7 +91,7 @@ def make_studio(runner: LivePartner, reach: Reach, sounded: Sequence[str], care:
 
 
 def forget_pages() -> None:
-    """Drop pages without a browser if many were requested within a minute."""
+    """Drop pages that no browser has connected to, if many were requested within a minute."""
     since = time.time() - 60
     waiting = (each for each in Client.instances.values() if not each.has_socket_connection)
     if sum(each.created > since for each in waiting) > _MANY:
@@ -163,7 +163,7 @@ class _Studio:
                 face.props('popovertarget="more" popovertargetaction="hide"')
                 face.on("click", self._pairing().open)
                 self._languages()
-                # The server's element must change, too, or the next update would undo this.
+                # The element on the server must change, too, or the next update would undo this.
                 dark = button(say["dark"], "")
                 dark.on(
                     "click", lambda event: self._dark.set_value(event.args), js_handler=_TOGGLE_DARK
@@ -194,7 +194,7 @@ class _Studio:
         self._updates.append(update)
 
     def _first_hint(self) -> None:
-        """Show the first steps until the visitor confirms having read them."""
+        """Show what one can do here, until the visitor confirms having read it."""
         say = self._words["studio"]
         with ui.element("div").classes("first"):
             steps = "".join(f"<li>{escape(say[f'first_{step}'])}</li>" for step in (1, 2, 3))

@@ -23,7 +23,7 @@ class RobotView(Element, component="robot.js", esm={"three": "vendor/three"}):
         self.run_method("reset")
 
     def reach(self, place: tuple[float, float, float]) -> None:
-        """Let the arrow keys move the hand from ``place``, m in the base frame."""
+        """Let the arrow keys move the hand, starting at ``place``, in m in the base frame."""
         self.run_method("reach", list(place))
 
 
@@ -35,7 +35,7 @@ class Levels(Element, component="levels.js"):
         self._props |= given
 
     def set_strength(self, strength: float) -> None:
-        """Set the strength of a short press, 0 to 1."""
+        """Set how strong a short press is, 0 to 1."""
         self._props["strength"] = strength
 
 
