@@ -18,16 +18,16 @@ class Pages:
     listeners
         The server's listening sockets.
     reach
-        The addresses, keys and authority for other devices.
+        The addresses, keys and local authority by which other devices connect.
     doors
         The doors (other protocols) that are open besides HTTP.
     folder
         The folder of the token and the certificates.
     certificate
-        The file of the key and certificate, PEM, if it serves https.
+        The PEM file with the key and the certificate, if it serves https.
     passage
-        The socket from the reception, the process that accepts connections; None if the server
-        accepts them.
+        The socket by which the reception, the process that accepts connections, hands them over;
+        None if the server accepts them itself.
     """
 
     listeners: Listeners

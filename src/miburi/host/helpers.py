@@ -19,7 +19,7 @@ from miburi.live.crossing.lanes import Lanes, lanes
 from miburi.serving.passing import CAN_PASS
 from miburi.serving.reception import receive
 
-#: The time in which each helper process must exit, s.
+#: How long, in s, each helper process may take to exit.
 _PATIENCE = 4.0
 
 #: Length of one wait, s: on Windows, signals are handled only between two waits.
@@ -27,7 +27,7 @@ GLANCE = 0.5
 
 
 class Moment(Enum):
-    """An event for the partner's process while its loop runs."""
+    """An event that the partner's process waits for while its loop runs."""
 
     LISTENS = auto()
     SERVER_ENDED = auto()
@@ -68,7 +68,8 @@ def start_helpers(pages: Pages) -> Helpers:
         _spawn(serve_pages, replace(pages, passage=inside), theirs),
         _spawn(receive, plain, encrypted, outside, stopping, pages.reach.keys, pages.doors.origins),
     )
-    # Without copies of the helpers' ends here, each process notices the end of another.
+    # Close this process's copies of the helpers' pipe ends, so that each process notices when
+    # another has ended.
     theirs.close()
     inside.close()
     outside.close()
@@ -79,7 +80,7 @@ def start_helpers(pages: Pages) -> Helpers:
 def _spawn(work: Callable[..., None], *arguments: object) -> BaseProcess:
     spawn = get_context("spawn").Process
     process = spawn(target=logged, args=(work, *arguments), name=work.__name__)
-    # Ctrl-C reaches the whole group. Helpers ignore it, as this process ends them.
+    # Ctrl-C reaches the whole group. Helpers ignore it, and serve until this process ends them.
     handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         process.start()
@@ -89,7 +90,7 @@ def _spawn(work: Callable[..., None], *arguments: object) -> BaseProcess:
 
 
 def watch_process(process: BaseProcess, ended: "Moment", happenings: "SimpleQueue[Moment]") -> None:
-    """Report the end of a process."""
+    """Wait until a process has ended, then report that."""
     process.join()
     happenings.put(ended)
 

@@ -1,7 +1,8 @@
 """Start the live partner and its server, and end both cleanly.
 
 The partner's loop and its watchdog run here. The server (:mod:`miburi.host.process`) and the
-reception, which accepts connections, are separate processes, so that neither can starve the loop.
+reception, which accepts connections, are separate processes, so that neither can starve the loop or
+the watchdog.
 """
 
 import gc
@@ -45,7 +46,7 @@ from miburi.serving.renewal import reach_of
 from miburi.studio.words import FALLBACK, pressed_by, words
 from miburi.talk.endpoint import Endpoint
 
-#: The stimulus at each start (our number).
+#: The stimulus at each start: the partner is glad to be awake (our number).
 GREETING = Stimulus("happiness", 0.8)
 
 
@@ -60,13 +61,13 @@ class Launch:
     emotional_model
         The model of emotion, feeling and mood.
     rule
-        The contact rule for simulated bodies; None: the robot's own.
+        The contact rule for simulated bodies; None stands for the robot's own.
     settings
-        Settings of the inverse kinematics; None: Miburi's default solver.
+        Settings of the inverse kinematics; None stands for Miburi's default solver.
     body, port_of_body
         The kind of body, and the serial port of its Arduino card.
     host, port
-        The address to listen at; port 0 is any free port.
+        Where to listen; port 0 takes any free port.
     https
         Whether to serve https at ``host``, one port higher, and http only on this computer.
     headless
@@ -109,9 +110,9 @@ def own_folder() -> Path:
 
 
 def serve(launch: Launch, meanwhile: Callable[[], None] = lambda: None) -> None:
-    """Run the live partner and its server until SIGINT or SIGTERM; then bring the body home.
+    """Run the live partner and its server until SIGINT or SIGTERM; then return to neutral.
 
-    The server answers until the body is home. A body that somebody stopped stays where it is.
+    The server answers until the body is at neutral. A body that somebody stopped stays where it is.
 
     Raises InputError if the seed, the host, the port or the body is not valid; OutputError if the
     port or the folder is taken; BodyError if the body cannot be reached, or if the loop or the
@@ -119,6 +120,8 @@ def serve(launch: Launch, meanwhile: Callable[[], None] = lambda: None) -> None:
 
     Parameters
     ----------
+    launch
+        What to start, and how.
     meanwhile
         Called while the server's process loads its libraries.
     """
@@ -187,7 +190,7 @@ def _check(launch: Launch) -> None:
 
 
 def _memory(folder: Path, model: type[FeelingModel]) -> Path:
-    """Return the file of a model's feelings, which no other model can read."""
+    """Return the file of a model's feelings; each has its own, as no other model can read it."""
     other = "" if model is EmotionalModel else f"-{model.kind}"
     return folder / f"feelings{other}.json"
 
@@ -288,8 +291,8 @@ def _live(
     return end
 
 
-#: Events after which Stop does not work, with messages; first those of the helper processes, in
-#: their order.
+#: Events after which Stop no longer works, each with a message. The first two are about the helper
+#: processes, in the order in which these are listed.
 _LEFT_ALONE = {
     Moment.SERVER_ENDED: "the server has ended",
     Moment.RECEPTION_ENDED: "the process that receives Stop has ended",
