@@ -3,7 +3,7 @@
     language.toml   rules that recognise its text and reduce it to plain words
     talk.toml       what people say to a partner, and its answers
     care.toml       words for somebody in distress, and words that are never said
-    rhythm.toml     tempo and stress (if there is none, the English file is used)
+    rhythm.toml     how fast it is spoken, and what is stressed (English rules if there is none)
     distress.toml   the model of distress (if there is none, no distress is heard)
     pages.toml      the words of the pages (if there is none, no page is in this language)
 
@@ -67,18 +67,18 @@ _NAMED = re.compile(r"(?<=[^.!?] )(?!I\b)[A-Z]\w+")
 
 
 class _Whom(Table):
-    """Patterns of pronouns such as "she", and of the persons meant (groups ``own``, ``it``)."""
+    """Patterns for pronouns such as "she", and for whom they mean (groups ``own``, ``it``)."""
 
     says: str
     means: str
 
 
 class Clue(Table):
-    """A kind of question, and the statements that answer it, by regular expressions.
+    """Regular expressions for a kind of question, and for the statements that answer it.
 
     With ``names``, a name in a statement is an answer, too. A clue that is not ``enough`` counts
-    only if question and statement also share a word. A statement without a ``needed`` clue, such as
-    a time for "when", is no answer.
+    only if question and statement also share a word. If a question needs a clue (``needed``), such
+    as a time for "when", a statement without it does not answer the question.
     """
 
     asks: str
@@ -211,7 +211,7 @@ def common_words(language: Language) -> frozenset[str]:
 
 
 def same_words(language: Language) -> dict[str, str]:
-    """Return words, each with the first of its group of synonyms."""
+    """Return a language's synonyms: each word, with the first word of its group."""
     return _rules(language).first
 
 
@@ -276,8 +276,8 @@ def clues_of(told: str, language: Language) -> set[int]:
 def with_whom(told: str, earlier: Iterable[str], language: Language) -> str:
     """Return a statement, preceded by the person that its "she" means, if known.
 
-    ``earlier`` has the sentences before it, the newest first. A sentence with two possible persons
-    gives none.
+    ``earlier`` has the sentences before it, the newest first. If one of them names two people whom
+    "she" may mean, no guess is made.
 
     >>> with_whom("Her name was Maureen.", ["My dear wife was a nurse."], "en")
     'my wife: Her name was Maureen.'
@@ -289,7 +289,7 @@ def with_whom(told: str, earlier: Iterable[str], language: Language) -> str:
 
 
 def whom_of(question: str, earlier: Iterable[str], language: Language) -> str | None:
-    """Return the person that "she" means in a question; None if unknown.
+    """Return the person that "she" means in a question, from earlier sentences; None if unknown.
 
     >>> whom_of("And where does she live?", ["What is my daughter called?"], "en")
     'my daughter'
@@ -319,7 +319,7 @@ def _whom(
 
 
 def is_elsewhere(sentence: str, language: Language) -> bool:
-    """Return whether a sentence is about another person's feeling, or a past one.
+    """Return whether a sentence is about another person's feeling, or about a feeling in the past.
 
     >>> is_elsewhere("My son is angry.", "en"), is_elsewhere("My son makes me angry.", "en")
     (True, False)

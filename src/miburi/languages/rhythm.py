@@ -36,7 +36,7 @@ class Rhythm:
 
 
 class _Table(Table):
-    """A language's durations in s, patterns of stress, and weak words."""
+    """How a language is spoken: durations in s, patterns of stress, and weak words."""
 
     letter: _Seconds
     syllable: _Seconds
@@ -78,7 +78,7 @@ def _table(language: Language) -> _Table:
 
 
 def rhythm_of(text: str, language: Language, rate: float = 1.0) -> Rhythm:
-    """Return the rhythm of a text at ``rate`` times the usual tempo.
+    """Return the rhythm of a text, said ``rate`` times as fast as usual.
 
     >>> said = rhythm_of("Anna is coming.", "en")
     >>> [round(at, 1) for at in said.prominent], round(said.seconds, 1)
@@ -92,14 +92,14 @@ def rhythm_of(text: str, language: Language, rate: float = 1.0) -> Rhythm:
 def rhythm_of_sound(
     text: str, language: Language, vowels: Sequence[Sequence[float]], seconds: float
 ) -> Rhythm:
-    """Return the rhythm of a text with known times of its vowels.
+    """Return the rhythm of a text whose sound is known.
 
     Parameters
     ----------
     vowels
         The midpoints of the vowels in s from the start, for each phrase between two silences.
     seconds
-        The duration of the sound, s.
+        How long the sound takes, in s.
     """
     phrases, _ = _phrases(text, _table(language))
     if len(phrases) != len(vowels):  # a pause without a punctuation mark, or the reverse
