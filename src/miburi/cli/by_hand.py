@@ -1,4 +1,4 @@
-"""Steps by hand before a card's calibration: connect servos, and turn limp joints."""
+"""Steps done by hand before a card is calibrated: connect servos, and turn limp joints."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from miburi.card.card import Card
 
 
-#: The smallest turn that gives a direction, encoder steps: 8.8° (our choice).
+#: The smallest turn from which a direction is read, in encoder steps: 8.8° (our choice).
 _TURN = 100
 #: A servo's register with its number on the bus.
 _ID = 7
@@ -160,10 +160,10 @@ def find_zeros(card: "Card", wait: Callable[[str], object]) -> None:
 def find_faults(card: "Card", built: "Mounting", wait: Callable[[str], object]) -> None:
     """Find wrongly mounted servos in a built robot, while a person turns the limp joints.
 
-    A joint that seems wrong is turned once more.
+    If something seems wrong with a joint, the person is asked to turn it once more.
 
-    Raises BodyError if servos are mounted wrongly; the message has a line for each. Nothing has
-    moved, and the card has its earlier settings.
+    Raises BodyError if servos are mounted wrongly; the message has a line for each. In that case
+    nothing has moved, and the card has its earlier settings.
     """
     from miburi.card.mounting import Turned, mounting_faults
     from miburi.robot import JOINTS
@@ -195,7 +195,7 @@ def find_faults(card: "Card", built: "Mounting", wait: Callable[[str], object]) 
 
 
 def _positions(card: "Card") -> "NDArray[np.int64]":
-    """Return the servos' positions, (8,) encoder steps."""
+    """Return the servos' positions, shape (8,), in encoder steps."""
     import numpy as np
 
     from miburi.robot import JOINTS

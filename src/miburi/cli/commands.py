@@ -41,7 +41,7 @@ _NEGATIVE_NUMBERS = {"ignore_unknown_options": True}
 _LIVE, _MAKE, _MEASURE = "Live with it", "Make it yours", "Measure"
 _BUILD, _DOCUMENTS = "Build and calibrate", "For Miburi's own documents"
 
-#: Time after which a signal whose exception was swallowed is raised again, s (our choice).
+#: A signal whose exception was swallowed is raised again after this time, in s (our choice).
 _LATER = 0.02
 
 
@@ -68,13 +68,13 @@ def main() -> None:
     except MiburiError as error:
         sys.exit(_report(error, 1))
     except BaseException as error:
-        # Interrupted code, such as a compiler, may raise its own error.
+        # Code that is interrupted halfway, such as a compiler, may raise an error of its own.
         if _Interrupted.signum is None or isinstance(error, SystemExit):
             raise
         print("miburi: interrupted.", file=sys.stderr)
         sys.exit(128 + _Interrupted.signum)
     finally:
-        # From now on a signal just ends the process.
+        # From now on nothing catches an exception, so a second signal just ends the process.
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, signal.SIG_DFL)
 
@@ -91,7 +91,7 @@ def _interrupt(signum: int, frame: FrameType | None) -> None:
 
 
 def _after_an_interruption(lost: "sys.UnraisableHookArgs") -> None:
-    """Ignore half-made objects; send the signal again if its exception was lost.
+    """Keep quiet about objects left half-made; send the signal again if its exception was lost.
 
     Numba's compiler calls Python from C, where an exception cannot propagate.
     """
@@ -118,7 +118,7 @@ def _print_version(wanted: bool) -> None:
 
 def _choose_feelings(path: Path | None) -> None:
     if path is not None:
-        # child processes inherit the variable
+        # Processes that this one starts inherit the variable.
         os.environ["MIBURI_FEELINGS"] = str(path.resolve())
         import_module("miburi.feelings")  # refuses a wrong file now, before anything else
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from miburi.doors.fleet import Fleet, FleetOut
 
 
-#: Time between two updates of the table, s.
+#: The time between two updates of the table, in s.
 _PERIOD = 1.0
 
 

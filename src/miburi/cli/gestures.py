@@ -121,7 +121,7 @@ def preview(
 
 
 _LEAD = "Take a hand of the resting robot and guide it slowly. To end, keep still for 2 s."
-#: Longer gaps between states, s, spoil the recording (our choice).
+#: If no state arrives for longer than this, in s, the recording may have a gap (our choice).
 _GAP = 0.5
 
 
@@ -152,7 +152,7 @@ def record(
             raise InputError(
                 f"the partner's robot is {its}, not {body.name}; give its file: --robot."
             )
-        goes_on = not partner.state.paused  # a paused partner stays paused
+        goes_on = not partner.state.paused  # a partner that was paused already stays paused
         if goes_on:
             partner.pause()  # else it would look around, and meet the hand
         try:
@@ -168,10 +168,10 @@ def record(
 
 
 def _shown(states: "Iterable[State]") -> "tuple[Array, Array]":
-    """Return times, (n,) s, and angles, (n, 8) rad, recorded while a person guides a hand.
+    """Return what is recorded while a person guides a hand: times and angles.
 
-    This waits until the body is back at neutral, so that nothing else moves it in the person's
-    hands.
+    Times have shape (n,), in s, and angles (n, 8), in rad. This returns only when the body is back
+    at neutral, so that nothing else moves a body that the person still holds.
     """
     import numpy as np
 

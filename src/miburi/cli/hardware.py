@@ -31,7 +31,7 @@ Fit = Annotated[
 ]
 Output = Annotated[Path, typer.Option(help="Folder to write to.", callback=a_folder)]
 
-#: The moods of the gestures to check, and the interval between two checks, poses.
+#: The moods at which gestures are checked; and the interval between two checks, in poses.
 _MOODS, _EACH = (0.3, 0.6, 0.9, 1.0), 3
 
 

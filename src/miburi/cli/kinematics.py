@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from miburi.robot import Robot
 
 
-#: The largest allowed distance of a hand or the head from its target, m (our choice).
+#: How far, in m, a hand or the head may be from its target (our choice).
 _MISSED = 1e-3
 
 Point = tuple[float, float, float]
@@ -103,7 +103,7 @@ def ik(
 
 
 def _warn_of_limits(robot: "Robot", angles: list[float]) -> None:
-    """Print the angles that are outside the joints' limits on standard error."""
+    """Say on standard error which angles are outside the joints' limits."""
     from miburi.robot import JOINTS
 
     for name, angle, low, high in zip(JOINTS, angles, robot.lower, robot.upper, strict=True):
@@ -133,7 +133,10 @@ def _lines() -> Iterator[Any]:
 
 
 def _row(values: Any, width: int, what: str, keys: Sequence[str]) -> list[float]:
-    """Return a row of numbers, or the numbers under ``keys`` of an object."""
+    """Return a row of numbers.
+
+    If the value is an object, as the opposite command prints it, take the numbers under ``keys``.
+    """
     if isinstance(values, dict):
         parts = [values.get(key) for key in keys]
         values = [x for part in parts for x in (part if isinstance(part, list) else [part])]

@@ -1,4 +1,4 @@
-"""Options that several commands share, and functions that read their files."""
+"""The options that several commands share, and the functions that read the files they name."""
 
 import os
 import sys
@@ -154,7 +154,7 @@ def _name_foreign_guards(robot: "Robot") -> None:
 def calibrated(robot: "Robot", file: Path | None) -> tuple["Robot", "FreeRule | None"]:
     """Return the robot and the contact rule in a calibration file.
 
-    Without a file, the robot is unchanged, and the rule is None: the robot's own applies.
+    Without a file, the robot is unchanged, and the rule is None: the robot's own rule applies.
     """
     from miburi.calibration.file import read_calibration
 
@@ -206,7 +206,7 @@ def gesture_of(robot: "Robot", source: str) -> "MovementFunction":
 
 
 def repertoire_of(robot: "Robot", folder: Path | None) -> "Repertoire":
-    """Return the shipped gestures, replaced by a folder's gestures for the same feelings."""
+    """Return the shipped gestures; a folder's gestures replace those for the same feelings."""
     repertoire = load_gestures(robot, folder)
     warn_of_misfits(robot, repertoire.functions)
     return repertoire

@@ -22,7 +22,7 @@ def a_file(param: typer.CallbackParam, place: Path | None) -> Path | None:
 
 
 def a_folder(param: typer.CallbackParam, place: Path | None) -> Path | None:
-    """Return the path if a folder there can be written to or made; see check_folder."""
+    """Return the path if a folder there can be written to, or can be made; see check_folder."""
     if place is not None:
         check_folder(_name(param), place)
     return place

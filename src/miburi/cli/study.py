@@ -73,7 +73,7 @@ def run(
             f"{study.unfilled[0]}. Fill in what people must know, or try the pages out with "
             "--rehearsal."
         )
-    # These load slowly, so the checks come first.
+    # These load slowly, so the checks above come first.
     from miburi.studies.study.films import draw_missing, find_films
     from miburi.studies.study.server import serve_study
     from miburi.studies.study.store import ANSWERS, REHEARSED, open_store

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from miburi.studies.trials.trial import Outcome
     from miburi.studies.trials.workshop import Calibrated
 
-#: The most trials of one kind in a run (our choice): a week on eight cores.
+#: How many trials of one kind a run may have (our choice): they take a week on eight cores.
 _MOST = 10_000_000
 
 
@@ -137,7 +137,7 @@ def trials(
             show(done, total)
 
         outcomes = carry_out_plan(plan, out, workers=workers, ray=ray, progress=progress)
-    # The trials of an interrupted run do not count towards the speed.
+    # Trials that an interrupted run had finished before do not count towards the speed.
     rate = (counts[-1] - counts[0]) / (perf_counter() - began)
     summary = summarise(outcomes)
     if as_json:
@@ -324,7 +324,7 @@ def _subjects(
 def _calibrations(
     body: "Robot", seed: int, built: list["Robot"], workers: int
 ) -> list["Calibrated"]:
-    """Calibrate robots; leave out failures, and report them on standard error."""
+    """Calibrate robots; leave out those that fail, and name them on standard error."""
     from miburi.studies.trials.workshop import calibrate_servos
 
     calibrations, refused = list["Calibrated"](), list[str]()

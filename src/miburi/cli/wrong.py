@@ -1,4 +1,4 @@
-"""Explain errors in a command line."""
+"""Explain errors in a command line: what was typed, and what to type instead."""
 
 from typing import Any
 
@@ -31,7 +31,7 @@ class Explaining(TyperGroup):
             raise
 
     def _place(self, error: Any) -> None:
-        """Tell where an option belongs that precedes its command."""
+        """If an option stands before its command, add to the error where it belongs."""
         option = getattr(error, "option_name", None)
         having = [
             name
