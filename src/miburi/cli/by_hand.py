@@ -160,10 +160,10 @@ def find_zeros(card: "Card", wait: Callable[[str], object]) -> None:
 def find_faults(card: "Card", built: "Mounting", wait: Callable[[str], object]) -> None:
     """Find wrongly mounted servos in a built robot, while a person turns the limp joints.
 
-    If something seems wrong with a joint, the person is asked to turn it once more.
+    A joint that seems wrong is turned once more.
 
-    Raises BodyError if servos are mounted wrongly; the message has a line for each. In that case
-    nothing has moved, and the card has its earlier settings.
+    Raises BodyError if servos are mounted wrongly; the message has a line for each. Nothing has
+    moved, and the card has its earlier settings.
     """
     from miburi.card.mounting import Turned, mounting_faults
     from miburi.robot import JOINTS

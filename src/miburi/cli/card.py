@@ -309,7 +309,7 @@ def _why(state: "BodyState") -> str:
 
 @contextmanager
 def _open_card(port: str, robot: "Robot") -> Iterator["Card"]:
-    """Open the card; at the end of the block, even after an error, stop it and close the port."""
+    """Open the card; stop it and close the port at the end of the block."""
     from miburi.card.card import Card
 
     with closing(Card(port, robot)) as card:

@@ -68,13 +68,13 @@ def main() -> None:
     except MiburiError as error:
         sys.exit(_report(error, 1))
     except BaseException as error:
-        # Code that is interrupted halfway, such as a compiler, may raise an error of its own.
+        # Interrupted code, such as a compiler, may raise its own error.
         if _Interrupted.signum is None or isinstance(error, SystemExit):
             raise
         print("miburi: interrupted.", file=sys.stderr)
         sys.exit(128 + _Interrupted.signum)
     finally:
-        # From now on nothing catches an exception, so a second signal just ends the process.
+        # From now on a signal just ends the process.
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, signal.SIG_DFL)
 
@@ -118,7 +118,7 @@ def _print_version(wanted: bool) -> None:
 
 def _choose_feelings(path: Path | None) -> None:
     if path is not None:
-        # Processes that this one starts inherit the variable.
+        # child processes inherit the variable
         os.environ["MIBURI_FEELINGS"] = str(path.resolve())
         import_module("miburi.feelings")  # refuses a wrong file now, before anything else
 

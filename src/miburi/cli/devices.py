@@ -1,4 +1,4 @@
-"""``miburi devices``: list the phones and computers that were paired; forget one, or all."""
+"""``miburi devices``: list the paired phones; forget one, or all."""
 
 import json
 import os

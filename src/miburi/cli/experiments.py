@@ -102,7 +102,7 @@ def experiment(
             "solver": solver,
         },
     )
-    # This comes after the quick checks, as it checks whether the robot reaches every pose.
+    # After the quick checks, as this checks every pose.
     setup = replace(setup, repertoire=repertoire_of(description, gestures))
     simulation: Body
     if body == "emulated-card":

@@ -68,7 +68,7 @@ def to_ros(
     print(f"{convert_recording(recording, robot_of(robot), out)} messages in {out}.")
 
 
-#: Where the files of each kind are: a package, and a folder in it.
+#: The package and folder of the files of each kind.
 _FOLDERS = {
     "feelings": ("miburi.feelings", "."),
     "gesture": ("miburi.gestures", "."),

@@ -152,7 +152,7 @@ def record(
             raise InputError(
                 f"the partner's robot is {its}, not {body.name}; give its file: --robot."
             )
-        goes_on = not partner.state.paused  # a partner that was paused already stays paused
+        goes_on = not partner.state.paused  # a paused partner stays paused
         if goes_on:
             partner.pause()  # else it would look around, and meet the hand
         try:
@@ -168,10 +168,10 @@ def record(
 
 
 def _shown(states: "Iterable[State]") -> "tuple[Array, Array]":
-    """Return what is recorded while a person guides a hand: times and angles.
+    """Return the times, (n,) in s, and angles, (n, 8) in rad, while a person guides a hand.
 
-    Times have shape (n,), in s, and angles (n, 8), in rad. This returns only when the body is back
-    at neutral, so that nothing else moves a body that the person still holds.
+    This returns only when the body is back at neutral, so that nothing else moves it in the
+    person's hands.
     """
     import numpy as np
 

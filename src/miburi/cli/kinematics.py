@@ -133,10 +133,7 @@ def _lines() -> Iterator[Any]:
 
 
 def _row(values: Any, width: int, what: str, keys: Sequence[str]) -> list[float]:
-    """Return a row of numbers.
-
-    If the value is an object, as the opposite command prints it, take the numbers under ``keys``.
-    """
+    """Return a row of numbers, or the numbers under ``keys`` of an object."""
     if isinstance(values, dict):
         parts = [values.get(key) for key in keys]
         values = [x for part in parts for x in (part if isinstance(part, list) else [part])]

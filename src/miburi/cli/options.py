@@ -1,4 +1,4 @@
-"""The options that several commands share, and the functions that read the files they name."""
+"""Options that several commands share, and functions that read their files."""
 
 import os
 import sys

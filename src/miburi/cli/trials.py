@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from miburi.studies.trials.trial import Outcome
     from miburi.studies.trials.workshop import Calibrated
 
-#: How many trials of one kind a run may have (our choice): they take a week on eight cores.
+#: The most trials of one kind in a run (our choice): a week on eight cores.
 _MOST = 10_000_000
 
 

@@ -1,4 +1,4 @@
-"""Explain errors in a command line: what was typed, and what to type instead."""
+"""Explain errors in a command line."""
 
 from typing import Any
 

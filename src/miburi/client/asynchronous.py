@@ -75,10 +75,7 @@ class AsyncPartner(Asker):
     async def events(
         self, after: str | None = None, patience: float = 60.0
     ) -> AsyncGenerator[LiveEvent, None]:
-        """Yield the events after the one with an id, or from now on.
-
-        See :meth:`RemotePartner.events`.
-        """
+        """Yield the events after an id, or from now on; see :meth:`RemotePartner.events`."""
         cursor = after or (await self.state()).cursor
         loop = asyncio.get_running_loop()
         heard: float | None = None

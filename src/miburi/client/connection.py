@@ -177,7 +177,7 @@ class Connection:
             ) from error
 
     def _open(self) -> httpx.Client:
-        # A pool that closes surplus connections may close one that a thread has just been given.
+        # A pool that closes surplus connections may close one that a thread has just got.
         limits = httpx.Limits(max_connections=_CONNECTIONS, max_keepalive_connections=_CONNECTIONS)
         return httpx.Client(
             base_url=self._url + "/api/v1",

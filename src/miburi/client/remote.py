@@ -94,7 +94,7 @@ class RemotePartner:
         self.close()
 
     def close(self) -> None:
-        """Close the connection, and drop the wishes that are still waiting."""
+        """Close the connection, and drop waiting wishes."""
         if self._sender is not None:
             with suppress(queue.Empty):
                 while True:
@@ -148,7 +148,7 @@ class RemotePartner:
         return self._line.events(after or self.state.cursor, patience)
 
     def until_ended(self, wish: str, patience: float = 60.0) -> LiveEvent:
-        """Wait until a wish has ended, successfully or not; return the event that says so.
+        """Wait until a wish has ended, in any way; return the event of its end.
 
         Raises
         ------
@@ -195,8 +195,7 @@ class RemotePartner:
     def sense(self, kind: str, clearness: float = 1.0) -> None:
         """Report something that has happened to the partner, such as a pat.
 
-        ``kind`` is a built-in kind, or one that is defined in the file given to
-        ``miburi run --senses``.
+        ``kind`` is a built-in kind, or one in the file given to ``miburi run --senses``.
         """
         self._line.post("/sense", {"kind": kind, "clearness": clearness})
 
@@ -298,7 +297,7 @@ class RemotePartner:
     def temperament(self, name: str, rest: RestLevel | None = None) -> None:
         """Change to a shipped temperament, or to the one that the partner was started with.
 
-        ``rest`` says how much it moves while it shows no feeling; by default, the temperament says.
+        ``rest`` is the level of idle motion, by default the temperament's.
         """
         self._line.post("/temperament", {"name": name, "rest": rest})
 

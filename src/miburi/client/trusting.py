@@ -11,9 +11,9 @@ from miburi.errors import InputError
 
 
 def trust(url: str, authority: Path | str | None) -> ssl.SSLContext | Literal[False]:
-    """Return what HTTPX takes as ``verify``: a TLS context with the authorities to trust.
+    """Return HTTPX's ``verify``: a TLS context with the authorities to trust.
 
-    It is False for plain http, which has no certificates: loading authorities would take 30 ms.
+    It is False for plain http, as loading authorities takes 30 ms.
 
     Raises the errors of :func:`miburi.client.remote.connect`.
     """
@@ -39,7 +39,7 @@ def trust(url: str, authority: Path | str | None) -> ssl.SSLContext | Literal[Fa
 
 
 def _has_port(parts: SplitResult) -> bool:
-    """Whether the port is valid; there may be none, as behind a proxy."""
+    """Whether the port is valid or, as behind a proxy, missing."""
     try:
         return parts.port is None or parts.port > 0
     except ValueError:
@@ -63,9 +63,8 @@ def distrust(url: str, error: BaseException) -> str | None:
 def has_collided(error: BaseException) -> bool:
     """Whether a WebSocket has failed in TLS after its handshake.
 
-    The threads of ``websockets`` read and write one ssl socket at the same time, which Python's ssl
-    does not allow (python/cpython#76714). Since the handshake succeeded, the partner is reachable
-    and trusted.
+    The threads of ``websockets`` read and write one ssl socket at once, which Python's ssl does not
+    allow (python/cpython#76714). After a handshake, the partner is reachable and trusted.
     """
     if not isinstance(error, ConnectionClosed | InvalidMessage):
         return False

@@ -157,7 +157,7 @@ def make_agents(partner: Asker, clock: Callable[[], float] = time.monotonic) -> 
 
 
 def add_agents(app: FastAPI, clock: Callable[[], float] = time.monotonic) -> None:
-    """Serve agents at ``/mcp`` while the server runs; a gate must guard it."""
+    """Serve agents at ``/mcp`` while the server runs."""
     server = make_agents(Asker.within(app, "agent"), clock)
     inner = server.streamable_http_app(
         streamable_http_path=AGENTS,
@@ -194,10 +194,7 @@ def _in_words(
 def _wish(
     work: Callable[Concatenate["_Tools", Parameters], Awaitable[str]],
 ) -> Callable[Concatenate["_Tools", Parameters], Awaitable[str]]:
-    """Limit the rate of wishes, and answer with a reason if the body refuses one now.
-
-    A refusal by the body is an answer, not an error: the agent made no mistake.
-    """
+    """Limit the rate of wishes; if the body refuses one now, answer why: that is no error."""
 
     @wraps(work)
     async def answer(
@@ -214,7 +211,7 @@ def _wish(
 
 
 class _Tools:
-    """The tools; agents read each method's docstring as the tool's description."""
+    """The tools; agents read each docstring as a description."""
 
     def __init__(self, partner: Asker, wishes: Allowance) -> None:
         self._partner, self.wishes = partner, wishes

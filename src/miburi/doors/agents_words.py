@@ -31,7 +31,7 @@ class Now(BaseModel):
 
 
 def without_titles(schema: Any) -> Any:
-    """Return a schema without the titles that Pydantic makes from names."""
+    """Return a schema without Pydantic's titles."""
     if isinstance(schema, dict):
         return {name: without_titles(part) for name, part in schema.items() if name != "title"}
     return [without_titles(part) for part in schema] if isinstance(schema, list) else schema

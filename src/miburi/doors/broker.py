@@ -1,7 +1,7 @@
 """An MQTT broker: its address and credentials.
 
-The password comes from the environment or from a file, never from the command line, where every
-user of the computer could read it.
+The password comes from the environment or from a file: every user of the computer could read a
+command line.
 """
 
 import asyncio

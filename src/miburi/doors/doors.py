@@ -32,10 +32,10 @@ class Doors:
     agents: bool = False  # whether agents may connect (MCP)
     broker: Broker | None = None  # a home's broker, if any
     name: str = "miburi"  # the partner's name there
-    talk: Endpoint | None = None  # the language model that answers; None: built-in answers
+    talk: Endpoint | None = None  # the language model; None: built-in answers
     ros: RosNetwork | None = None  # the network of ROS 2 nodes, if any
-    voice: Synthesizer | None = None  # speaks its words; None: the pages' devices do
-    care: Care = field(default_factory=Care)  # chooses the words for somebody in distress
+    voice: Synthesizer | None = None  # None: the pages' devices speak
+    care: Care = field(default_factory=Care)  # the words for somebody in distress
     origins: frozenset[str] = frozenset()  # other origins whose pages may use the interface
     seed: int = 0  # for choosing among built-in answers
     packages: tuple[str, ...] = ()  # the names of other packages' doors

@@ -1,7 +1,7 @@
 """A fleet: all partners at one broker, or in one group there, and Stop for one or all.
 
-The broker does the work: it keeps each partner's last report, and says ``offline`` for a partner
-that is gone. This module needs the extra ``mqtt``.
+The broker keeps each partner's last report, and reports a partner that is gone as ``offline``. This
+module needs the extra ``mqtt``.
 """
 
 import asyncio
@@ -24,7 +24,7 @@ except ModuleNotFoundError as error:
     raise needs_extra("mqtt", error) from error
 
 
-#: How many partners a fleet may have; more are left out (our choice).
+#: The largest fleet; more partners are left out (our choice).
 LARGEST = 2000
 #: How long to wait for the broker's stored messages, and for the bodies to stop, s (our choice).
 _GREETING, _PATIENCE = 5.0, 5.0

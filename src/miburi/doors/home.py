@@ -82,7 +82,7 @@ def add_home(
     studio
         The address at which other devices reach the partner's pages.
     clock
-        Returns the time in s, for the rates of wishes and reports.
+        Returns the time, s.
     """
     about = About(broker.path(name), partner.robot.name, studio)
     home = _Home(Asker.within(app, "home"), partner.history, about, clock)
@@ -147,7 +147,7 @@ class _Home:
         self._refusals, self._unsaid = Allowance(_TOLD_RATE, _TOLD_BURST, clock), 0
         self._topics = Topics(about.name)
         group, _, _ = about.name.rpartition("/")
-        #: The topics that stop all partners, or all partners of its group.
+        #: The topics that stop all partners, or all of its group.
         self._stops_of_all = {Topics(ALL).stop, Topics(f"{group}/{ALL}" if group else ALL).stop}
         #: Distinguishes the partner from another of the same name.
         self.instance = secrets.token_hex(8)
@@ -161,7 +161,7 @@ class _Home:
 
     @property
     def will(self) -> Will:
-        """The message that the broker publishes if we vanish without disconnecting."""
+        """The broker's message if we vanish without disconnecting."""
         return Will(self._topics.available, _OFFLINE, qos=1, retain=True)
 
     async def live(self, client: Client) -> None:
@@ -224,7 +224,7 @@ class _Home:
         before = self._reported
         if report == before:
             return False
-        if before is None or report.held != before.held:  # a fleet waits to see who has stopped
+        if before is None or report.held != before.held:  # a fleet's Stop waits for this
             return True
         if (report.stopped, report.paused) != (before.stopped, before.paused):
             return self._urgent.take("all")

@@ -40,7 +40,7 @@ def cut(payload: object) -> bytes:
 
 
 def discovery_topic(about: About) -> str:
-    """Return the topic of the message by which Home Assistant finds a partner."""
+    """Return the topic of a partner's discovery message."""
     group, _, name = about.name.rpartition("/")
     return f"homeassistant/device/{group + '/' if group else ''}miburi-{name}/config"
 

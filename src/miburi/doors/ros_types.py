@@ -42,10 +42,7 @@ _HASHES = {
 
 @dataclass_transform()
 def ros_message(kind: type[_Message]) -> type[_Message]:
-    """Make a class a message as ROS 2 sends it: plain CDR with its members in order.
-
-    That is a final type with consecutive ids.
-    """
+    """Make a class a ROS 2 message, in plain CDR: a final type with consecutive ids."""
     return annotations.final(annotations.autoid("sequential")(dataclass(kind)))
 
 

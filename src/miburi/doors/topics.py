@@ -25,7 +25,7 @@ class Topics:
         self.stops, self.refused = f"{base}/stops", f"{base}/refused"
         self.distress, self.gaps = f"{base}/distress", f"{base}/gaps"
         self.feel, self.say, self.stop = f"{base}/feel", f"{base}/say", f"{base}/stop"
-        #: On the topic ``who``, others ask which partner has this name; it answers on ``here``.
+        #: The topics to ask whether a partner has this name, and for its answer.
         self.who, self.here = f"{base}/who", f"{base}/here"
 
 

@@ -1,7 +1,7 @@
 """The partner's own voice for its pages: its latest sentence, synthesized.
 
-Each page whose voice is switched on plays the sound, and its mouth moves with it. While the sound
-plays, and for 0.4 s after it, the page ignores sudden noises.
+Each page whose voice is on plays the sound, and its mouth moves with it. During the sound, and 0.4
+s after it, the page ignores sudden noises.
 """
 
 import asyncio
@@ -20,9 +20,9 @@ from miburi.wire.messages import Refusal
 
 
 def voice_router(partner: LivePartner, synthesizer: Synthesizer) -> APIRouter:
-    """Return the route by which pages get the sound of the latest sentence.
+    """Return the route of the latest sentence's sound.
 
-    Sentences are synthesized one at a time, and each only once for all pages.
+    Sentences are synthesized one at a time, once for all pages.
     """
     router = APIRouter()
     turn = asyncio.Lock()
@@ -50,7 +50,7 @@ def voice_router(partner: LivePartner, synthesizer: Synthesizer) -> APIRouter:
         nonlocal latest
         spoken(number)
         async with turn:
-            said = spoken(number)  # a newer sentence may have come while other tasks ran
+            said = spoken(number)  # there may be a newer sentence by now
             if latest is None or latest[0] != number:
                 sound = await synthesizer.sound(said.text, CATALOGUE.voice(said.feeling))
                 latest = number, sound

@@ -18,7 +18,7 @@ class Pages:
     listeners
         The server's listening sockets.
     reach
-        The addresses, keys and local authority by which other devices connect.
+        The addresses, keys and authority for other devices.
     doors
         The doors (other protocols) that are open besides HTTP.
     folder

@@ -80,7 +80,7 @@ def start_helpers(pages: Pages) -> Helpers:
 def _spawn(work: Callable[..., None], *arguments: object) -> BaseProcess:
     spawn = get_context("spawn").Process
     process = spawn(target=logged, args=(work, *arguments), name=work.__name__)
-    # Ctrl-C reaches the whole group. Helpers ignore it, and serve until this process ends them.
+    # Ctrl-C reaches the whole group. Helpers ignore it, as this process ends them.
     handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         process.start()

@@ -1,4 +1,4 @@
-"""The server's process, and how it starts; web libraries are loaded only there."""
+"""The server's process; web libraries are loaded only there."""
 
 import gc
 

@@ -46,7 +46,7 @@ from miburi.serving.renewal import reach_of
 from miburi.studio.words import FALLBACK, pressed_by, words
 from miburi.talk.endpoint import Endpoint
 
-#: The stimulus at each start: the partner is glad to be awake (our number).
+#: The stimulus at each start (our number).
 GREETING = Stimulus("happiness", 0.8)
 
 
@@ -61,9 +61,9 @@ class Launch:
     emotional_model
         The model of emotion, feeling and mood.
     rule
-        The contact rule for simulated bodies; None stands for the robot's own.
+        The contact rule for simulated bodies; None: the robot's own.
     settings
-        Settings of the inverse kinematics; None stands for Miburi's default solver.
+        Settings of the inverse kinematics; None: Miburi's default solver.
     body, port_of_body
         The kind of body, and the serial port of its Arduino card.
     host, port
@@ -120,8 +120,6 @@ def serve(launch: Launch, meanwhile: Callable[[], None] = lambda: None) -> None:
 
     Parameters
     ----------
-    launch
-        What to start, and how.
     meanwhile
         Called while the server's process loads its libraries.
     """
@@ -190,7 +188,7 @@ def _check(launch: Launch) -> None:
 
 
 def _memory(folder: Path, model: type[FeelingModel]) -> Path:
-    """Return the file of a model's feelings; each has its own, as no other model can read it."""
+    """Return the file of a model's feelings, which no other model can read."""
     other = "" if model is EmotionalModel else f"-{model.kind}"
     return folder / f"feelings{other}.json"
 

@@ -51,7 +51,7 @@ def _end_with(partner: FarPartner, server: uvicorn.Server) -> None:
 
 
 class _Server(uvicorn.Server):
-    """A server that tells the partner's process that it is serving, and ends cleanly on SIGTERM."""
+    """A server that reports to the partner's process, and ends cleanly on SIGTERM."""
 
     def __init__(
         self,
@@ -77,7 +77,7 @@ class _Server(uvicorn.Server):
         renewal = Renewal(pages.listeners, pages.folder, pages.reach, context, certificate)
         self._renewing = asyncio.create_task(_keep_up(renewal))
         gc.enable()
-        gc.freeze()  # else a garbage collection takes 0.07 s, and a Stop might wait for it
+        gc.freeze()  # else a Stop might wait 0.07 s for a garbage collection
         self._partner.tell_ready()
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:

@@ -74,11 +74,11 @@ class _Whom(Table):
 
 
 class Clue(Table):
-    """Regular expressions for a kind of question, and for the statements that answer it.
+    """A kind of question, and the statements that answer it, by regular expressions.
 
     With ``names``, a name in a statement is an answer, too. A clue that is not ``enough`` counts
-    only if question and statement also share a word. If a question needs a clue (``needed``), such
-    as a time for "when", a statement without it does not answer the question.
+    only if question and statement also share a word. A statement without a ``needed`` clue, such as
+    a time for "when", is no answer.
     """
 
     asks: str
@@ -289,7 +289,7 @@ def with_whom(told: str, earlier: Iterable[str], language: Language) -> str:
 
 
 def whom_of(question: str, earlier: Iterable[str], language: Language) -> str | None:
-    """Return the person that "she" means in a question, from earlier sentences; None if unknown.
+    """Return the person that "she" means in a question; None if unknown.
 
     >>> whom_of("And where does she live?", ["What is my daughter called?"], "en")
     'my daughter'
@@ -319,7 +319,7 @@ def _whom(
 
 
 def is_elsewhere(sentence: str, language: Language) -> bool:
-    """Return whether a sentence is about another person's feeling, or about a feeling in the past.
+    """Return whether a sentence is about another person's feeling, or a past one.
 
     >>> is_elsewhere("My son is angry.", "en"), is_elsewhere("My son makes me angry.", "en")
     (True, False)

@@ -36,7 +36,7 @@ class Rhythm:
 
 
 class _Table(Table):
-    """How a language is spoken: durations in s, patterns of stress, and weak words."""
+    """A language's durations in s, patterns of stress, and weak words."""
 
     letter: _Seconds
     syllable: _Seconds

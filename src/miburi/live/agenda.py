@@ -153,7 +153,7 @@ class Agenda:
                 pass
 
     def leave(self, partner: Partner) -> None:
-        """End everything that is going on, because another body takes over."""
+        """End all acts and returns before another body takes over."""
         for event in partner.leave():
             self.take(event, None, 0.0)
         self.clear("body")

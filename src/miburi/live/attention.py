@@ -21,7 +21,7 @@ class Attending:
         self._sentence: int | None = None
 
     def begin(self, turn: Turn) -> None:
-        """Begin a turn: a person is about to speak, or waits for an answer.
+        """Begin a turn.
 
         Listening does not interrupt thinking: a page's report of it may arrive late.
         """

@@ -63,7 +63,7 @@ KINDS = {
 
 
 def check_port(port: str) -> None:
-    """Accept only names of serial ports, so that requests cannot open other files.
+    """Accept only serial ports, so that requests cannot open other files.
 
     Raises InputError if the system does not list the port.
     """

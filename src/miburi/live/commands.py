@@ -23,7 +23,7 @@ from miburi.serving.press import By, Press
 
 #: How many commands may wait for the next step.
 WAITING = 256
-#: How many ids of Stops are kept to recognise a second copy of one (our choice).
+#: The number of Stops' ids kept to recognise a second copy (our choice).
 NAMED = 64
 #: Why a release older than the latest Stop is refused.
 STOP_SINCE = "Stop was pressed after that release; release the body again to go on."

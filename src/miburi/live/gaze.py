@@ -24,7 +24,7 @@ class Gaze:
         self._seen: tuple[float, float] | None = None  # bearing (rad to the left), time (s)
 
     def see(self, x: float | None, body: BodyState) -> None:
-        """Note where a face is; ``body`` is the state of the body at that moment.
+        """Note a face at ``x`` and the state of the body at that moment.
 
         ``x`` is the face's centre, from 0 at the picture's left to 1; None without a face.
         """

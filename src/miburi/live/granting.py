@@ -41,7 +41,7 @@ class Inside:
     robot, rule
         The robot's description, and the contact rule of simulated bodies.
     feelings, own_temperament
-        The emotional model, and the temperament that it began with.
+        The emotional model, and its first temperament.
     recordings, log, speaker, attending, agenda
         The recordings, the events, the present sentence, the turn in a conversation, and the open
         wishes.
@@ -54,8 +54,6 @@ class Inside:
         card's port.
     ports
         Ports that may be opened besides those that the system lists.
-    paused
-        Whether the partner is paused.
     serial, stop_seen_in
         The number of the present step, and that of the first state that shows the latest Stop.
     felt

@@ -44,7 +44,7 @@ class Observer:
         self._sent: Array | None = None  # speeds of the latest move, rad/s
 
     def take(self, events: list[Event]) -> StopOut | None:
-        """Take in the events of a step; return a description of the stop, if there was one."""
+        """Take in the events of a step; return a description of its stop, if any."""
         self._follow_touch(self._partner.body.state.phase)
         stopped = None
         for event in events:

@@ -58,8 +58,6 @@ class Runner(LivePartner):
         The emotional model.
     body, port
         The kind of the first body, and the serial port of an Arduino card.
-    recordings
-        The folder of recordings.
     seed
         Chooses the small variations of gestures.
     rule
@@ -188,7 +186,7 @@ class Runner(LivePartner):
             events = partner.step(STEP)
         except BodyError as error:
             # A card may have stopped, or been lost, between its report and our command. Either way
-            # the body is stopped, and the next state says why. A repeated refusal is noted once.
+            # the body is stopped, and the next state tells the cause.
             if not inside.log.holds("refused", str(error), seconds=_REPEATS):
                 inside.note("refused", name=str(error))
         inside.serial += 1

@@ -28,7 +28,7 @@ class Speaker:
         self._calm = 0.0  # s left
         self._left: float | None = None  # s until the end of the latest sentence
         self._rhythm, self._chirp, self._long = Rhythm((), 0.0), 0.0, False
-        #: The id of the wish that led to the present sentence.
+        #: The wish for the present sentence.
         self.wish: str | None = None
 
     @property
@@ -59,7 +59,7 @@ class Speaker:
     def sounds(self, number: int, rhythm: Rhythm) -> bool:
         """Keep the rhythm of a sentence's sound; return False if it is not the present sentence.
 
-        The sound begins when the chirp that introduces it has ended, or now if that is over.
+        The sound begins at the end of its introductory chirp, or now if that is over.
         """
         spoken = self.spoken
         if self._left is None or spoken is None or spoken.number != number or spoken.tune:

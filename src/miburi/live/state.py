@@ -245,7 +245,7 @@ class MotorsOut(BaseModel):
 
 
 class Snapshot:
-    """A state as an object and as JSON; the missing form is made once, when it is needed."""
+    """A state as an object and as JSON; the missing form is made once, on demand."""
 
     def __init__(self, state: State | None = None, json: str = "", serial: int = -1) -> None:
         self._given, self._json = state, json
@@ -274,7 +274,7 @@ class Snapshot:
         return Snapshot(self.state.model_copy(update=update))
 
     def halted(self) -> "Snapshot":
-        """Return a copy that says that the watchdog stopped the body because the loop was late."""
+        """Return a copy with a stop by the watchdog because the loop was late."""
         if self.state.phase == "stopped":
             return self
         none = dict.fromkeys(("motor", "sign", "ratio", "moved", "due", "measured", "expected"))

@@ -22,7 +22,7 @@ from miburi.live.wishes import Granted, Wish
 from miburi.robot import Robot
 from miburi.serving.press import PRESSED, Press
 
-#: How many samples and states are kept: those of two minutes, and of five seconds.
+#: The numbers of samples and states kept: two minutes, and five seconds.
 _SAMPLED, _STEPPED = 1200, 250
 
 
@@ -38,7 +38,7 @@ class UnreachableError(MiburiError):
 
 
 class Recordings(Protocol):
-    """The recordings of a live partner; calls may wait for the disk, and so belong in a thread."""
+    """The recordings of a live partner; calls may wait for the disk."""
 
     #: The largest total size of all recordings, bytes.
     limit: int
@@ -71,8 +71,7 @@ class LivePartner(ABC):
     robot, repertoire, recordings
         The robot's description, the gestures, and the recordings.
     own_temperament, temperaments
-        The temperament that it began with; and the names of the temperaments to choose from: those
-        that ship with Miburi, and its own.
+        Its first temperament; and the names to choose from: Miburi's temperaments, and its first.
     history
         The log of events, which survives restarts.
     snapshot
@@ -100,17 +99,17 @@ class LivePartner(ABC):
         return self.snapshot.state.body
 
     def samples_after(self, serial: int) -> list[tuple[int, Sample]]:
-        """Return the samples after a step, each with its step's serial; two minutes are kept."""
+        """Return the samples after a step, each with its serial."""
         return newer(self._samples, serial, itemgetter(0))
 
     def steps_after(self, serial: int) -> list[Snapshot]:
-        """Return the states after a serial, the oldest first; only five seconds are kept."""
+        """Return the states after a serial, the oldest first."""
         return newer(self._steps, serial, attrgetter("serial"))
 
     @property
     @abstractmethod
     def reachable(self) -> bool:
-        """Whether the loop is alive and answers; if not, the snapshot is an old one."""
+        """Whether the loop answers; if not, the snapshot is an old one."""
 
     @property
     @abstractmethod

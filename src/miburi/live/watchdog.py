@@ -18,7 +18,7 @@ _ASLEEP = 1.0
 class Lateness(NamedTuple):
     """How late a beat may be, in s, before the body is stopped or the loop abandoned (our choice).
 
-    A slow computer may need more, and so may a test that is not about lateness.
+    A slow computer may need more.
     """
 
     stop: float = 0.25
@@ -37,8 +37,8 @@ class Watchdog:
     Parameters
     ----------
     apart
-        Whether the beats come from another process. While this process sleeps, as on a closed
-        laptop, it hears no beats, and that does not count as a delay of the other process.
+        Whether the beats come from another process. The time for which this process sleeps, as on a
+        closed laptop, is then no delay.
     """
 
     def __init__(

@@ -1,7 +1,7 @@
 """Requests to a running partner, as data; each class names the type of its answer.
 
-To add a request, add a class here and a function in :mod:`miburi.live.granting`; all interfaces can
-then use it. Stop is not a wish, as it overtakes all wishes.
+Each class needs a function in :mod:`miburi.live.granting`. Stop is not a wish, as it overtakes all
+wishes.
 """
 
 from collections.abc import Sequence
@@ -42,8 +42,8 @@ class Feel(Wish[str]):
 class Sense(Wish[tuple[Stimulus, ...]]):
     """Notice an impression; the answer is the stimuli into which the temperament converts it.
 
-    Distress is reported as an event, and changes no feeling; nor does anything that is said in the
-    ten minutes after it. Events include the ``words`` only if the user allows that.
+    Distress, and words in the ten minutes after it, change no feeling. Events include the ``words``
+    only if the user allows that.
     """
 
     impression: Impression

@@ -67,8 +67,7 @@ class Memory:
         #: Facts from somebody who has not given a name; they are never written.
         self._untold: list[Fact] = []
         self.remarks = Remarks(clock)
-        #: The number of deletions. Other parts that remember the conversation watch it: when it
-        #: changes, they forget, too.
+        #: The number of deletions; when it changes, other parts forget the conversation, too.
         self.deleted = 0
         self._until = clock()
         self._lock = threading.RLock()  # one change at a time, with its writing

@@ -1,10 +1,10 @@
-"""Recall: find which fact that somebody told the partner answers a question, if any.
+"""Recall: find the fact that answers a question.
 
-The answer is the fact that shares most of the question's rare words. It must mention the subject of
-the question, such as "my dog". Words are compared by their beginnings, and synonyms, such as
-"tablets" and "pills", count as one. Text in a language without spaces is compared by pairs of
-characters. For some questions a clue counts as a shared word: "I was a cook for ten years" answers
-"What was my job?"
+The answer is the fact that shares most of the question's rare words, if any. It must mention the
+subject of the question, such as "my dog". Words are compared by their beginnings, and synonyms,
+such as "tablets" and "pills", count as one. Text in a language without spaces is compared by pairs
+of characters. For some questions a clue counts as a shared word: "I was a cook for ten years"
+answers "What was my job?"
 """
 
 import re
@@ -95,10 +95,9 @@ def recall(
 
 
 def ways_to_ask(question: str, earlier: Iterable[str], language: Language) -> Iterator[str]:
-    """Yield a question in several forms, of which any may find an answer.
+    """Yield a question: as it is, with the person that it means, in parts, and its last clause.
 
-    They are the question itself, the question with the person that it means, the questions in it,
-    and its last clause. ``earlier`` has the sentences before it, the newest first.
+    ``earlier`` has the sentences before it, the newest first.
     """
     yield question
     if whom := whom_of(question, earlier, language):

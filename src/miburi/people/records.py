@@ -1,4 +1,4 @@
-"""The file of people, and of the facts that they told the partner."""
+"""The file of people and their facts."""
 
 import json
 import sys

@@ -55,8 +55,7 @@ class Remarks:
     def sentences(self, *, named: bool = True) -> Iterator[str]:
         """Yield the sentences that may mention the person meant by a pronoun, newest first.
 
-        If the words also give a name (``named``), the person may have been mentioned several
-        remarks ago; a pronoun alone rarely means such a person.
+        If the words also give a name (``named``), the person may have been mentioned longer ago.
         """
         for said, _ in self._latest(_SOME if named else _FEW):
             yield from reversed(re.split(r"[.!?]+", said))

@@ -45,17 +45,16 @@ CAME = "came"
 #: The path for agents, if the partner lets them connect.
 AGENTS = "/mcp"
 #: From this revision of MCP on, headers name the method and the tool, and the server checks them
-#: against the body. Calls by older clients wait their turn, whatever they ask for.
+#: against the body. Older clients' calls all wait their turn.
 _REVISION = {b"mcp-protocol-version": b"2026-07-28"}
 #: An agent's call of its tool `stop`, which no limit delays either.
 _AGENTS_STOP = _REVISION | {b"mcp-method": b"tools/call", b"mcp-name": b"stop"}
 _AGENTS_LIST = _REVISION | {b"mcp-method": b"tools/list"}
 #: The largest body of a request, and the largest message on a WebSocket, bytes.
 LARGEST = 65_536
-#: How many bytes the headers of a request may have, and in how many seconds they must arrive (our
-#: choice).
+#: The largest headers of a request, bytes, and the time in which they must arrive, s (our choice).
 HEADERS, HEADER_TIME = 16_384, 10.0
-#: How many connections an address may have open, not counting WebSockets (our choice).
+#: The most open connections of an address, not counting sockets (our choice).
 CONNECTIONS = 200
 #: The limit on requests from one address: per second, and in a burst.
 RATE, BURST = 50.0, 150.0
@@ -70,9 +69,9 @@ PAGE_BREATH = 0.05
 _PAGE_TIME = 1.0
 #: The limit on wrong tokens from one address, per second and in a burst.
 WRONG_RATE, WRONG_BURST = 0.2, 10.0
-#: How many WebSockets and streams of events may be open at the same time.
+#: The most WebSockets and streams of events that may be open.
 SOCKETS = 200
-#: How many keys of one request are checked: cookies of one name can exist for several paths.
+#: The most keys checked per request: cookies of one name can exist for several paths.
 _LOOKED_AT = 4
 #: Interval between two checks of an open socket's key, s (our choice).
 _KEY_LOOK = 1.0
@@ -163,7 +162,7 @@ class Gate:
     async def _serve_socket(
         self, scope: Scope, receive: Receive, send: Send, key: str | None
     ) -> None:
-        """Serve a socket or a stream for as long as the key that opened it is valid."""
+        """Serve a socket or a stream as long as its key is valid."""
         serve = self._app if scope["type"] == "websocket" else self._serve
         if key is None or self._keys is None:
             await serve(scope, receive, send)

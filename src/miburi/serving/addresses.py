@@ -91,7 +91,7 @@ class Listeners:
 
 @contextmanager
 def listening(host: str, port: int) -> Iterator[socket.socket]:
-    """Listen on a port from now on, before anything else is done.
+    """Listen on a port from now on.
 
     Raises InputError if the host or the port is invalid; OutputError if the port is taken.
     """

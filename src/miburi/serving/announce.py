@@ -1,7 +1,7 @@
 """Announce the partner's pages in the local network, by multicast DNS (``_miburi._tcp``).
 
-The announcement has an address and a name, but no token: whoever finds a partner must still be let
-in. It needs the extra ``https``, and a partner that other devices can reach.
+The announcement has an address and a name, but no token. It needs the extra ``https``, and a
+partner that other devices can reach.
 """
 
 import asyncio
@@ -45,7 +45,7 @@ async def announce(name: str, address: str) -> None:
         service = AsyncZeroconf(interfaces=[str(host)])
         await service.async_register_service(info, allow_name_change=True)
         await asyncio.Event().wait()
-    except Exception as error:  # the partner runs on without an announcement
+    except Exception as error:  # the partner runs without it
         log_once("the partner cannot be announced by mDNS", error)
     finally:
         if service is not None:

@@ -37,8 +37,8 @@ except ModuleNotFoundError as error:
 
 #: Domains that the authority may vouch for, each with its subdomains.
 NAMES = ("local", "localhost")
-#: Private networks (RFC 1918, 4193), shared address space as of a VPN (RFC 6598), link-local and
-#: loopback addresses, and those for tests (RFC 5737). None of them leads to the internet.
+#: Networks outside the internet: private (RFC 1918, 4193), shared, as of a VPN (RFC 6598),
+#: link-local, loopback, and for tests (RFC 5737).
 NETWORKS = tuple(
     ip_network(text)
     for text in (
@@ -46,10 +46,9 @@ NETWORKS = tuple(
         *("127.0.0.0/8", "192.0.2.0/24", "fd00::/8", "fe80::/10", "::1/128"),
     )
 )
-#: How long an authority and a certificate are valid (our choice). Phones refuse a certificate that
-#: is valid for more than 398 days.
+#: How long each is valid (our choice). Phones refuse a certificate of more than 398 days.
 _AUTHORITY_LASTS, _CERTIFICATE_LASTS = timedelta(days=3650), timedelta(days=396)
-#: A certificate is renewed when less time than this is left, even while the partner runs.
+#: A certificate with less time left is renewed, even while the partner runs.
 _LEFT = timedelta(days=60)
 #: The clocks of two devices at home may differ by this much.
 _SKEW = timedelta(days=1)
@@ -95,7 +94,7 @@ class _Identity:
 
 
 class _UnfitError(Exception):
-    """A file cannot be used any more; the message completes the sentence "it ..."."""
+    """A file is unusable; the message completes the sentence "it ..."."""
 
 
 def is_at_home(host: str) -> bool:
@@ -115,14 +114,13 @@ def own_names() -> list[str]:
 
 
 def kept_certificates(folder: Path, hosts: Iterable[str], now: datetime) -> Certificates:
-    """Return the certificates in a folder; replace those that are missing or not usable any more.
+    """Return the certificates in a folder; replace missing and unusable ones.
 
-    The authority is made once, and replaced only if its file is broken, not ours, open to others,
-    or near its end. The server's certificate is also replaced if ``hosts``, the names and addresses
-    of this computer, change. ``now`` has a time zone.
+    An authority is replaced only if its file is broken, not ours, open to others, or near its end.
+    The server's certificate is also replaced if ``hosts``, the names and addresses of this
+    computer, change. ``now`` has a time zone.
 
-    Raises InputError if a host is not at home, as the authority may not vouch for it; OutputError
-    if the folder cannot be read or written.
+    Raises InputError if a host is not at home; OutputError if the folder cannot be read or written.
     """
     names = sorted(set(hosts))
     for host in names:

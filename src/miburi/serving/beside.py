@@ -31,8 +31,8 @@ def live_beside(app: FastAPI, life: Callable[[], Coroutine[None, None, None]]) -
         try:
             yield
         finally:
-            # An error that is raised during the cancellation, as by a closing connection, can take
-            # its place. A task that survives errors must then be cancelled again.
+            # An error during the cancellation, as from a closing connection, can replace it. A task
+            # that survives errors must then be cancelled again.
             while not task.done():
                 task.cancel()
                 await asyncio.wait({task}, timeout=_CANCELLED_AGAIN)

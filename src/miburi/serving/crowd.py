@@ -10,10 +10,10 @@ from miburi.serving.relay import Guest
 
 #: For how long, in s, a new connection is not closed to make room for newer ones (our choice).
 GRACE = 0.5
-#: How many HTTPS handshakes, from all addresses together, may be in progress: each takes 0.33 MB of
-#: the server's memory (our choice).
+#: The most HTTPS handshakes in progress, from all addresses: each takes 0.33 MB of the server's
+#: memory (our choice).
 HANDSHAKES = 100
-#: From how many connections at most it reads to find one that has sent no Stop and can be closed.
+#: The most connections read from in search of one without a Stop to close.
 _READ = 64
 
 _ByAddress = defaultdict[str, dict[Guest, None]]
@@ -25,9 +25,9 @@ class Crowd:
     Parameters
     ----------
     most
-        How many files may be open.
+        The most open files.
     clock
-        Returns the time in s.
+        Returns the time, s.
     hear
         Reads a guest's data, which may be a Stop.
     close

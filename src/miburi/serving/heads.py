@@ -40,9 +40,9 @@ def check_host(headers: dict[bytes, str], *, near: bool) -> None:
 
 
 def check_site(headers: dict[bytes, str], *, encrypted: bool) -> None:
-    """Refuse a request from another site's page; ``encrypted`` tells whether it came by https."""
+    """Refuse a request from another site's page; ``encrypted`` if it came by https."""
     host, origin = headers.get(b"host", ""), headers.get(b"origin")
-    # When a page loads an image or a script, the browser sends Sec-Fetch-Site, but no Origin.
+    # For an image or a script, a browser sends Sec-Fetch-Site, but no Origin.
     foreign = headers.get(b"sec-fetch-site", "none") not in ("same-origin", "none")
     if origin is not None:
         page = _split(origin)
@@ -72,7 +72,7 @@ def is_own(scope: Scope) -> bool:
 
 
 def tokens_of(headers: dict[bytes, str]) -> list[str]:
-    """Return the tokens that a request brings: in its header, or else in cookies with our name.
+    """Return the tokens in a request's header, or else in cookies with our name.
 
     Other cookies on this host are skipped, even malformed ones.
     """

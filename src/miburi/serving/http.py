@@ -50,7 +50,7 @@ class _Connection(H11Protocol):
     """An HTTP connection."""
 
     _timer: asyncio.TimerHandle | None = None  # runs until headers arrive
-    note: Note | None = None  # what a reception knows about it
+    note: Note | None = None  # from a reception
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
@@ -235,9 +235,9 @@ async def listen_encrypted(
 
 
 class Passage:
-    """The server's end of the socket that connects it to a reception.
+    """The server's end of the socket to a reception.
 
-    ``end`` is a non-blocking Unix socket, ``server`` has started, and ``context`` encrypts https.
+    ``end`` is a non-blocking Unix socket; ``server`` has started; ``context`` encrypts https.
     """
 
     def __init__(

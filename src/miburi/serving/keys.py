@@ -27,7 +27,7 @@ _NOTED = 600.0
 _CLOCK = 86_400.0
 _TOKEN = re.compile(r"[A-Za-z0-9_-]{32,}")
 _KEY = re.compile(r"([0-9a-f]{8})\.([A-Za-z0-9_-]{43})")
-#: Words in a browser's User-Agent, and our names for them; the first match counts.
+#: Words in a User-Agent, and our names for them; the first match counts.
 _MACHINES = {
     "iPhone": "iPhone",
     "iPad": "iPad",
@@ -67,7 +67,7 @@ def kept_token(path: Path) -> str:
 class Device:
     """A device that was paired; times are in s since 1970."""
 
-    name: str  # eight hexadecimal digits, by which `miburi devices forget` knows it
+    name: str  # eight hexadecimal digits, for `miburi devices forget`
     kind: str  # machine and browser, in our words, from the browser's User-Agent
     paired: float
     seen: float  # its last visit, to ten minutes
@@ -156,7 +156,7 @@ class Keys:
         return sorted(found, key=lambda device: (device.seen, device.name), reverse=True)
 
     def forget(self, name: str | None = None) -> int:
-        """Forget a device, or all (None), and replace the token, which these devices may know.
+        """Forget a device, or all (None), and replace the token, which they may know.
 
         Return the number of devices that were forgotten.
 
@@ -212,7 +212,7 @@ def _kept(path: Path) -> _Kept | None:
 
 
 def _kind(agent: str) -> str:
-    """Name the machine and the browser in our own words, never in the browser's."""
+    """Name the machine and the browser in our own words."""
     machine = next((word for sign, word in _MACHINES.items() if sign in agent), "a device")
     browser = next((word for sign, word in _BROWSERS.items() if sign in agent), "")
     return f"{machine}, {browser}" if browser else machine

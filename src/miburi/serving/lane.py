@@ -27,9 +27,8 @@ class Lane:
     Parameters
     ----------
     partner
-        The connection to the partner's process. Each message to it has the time and the press of a
-        Stop, or is None as a heartbeat. The process answers each message with None once it has
-        handled it.
+        The connection to the partner's process. Each message has the time and the press of a Stop,
+        or is None as a heartbeat; None comes back once it has been handled.
     gate
         Decides who may stop the partner.
     answer
@@ -64,7 +63,7 @@ class Lane:
             return False  # it brings a body
         headers = [*request.headers]
         if request.http_version != b"1.1" or not _WISHES.isdisjoint(dict(headers)):
-            return False  # the client asks for more than a Stop
+            return False  # more than a Stop
         guest.ends = reader.their_state is h11.MUST_CLOSE
         known = {name: value.decode("latin-1") for name, value in headers}
         guest.origin = self._gate.origin_of(STOP, known)

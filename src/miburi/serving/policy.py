@@ -1,8 +1,8 @@
 """The content security policy of our pages.
 
 The studio is NiceGUI's page, which needs inline scripts and ``eval`` (Vue compiles its templates in
-the browser). Every other page is our own, and may run only its inline scripts, known by their
-hashes, and the scripts in our folder.
+the browser). Every other page may run only its inline scripts, known by their hashes, and those in
+our folder.
 """
 
 import re
@@ -20,7 +20,7 @@ _SHARED = (
     "font-src 'self' data:; connect-src 'self'; frame-ancestors 'none'; base-uri 'self'; "
     "form-action 'self'"
 )
-#: The policy of every response that does not set its own.
+#: The default policy.
 NICEGUI = _SHARED.format(
     scripts="script-src 'self' 'unsafe-inline' 'unsafe-eval' blob:",
     styles="style-src 'self' 'unsafe-inline'",

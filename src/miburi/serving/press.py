@@ -14,14 +14,13 @@ from miburi.errors import BodyError
 BY = "miburi-by"
 #: The header with the id of a press that a page sends twice, so that the copy is recognised.
 PRESS = "miburi-press"
-#: How many characters the id may have; they are random, so that no two presses share one (our
-#: choice).
+#: The length of the random id (our choice).
 _DRAWN = range(16, 65)
 #: Who presses: a person at a page or a terminal; a smart home; an agent (MCP); ROS; a program that
 #: uses :mod:`miburi.client.remote`; or the partner itself, when nobody can reach it.
 By = Literal["person", "home", "agent", "ros", "program", "partner"]
-#: Programs may release a Stop that one of these pressed. They may not release a Stop by an agent or
-#: by ROS: after one, people expect somebody to look at the body before it is released.
+#: Programs may release a Stop by one of these. They may not release a Stop by an agent or ROS,
+#: after which people expect somebody to look at the body.
 _PROGRAMS_MAY_END = ("program", "partner")
 _NAMES = {
     "person": "a person", "home": "the smart home", "agent": "an assistant", "ros": "ROS",
@@ -43,12 +42,12 @@ def who(claim: str) -> By:
 class Press(NamedTuple):
     """One press of Stop, or several that are handled as one.
 
-    A page sends each press by two routes, because one of them may be blocked. The second copy to
-    arrive must not count as a Stop that was pressed after the person's release.
+    A page sends each press by two routes, because one may be blocked. The second copy must not
+    count as a Stop after the person's release.
     """
 
     by: By = "person"
-    #: The ids of the presses that are joined here; None if one of them has no id.
+    #: The ids of the presses; None if one of them has no id.
     names: frozenset[str] | None = None
 
     @staticmethod
@@ -90,7 +89,7 @@ class Hold:
 
     def __init__(self, *, programs_may_release: bool = False) -> None:
         self._programs_may_release = programs_may_release
-        self._by: By | None = None  # None while nobody has pressed
+        self._by: By | None = None  # None without a press
 
     @property
     def by(self) -> By | None:

@@ -17,7 +17,7 @@ class Reach:
     """
 
     addresses: tuple[str, ...] = ()  # the likeliest first
-    keys: Keys | None = None  # one for each device, and the token
+    keys: Keys | None = None
     authority: bytes | None = None  # the local authority's certificate, PEM, if there is https
     fingerprint: str = ""  # its SHA-256, as phones show it
 

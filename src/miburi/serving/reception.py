@@ -7,8 +7,7 @@ the client (:mod:`miburi.serving.relay`); this process keeps the connection. So 
 for the server, even over a connection that was kept open, and silent connections cost the server
 nothing. If there are too many connections, the reception closes one (:mod:`miburi.serving.crowd`).
 
-Over https only the server, which has the keys, can read a head, so a Stop waits there like any
-other request.
+Over https only the server can read a head, so a Stop waits there like any other request.
 
 Windows cannot send open files to another process; there the server itself listens.
 """
@@ -55,10 +54,7 @@ def receive(
     keys: Keys | None,
     origins: frozenset[str],
 ) -> None:
-    """Run the reception, in its own process, until the partner's process has ended.
-
-    The parameters are those of :class:`Reception` and of its gate.
-    """
+    """Run the reception, in its own process, until the partner's process has ended."""
     come_first(apart=True)
     import resource  # absent on Windows, which has no reception
 
@@ -88,7 +84,7 @@ class Reception:
     gate
         Decides who may stop the partner.
     most
-        How many files may be open: one for each connection, and two for a relayed one.
+        The most open files: one for each connection, and two for a relayed one.
     clock
         Returns the time in s, on the clock that all processes share.
     """
@@ -146,7 +142,7 @@ class Reception:
         self._selector.register(what, selectors.EVENT_READ, do)
 
     def _attend(self, guest: Guest) -> None:
-        """Register the events that a connection, and its relay if there is one, wait for next."""
+        """Register the events for which a connection and its relay wait next."""
         if guest.closed:
             return
         self._await(guest.line, guest.line_wants, partial(self._hear, guest))
@@ -221,7 +217,7 @@ class Reception:
         self._go_on(guest, gone=gone)
 
     def _go_on(self, guest: Guest, *, gone: bool) -> None:
-        """Close a finished connection, or register the events that it waits for next."""
+        """Close a finished connection, or register its next events."""
         if not guest.silent:
             self._crowd.has_spoken(guest)
         if gone or (guest.ends and guest.resting):

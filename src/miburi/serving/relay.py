@@ -117,12 +117,12 @@ class Guest:
         return not self._out, bool(self._back)
 
     def wait(self, head: int) -> None:
-        """Keep a request's head, of ``head`` bytes, for the server; 0 if it cannot be read."""
+        """Keep a head of ``head`` bytes for the server; 0 if it cannot be read."""
         self.head = (_receive(self.line, head) if head else None) or b""
         self.waits, self.looked, self.begun = True, False, False
 
     def begin(self, relay: socket.socket) -> None:
-        """Start to relay the waiting request, and what follows it."""
+        """Start to relay the waiting request."""
         relay.setblocking(False)
         framing = frame(self.head) if self.head else Framing(math.inf, ends=True)
         self.relay, self.waits, self.apart = relay, False, framing.lasts
@@ -218,7 +218,7 @@ def _send(line: socket.socket, waiting: bytearray) -> bool:
 
 
 def answer_of(status: int, words: str, *, ends: bool, origin: str | None = None) -> bytes:
-    """Return the bytes of an answer that the reception itself gives."""
+    """Return the bytes of the reception's own answer."""
     body = json.dumps({"detail": words}).encode() if words else b""
     headers = [(b"date", formatdate(usegmt=True).encode()), *SAFE_HEADERS]
     if origin is not None:

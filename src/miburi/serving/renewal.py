@@ -23,7 +23,7 @@ EVERY = 60.0
 def reach_of(listeners: Listeners, folder: Path, now: datetime) -> tuple[Reach, Path | None]:
     """Return the addresses, with keys and authority, and with https the certificate's file.
 
-    The token and the certificates are kept in ``folder``; missing ones are made.
+    The token and certificates in ``folder`` are made if missing.
 
     Raises the errors of :func:`miburi.serving.authority.kept_certificates`.
     """

@@ -19,15 +19,15 @@ COLOURS = tuple(feeling.colour.paper for feeling in CATALOGUE.feeling)
 _HOUR = 3600.0
 _STARTS, _ENDS = 8, 20  # o'clock
 _SAMPLE = 10.0  # s between two points of the record
-_CLOSE_UP = (17.0, 17.0 + 2 / 60)  # two minutes for which every second is recorded
+_CLOSE_UP = (17.0, 17.0 + 2 / 60)  # two minutes with a record every second
 
 
 @dataclass(frozen=True)
 class Episode:
     """A part of the day, from ``hour`` o'clock on, ``minutes`` long.
 
-    It has ``count`` stimuli, taken in turn from ``stimuli``; near its end somebody blocks
-    ``contacts`` of the robot's gestures.
+    It has ``count`` stimuli, in turn from ``stimuli``; near its end somebody blocks ``contacts``
+    gestures.
     """
 
     title: str
@@ -219,7 +219,7 @@ def _name_moods(mood: Axes, day: Day) -> None:
     ends = [*(episode.hour for episode in DAY[1:]), float(_ENDS)]
     for episode, end in zip(DAY, ends, strict=True):
         of_episode = np.flatnonzero((day.hours > episode.hour) & (day.hours < end))
-        # Compare rises, because the moods from before the episode may still be higher.
+        # Compare rises, because earlier moods may still be higher.
         values = day.levels[of_episode, 2]
         peak, feeling = np.unravel_index(np.argmax(values - values[0]), values.shape)
         mood.annotate(

@@ -38,7 +38,7 @@ def face(shown: Expression | None) -> NDArray[np.uint8]:
 
 
 def source_digest() -> str:
-    """Return the checksum of everything that the sheet is drawn from; the sheet stores it, too."""
+    """Return the checksum of the sheet's sources, which the sheet stores, too."""
     faces = json.dumps(SHIPPED.faces())
     return hashlib.sha256((SOURCE.read_text(encoding="utf-8") + faces).encode()).hexdigest()
 

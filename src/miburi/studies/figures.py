@@ -1,4 +1,4 @@
-"""Write figures that are readable in print; this needs no screen."""
+"""Write figures for print, without a screen."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -17,7 +17,7 @@ PRINT: Any = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": Fal
 def figure_file(
     path: Path, size: tuple[float, float], style: Any = None, dpi: int = 130
 ) -> Iterator[Figure]:
-    """Yield a figure of a size in inches to draw on; when the block ends, write it to ``path``."""
+    """Yield a figure, its size in inches; write it to ``path`` at the end of the block."""
     with matplotlib.rc_context(style):
         figure = Figure(figsize=size, layout="constrained")
         yield figure

@@ -37,7 +37,7 @@ _BELOW, _BACK_OF_REACH, _BACK_OF_HEIGHT = 0.01, 0.70 / 0.19, 0.70 / 0.26
 
 
 class DrawingError(OutputError):
-    """Pictures cannot be drawn on this machine; everything else works."""
+    """Pictures cannot be drawn on this machine."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Scene:
 
 
 class Camera:
-    """Draws the robot from one viewpoint; open a camera with :func:`camera`."""
+    """Draws the robot from one viewpoint; see :func:`camera`."""
 
     def __init__(self, robot: Robot, width: int, height: int) -> None:
         meshes, files = _real_shapes(robot)
@@ -104,7 +104,7 @@ class Camera:
 
 
 def _real_shapes(robot: Robot) -> tuple[dict[tuple[str, str], str] | None, dict[str, bytes]]:
-    """Return the robot's shapes, as names and contents of files, if the robot can be built."""
+    """Return the names and contents of the robot's shape files, if it can be built."""
     solids = shapes_if_it_can_be_built(robot)
     if not solids:
         return None, {}

@@ -166,7 +166,7 @@ def _recordings(runner: LivePartner, say: dict[str, str], updates: list[Update])
 def _add_recording(recordings: Recordings, one: Kept, say: dict[str, str], sure: set[str]) -> None:
     """Add a recording to the list, with a button that deletes it when pressed twice.
 
-    ``sure`` has the names of recordings whose button was pressed once; it outlives the list.
+    ``sure`` has the names of recordings whose button was pressed once.
     """
     with ui.element("li"):
         ui.link(one.name, f"/api/v1/recordings/{one.name}").props("download")

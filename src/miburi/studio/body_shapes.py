@@ -26,7 +26,7 @@ def _shapes(robot: Robot) -> list[dict[str, object]]:
     solids = shapes_if_it_can_be_built(robot)
     if not solids:
         return []
-    # Imported here because it needs the extra ``hardware``.
+    # This needs the extra ``hardware``.
     from miburi.hardware.exports import triangles
 
     table: list[dict[str, object]] = []

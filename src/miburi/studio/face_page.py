@@ -61,8 +61,8 @@ def add_face_page(
 
     @app.post(RELEASE, status_code=204, include_in_schema=False)
     async def release(shown: _Shown, origin: Annotated[str | None, Header()] = None) -> None:
-        # Browsers send the origin of the page that asks, and the gate has checked that it is ours.
-        # A program that sends an ``Origin`` header poses as a page on purpose.
+        # The gate has checked a browser's origin. A program that sends an ``Origin`` header poses
+        # as a page on purpose.
         if origin is None:
             raise BodyError("only a person on one of the partner's own pages can release it here.")
         await granted(runner, Release(by_person=True, seen=shown.seen))

@@ -26,7 +26,7 @@ class StopIn(Message):
 
 
 def make_fleet_app(fleet: Fleet) -> FastAPI:
-    """Return the app with a fleet's page and routes; it connects the fleet while it runs."""
+    """Return the app of a fleet's page, which connects the fleet while it runs."""
     app = FastAPI(openapi_url=None)
     refuse_in_words(app)
 

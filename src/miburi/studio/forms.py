@@ -21,7 +21,7 @@ _UNNAMED: dict[str, Literal["police", "listening"]] = {"abuse": "police", "suici
 def senses_form(words: Words, *names: str, sounded: Sequence[str] = ()) -> str:
     """Return the switches for the voice and senses as HTML; ``static/senses.js`` handles them.
 
-    ``sounded`` are the languages for which the partner's computer has a voice of its own.
+    ``sounded`` are the languages of the partner's own voice.
     """
     say = words["senses"]
     voices = {**CATALOGUE.voices(), "sounded": sounded}
@@ -45,7 +45,7 @@ def senses_form(words: Words, *names: str, sounded: Sequence[str] = ()) -> str:
 
 
 def signs(words: Words) -> str:
-    """Return the signs that are shown while the partner listens or watches, as HTML."""
+    """Return the signs that the partner listens or watches, as HTML."""
     return "".join(
         f'<p class="sign sign-{name}">{escape(words["senses"][f"{name}_on"])}</p>'
         for name in _SIGNED

@@ -1,7 +1,7 @@
 """Load the studio when a browser first requests it, and answer addresses without a page.
 
-NiceGUI takes a second of processor time (several on a Raspberry Pi) and 50 MB. A partner that only
-programs, homes and phones at ``/face`` use never loads it, and every partner starts sooner.
+NiceGUI takes a second of processor time (several on a Raspberry Pi) and 50 MB, which a partner
+without visitors in the studio never needs.
 """
 
 import asyncio
@@ -34,7 +34,7 @@ class OnDemand:
 
     @asynccontextmanager
     async def while_served(self) -> AsyncIterator[None]:
-        """End the studio, if it was loaded, together with the server."""
+        """End the studio, if loaded, with the server."""
         async with self._served:
             yield
 
@@ -55,7 +55,7 @@ class OnDemand:
                 await self._served.enter_async_context(
                     self._studio.router.lifespan_context(self._studio)
                 )
-                gc.freeze()  # else a garbage collection scans all of this, and a Stop may wait
+                gc.freeze()  # else a Stop may wait for a garbage collection of all this
             return self._studio
 
     def _load(self) -> FastAPI:

@@ -33,9 +33,8 @@ async def missing_page(request: Request, _error: Exception | None = None) -> HTM
 
 
 async def people_page(request: Request) -> HTMLResponse:
-    """Return ``/people``: the people whom the partner knows, and when it may speak first.
+    """Return ``/people``: permissions to remember people and to speak first, and all facts.
 
-    Here a person allows the partner to remember people, and can see, correct, download and delete
-    everything that it knows. The page's script loads that from the interface.
+    The page's script loads the facts from the interface.
     """
     return page(request, "people")

@@ -24,10 +24,7 @@ class PairIn(Message):
 
 
 def pairing_router(reach: Reach) -> APIRouter:
-    """Return the routes of the pairing page, which need no token.
-
-    ``reach`` has the keys for pairing, and the certificate of the partner's own authority.
-    """
+    """Return the routes of the pairing page, which need no token."""
     router = APIRouter(include_in_schema=False)
     wrong = Allowance(_RATE, _BURST)
     keys = reach.keys
@@ -78,7 +75,7 @@ def pairing_router(reach: Reach) -> APIRouter:
 
 
 def _onward(reach: Reach, request: Request) -> str | None:
-    """Return the https address to send a visitor over http to; None if there is none."""
+    """Return the https address for a visitor over http, if there is one."""
     if reach.authority is None or request.url.scheme == "https" or not reach.addresses:
         return None
     found = str((request.scope.get("server") or ("",))[0])

@@ -1,7 +1,6 @@
 """The privacy page (``/privacy``): what is on, what leaves a page or the computer, what is kept.
 
-It shows the switches as they are now, and needs no token, so that anybody in front of the partner
-can read it.
+It needs no token, so that anybody in front of the partner can read it.
 """
 
 from typing import NamedTuple
@@ -23,10 +22,10 @@ _KEPT = ("memory", "people", "feelings", "recordings", "keys", "browser", "delet
 
 
 class Switch(NamedTuple):
-    """A switch that shares something with others, and whether it is on now.
+    """A switch that shares data, and whether it is on now.
 
-    ``name`` is the key of its text on the page; with ``_on`` or ``_off``, it is the key of the text
-    for that state. ``where`` has the hosts or origins that get the data, if the text names them.
+    ``name`` is the key of its text on the page and, with ``_on`` or ``_off``, of the text for that
+    state. ``where`` has the hosts or origins that get the data, if the text needs them.
     """
 
     name: str

@@ -1,7 +1,7 @@
 """The studio (``/``): the robot, its feelings, and the panels.
 
-The browser itself draws what changes many times a second, from the live WebSocket
-(:mod:`miburi.studio.elements`). This module builds the rest, and updates it four times a second.
+The browser draws fast changes from the live WebSocket (:mod:`miburi.studio.elements`). This module
+builds the rest, and updates it four times a second.
 """
 
 import time
@@ -41,9 +41,9 @@ from miburi.talk.care import Care
 _LOOKS = 5.0
 #: If more pages than ``_MANY`` are waiting, those older than ``_FLOODED`` s are dropped.
 _MANY, _FLOODED = 20, 10.0
-#: The time between two updates of what changes slowly, in s.
+#: Interval between two updates, s.
 _LOOK = 0.25
-#: Where the hand appears, in m: low in front of the robot, in the way of neither arm.
+#: The hand's first position, m: low in front of the robot, clear of both arms.
 HAND_START = (0.22, 0.0, 0.05)
 _TOGGLE_DARK = f"""() => {{
     const dark = !document.body.classList.contains("body--dark");
@@ -71,7 +71,7 @@ def make_studio(runner: LivePartner, reach: Reach, sounded: Sequence[str], care:
     def studio(request: Request) -> None:
         _Studio(runner, Preferences.of(request), reach, sounded, care).build()
 
-    # Otherwise Quasar would show an unlabelled bar at every request of its own.
+    # else Quasar shows an unlabelled bar at its own requests
     pages.config.quasar_config["loadingBar"]["skipHijack"] = True
     # NiceGUI's own page would keep a client for each request, and log the visitor's URL.
     pages.add_exception_handler(404, missing_page)
@@ -91,7 +91,7 @@ def make_studio(runner: LivePartner, reach: Reach, sounded: Sequence[str], care:
 
 
 def forget_pages() -> None:
-    """Drop pages that no browser has connected to, if many were requested within a minute."""
+    """Drop pages without a browser if many were requested within a minute."""
     since = time.time() - 60
     waiting = (each for each in Client.instances.values() if not each.has_socket_connection)
     if sum(each.created > since for each in waiting) > _MANY:

@@ -84,7 +84,7 @@ def own_name(language: str) -> str:
 
 
 def preferred(*wishes: str | None) -> str:
-    """Return the available language that a visitor prefers most; ``wishes`` are in that order.
+    """Return the first available language among wishes.
 
     A wish is a language's name, or an ``Accept-Language`` header.
     """

@@ -34,8 +34,8 @@ _TAKES_UP = 0.5
 #: mentioned if the remark also has bad news.
 JOYS = ("happiness", "thrill")
 _GLAD, _SPOKEN_OF = (*JOYS, "surprise"), 0.6
-#: In a remark of more words than this, a single word does not reveal the topic: "supper" may be
-#: mentioned in passing. The answer then takes up only a person whom the remark names (our choice).
+#: In a remark of more words than this, "supper" may be mentioned in passing, so the answer takes up
+#: no topic except a person that the remark names (our choice).
 _RAMBLES = 16
 
 
@@ -154,7 +154,7 @@ class Answerer:
         slots |= self._further(said, words) | dict(known or {})
         match, glad = self._meant(said, words, slots)
         heavy = words.fits("heavy", said)
-        felt = None if heavy and felt in _GLAD else felt  # it does not speak of its own joy then
+        felt = None if heavy and felt in _GLAD else felt  # no mention of its own joy then
         topics = sayable(words.topics_of(said), slots)
         rambles = len(said.split()) > _RAMBLES
         topic = next((one for one in topics if _suits(one, heavy=heavy, rambles=rambles)), None)

@@ -71,7 +71,7 @@ class Beginning:
         self._language = language or self._language
 
     def hush(self) -> None:
-        """Do not speak first for an hour: somebody wants quiet."""
+        """Do not speak first for an hour."""
         self._hushed = self._clock() + _HUSHED
 
     async def live(self) -> None:

@@ -36,8 +36,8 @@ class Calendar(Table):
         they mean.
     times, numbers, afternoon, span
         Regular expressions of a time of day (groups ``hour``, ``past`` and ``to`` for minutes, and
-        ``half`` of the day); the values of number words; the word for the half of the day after
-        noon, such as "pm"; and phrases for how long it is until that time.
+        ``half`` of the day); the values of number words; the word for the afternoon, such as "pm";
+        and phrases for the time that is left.
     sums
         Regular expressions of the words between two numbers, by operation.
     """

@@ -78,8 +78,8 @@ class WordsOfCare(Table):
         Regular expressions of clauses that deny distress, and of harmless clauses after them; and
         the replies.
     never, words
-        Regular expressions of words that no language model may say; and, by name, parts that these
-        expressions share.
+        Regular expressions of words that no language model may say; named parts that expressions
+        share.
     """
 
     unknown: str
@@ -124,7 +124,7 @@ class Care:
         return self._fill(words_of_care(language).wonder, language, turn)
 
     def give_way(self, language: Language, turn: int) -> str:
-        """Return the answer to somebody who says that nothing has happened."""
+        """Return the answer to a denial of distress."""
         return self._fill(words_of_care(language).misheard, language, turn)
 
     def stay(self, language: Language, turn: int) -> str:
@@ -187,7 +187,7 @@ def goes_on(text: str, language: Language) -> bool:
 
 
 def takes_back(text: str, language: Language) -> bool:
-    """Whether a remark ends by saying that nothing has happened.
+    """Whether a remark ends by denying distress.
 
     "You misheard me, I said that he isn't breathing" does not.
     """

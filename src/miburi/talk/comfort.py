@@ -21,8 +21,8 @@ _ANSWERED = timedelta(minutes=2)
 #: choice): in strangers' everyday conversations, the model raises a false alarm about once in 250
 #: remarks.
 _STAYS, _EVERY = 3, 5
-#: The partner asks about a slight sign of distress if there was another one at most this many
-#: remarks earlier (our choice).
+#: The partner asks about a slight sign of distress at most this many remarks after another one (our
+#: choice).
 _SOON = 5
 
 #: Kinds of real distress that people may deny, and how long a denial is ignored (our choice).
@@ -61,8 +61,7 @@ class Comfort:
         """Return the impression, with a suspicion of distress only if it is worth a question.
 
         A second slight sign is worth a question, and so is a "no" to the question whether somebody
-        is all right. If there was distress before (``after``), an unspecific suspicion is not,
-        because it is known already that somebody needs help.
+        is all right. After distress (``after``), an unspecific suspicion is not.
         """
         wondered, self._wondered = self._wondered, None
         if not _HIDDEN.isdisjoint((heard.distress, heard.worry, heard.hint)):

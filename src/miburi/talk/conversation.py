@@ -130,8 +130,6 @@ class Conversation:
 
         Parameters
         ----------
-        said
-            The remark.
         felt
             The stimuli that the remark caused.
         state
@@ -158,7 +156,7 @@ class Conversation:
         return content
 
     def answered(self, answer: str) -> None:
-        """Remember what the partner answered by itself, so that the model can follow the talk."""
+        """Remember an answer of the partner's own, for the model's next request."""
         if self._said:
             self._remember(self._said[-1][0], Content(answer, None, 0.0))
 

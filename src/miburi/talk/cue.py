@@ -16,7 +16,7 @@ Do = Literal["stop", "repeat", "name", "remember", "amend", "recall", "forget"]
 
 
 def _check_slots(line: str) -> str:
-    """Refuse a lone brace, which would otherwise fail only when the sentence is chosen."""
+    """Refuse a lone brace, which would fail only once the sentence is chosen."""
     _ = [*Formatter().parse(line)]
     return line
 
@@ -54,7 +54,7 @@ class Cue(Table):
         thanks.
     mine, capital
         Whether this topic needs words about the speaker; and whether its subject must begin with a
-        capital letter, as a name does.
+        capital letter.
     wish
         Whether it can be requested without a question ("Keep me company"), although it triggers no
         movement. A wrong match would do no harm.
@@ -105,7 +105,7 @@ class Cue(Table):
 
     @cached_property
     def orders(self) -> bool:
-        """Whether it asks for an act that can be seen or heard, or for fun that can be repeated."""
+        """Whether it asks for a visible or audible act, or for fun that can be repeated."""
         return self.shows or self.stays > 1
 
     @cached_property

@@ -7,7 +7,7 @@ from datetime import datetime, time, timedelta
 from miburi.languages import Language, compile_phrases, plain
 from miburi.talk.script import Script, script
 
-#: From this time of day on, the partner speaks of a fact about that day (our choice).
+#: The time of day at which a fact about a day is due (our choice).
 _MORNING = time(9)
 _NUMBER = re.compile(r"(?<!\d)([12]?\d|3[01])(?:st|nd|rd|th|er|日)?(?!\d)")
 
@@ -41,7 +41,7 @@ def due_of(said: str, language: Language, now: datetime) -> datetime | None:
 
 
 def date_of(said: str, told: str | None, language: Language, now: datetime) -> str | None:
-    """Return the date that a remark names, or else the date in a fact; None if neither names one.
+    """Return the date in a remark, or else in a fact; None if neither names one.
 
     >>> date_of("What date is a week on Saturday?", None, "en", datetime(2026, 11, 25))
     'Saturday, December 5'
@@ -77,9 +77,9 @@ def away(said: str, told: str | None, language: Language, now: datetime) -> str 
 
 
 def _left(said: str, language: Language, now: datetime) -> timedelta | None:
-    """Return how long it is until the time of day in a sentence; None if it names none.
+    """Return the time left until the time of day in a sentence; None if it names none.
 
-    "Half past two" can be before or after noon, so the one within the next 12 hours is taken.
+    "Half past two" can be before or after noon: the next one is meant.
     """
     rules = script(language)
     for found in rules.times_in(plain(said, language)):
@@ -104,7 +104,7 @@ def _span(left: timedelta, language: Language) -> str:
 
 
 def _later(text: str, weekday: str, words: Script) -> int:
-    """Return how many days after a weekday a text means, as in "a week on Saturday"."""
+    """Return the days to add to a weekday, as in "a week on Saturday"."""
     for phrase, days in words.later.items():
         if compile_phrases([phrase], words.language, {"day": weekday}).search(text):
             return days

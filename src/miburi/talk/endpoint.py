@@ -21,7 +21,7 @@ _LONGEST = 200
 
 
 class OvertakenError(MiburiError):
-    """Somebody has made a newer remark, which is answered instead."""
+    """A newer remark is answered instead."""
 
 
 @dataclass(frozen=True)
@@ -65,8 +65,6 @@ def find_endpoint(url: str, model: str, environment: Mapping[str, str] = os.envi
     ----------
     url
         The base address; one without a path gets ``/v1``.
-    model
-        The model's name.
     """
     try:
         parts = urlsplit(url)

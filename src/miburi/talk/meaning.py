@@ -44,7 +44,7 @@ def settled(
         grave = words.asked_of(said, None, felt=shown, told=told)
         others = sayable(chain(words.intents_of(said, slots), grave), slots)
         match = next((one for one in others if not one.cue.light), None)
-    # "How are you" does not ask how something is done, so a broad match of that is dropped.
+    # "How are you" does not ask how something is done, so a broad match is dropped.
     weak = match is not None and (match.cue.broad or match.cue.aside)
     return None if how_are_you and weak and match is found else match
 

@@ -1,9 +1,9 @@
-"""Read a language model's reply, whatever form the model gave it.
+"""Read a language model's reply in any form.
 
 It turns the text that a model wrote into the words to say, a feeling and its strength. Servers that
 know the schema return one JSON object. Small local models often add reasoning, code fences or a
 second object, quote a number, invent a feeling, forget a brace, or answer in plain text. All of
-these are understood; only a text without words is not.
+these are understood, but not a text without words.
 """
 
 import ast

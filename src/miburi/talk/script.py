@@ -250,7 +250,7 @@ class Script(Calendar):
         return said
 
     def says_again(self, cue: Cue, said: str) -> list[str]:
-        """Return the answers to somebody who wants to see or hear this once more."""
+        """Return the answers to a repeated request for this cue."""
         if not cue.shows or not self.repeated:
             return cue.say
         return self.altered if self.altered and self.fits("alters", said) else self.repeated

@@ -52,7 +52,7 @@ class Speech:
     Parameters
     ----------
     endpoint
-        The language model that thinks of its answers; if it is None, the partner answers by itself.
+        The language model that thinks of its answers; None: it answers by itself.
     care
         Chooses the words for somebody in distress.
     clock
@@ -118,8 +118,6 @@ class Speech:
 
         Parameters
         ----------
-        said
-            The remark.
         tone
             The tone of voice, which strengthens or weakens the feeling of the words.
         by
@@ -221,10 +219,7 @@ class Speech:
         return text, None if answer.cue is None else answer.cue.name
 
     async def count(self, felt: tuple[Stimulus, ...]) -> None:
-        """Record how somebody treats the partner, for the present person's attachment.
-
-        It counts the stimuli, and the contacts since the last call.
-        """
+        """Add stimuli, and the contacts since the last call, to the present person's attachment."""
         events = self._partner.history.after(self._counted)
         self._counted = self._partner.history.number
         contacts = sum(one.kind == "stop" and one.name == StopReason.CONTACT for one in events)
@@ -326,7 +321,7 @@ class Speech:
 
 
 def _converse(endpoint: Endpoint) -> "Conversation":
-    # It is imported here because it loads the libraries of an HTTP client.
+    # The import loads an HTTP client's libraries.
     from miburi.talk.conversation import Conversation
 
     return Conversation(endpoint)

@@ -31,7 +31,7 @@ from miburi.live.watchdog import Watchdog
 from miburi.live.wishes import Release
 from miburi.serving.press import Press
 
-#: How long the server, or the process that receives Stops, may hang, in s (our choice).
+#: How long the server, or the reception, may hang, s (our choice).
 UNSERVED = 3.0
 _SLOW_THREADS = 4
 
@@ -45,10 +45,6 @@ class Answering:
 
     Parameters
     ----------
-    runner
-        The partner.
-    ends
-        The partner's ends of the pipes.
     on_ready
         Called when the server listens and the reception takes Stops.
     on_hang

@@ -35,8 +35,8 @@ from miburi.serving.press import PRESSED, Press
 
 #: The partner counts as unreachable after this time without an answer, in s (our choice).
 SILENCE = 1.0
-#: The partner counts as silent after this many waits in a row without news. It is not judged by the
-#: clock: if this process itself has slept, as on a closed laptop, that is only one wait.
+#: The partner counts as silent after this many waits in a row without news. If this process itself
+#: has slept, as on a closed laptop, only one wait has passed.
 _WAITS = 10
 
 
@@ -47,8 +47,6 @@ class FarPartner(LivePartner):
 
     Parameters
     ----------
-    ends
-        The server's ends of the pipes.
     clock
         Returns the time in s, the same in all processes.
     open_store
@@ -133,7 +131,7 @@ class FarPartner(LivePartner):
         return self._send(lambda number: Ask(number, wish, came))
 
     def ask_recordings(self, what: str, *with_: str) -> Any:
-        """Call a method of the recordings, wait for its answer, and return it."""
+        """Call a method of the recordings, and return its answer."""
         return self._send(lambda number: AskRecordings(number, what, with_)).result(LONG)
 
     def _send(self, message: Callable[[int], object]) -> Future[Any]:
@@ -185,7 +183,7 @@ class FarPartner(LivePartner):
         self._steps.extend(Snapshot(json=json, serial=serial) for serial, json in news.steps)
         if news.serial > known:
             self._steps.append(latest)
-        self.snapshot = latest  # last, so that whoever reads it finds the events and samples, too
+        self.snapshot = latest  # last, so that its readers find the entries above
         self._serial = news.serial
         if news.motors is not None:
             self.motors = news.motors
@@ -197,7 +195,7 @@ class FarPartner(LivePartner):
         """
         asking, stopping = self._ends
         ends = DefaultSelector()
-        asked = False  # whether news has been requested, and has not arrived yet
+        asked = False  # whether requested news has not arrived yet
         due = time.monotonic()
         told: list[Answer] = []
         waits = 0  # in a row, without the requested news

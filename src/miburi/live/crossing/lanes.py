@@ -44,7 +44,7 @@ class Lanes(NamedTuple):
 
 
 class Hello(NamedTuple):
-    """The partner's first message: everything that does not change later."""
+    """The partner's first message: the facts that never change."""
 
     robot: Robot
     repertoire: Repertoire
@@ -72,7 +72,7 @@ class AskRecordings(NamedTuple):
 
 
 class Cancel(NamedTuple):
-    """Cancels a request whose answer nobody awaits any more."""
+    """Cancels a request."""
 
     number: int
 
@@ -93,7 +93,7 @@ class Ready(NamedTuple):
 class Look(NamedTuple):
     """A request for all news after the given numbers.
 
-    ``beats`` counts up while the server is alive; if it stops rising, the server has hung.
+    ``beats`` counts up unless the server has hung.
     """
 
     event: int

@@ -134,9 +134,9 @@ def without_words(event: LiveEvent) -> LiveEvent:
 
 
 class EndOfWish:
-    """Finds the event that ends a wish, among those that follow it.
+    """Finds the event that ends a wish.
 
-    Raises InputError if ``wish`` is not the id of a wish.
+    Raises InputError if the text is not the id of a wish.
 
     Parameters
     ----------

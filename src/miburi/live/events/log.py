@@ -1,8 +1,7 @@
 """The log of a live partner: numbered events, across restarts.
 
-The latest events are in memory, older ones in an :class:`~miburi.live.events.store.EventStore`. The
-partner's loop only adds events in memory, and a thread writes them to the disk, so that a slow disk
-does not hold up the loop.
+The latest events are in memory, older ones in an :class:`~miburi.live.events.store.EventStore`. A
+thread writes events to the disk, so that a slow disk does not hold up the partner's loop.
 """
 
 import math

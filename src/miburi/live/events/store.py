@@ -106,11 +106,11 @@ class EventStore:
 
     @property
     def pruned(self) -> int:
-        """The highest number among the events that were deleted because of their age, or 0."""
+        """The highest number of an event deleted for its age, or 0."""
         return int(self.note("pruned") or 0)
 
     def begin(self, boot: str) -> int:
-        """Note that a new run of the partner begins; return the number of its first event."""
+        """Note the start of a run; return the number of its first event."""
         with self._lock, self._file:
             kept = "SELECT max(number) FROM events UNION SELECT max(first) - 1 FROM boots"
             rows = self._file.execute(kept).fetchall()
@@ -121,7 +121,7 @@ class EventStore:
     def end_of(self, boot: str) -> int | None:
         """Return the last event number that a run may have used; None if the run is unknown.
 
-        For the latest run, this is 2**53, which is above the number of any event.
+        It is 2**53, above any event's number, for the latest run.
         """
         with self._lock:
             first = self._file.execute("SELECT first FROM boots WHERE boot = ?", (boot,)).fetchone()

@@ -29,16 +29,12 @@ _STEPS_PER_FLUSH = 50
 #: How long to wait for the disk at the end of a recording, and then for the writing thread, s.
 _PATIENCE = 2.0
 _NAME = re.compile(r"miburi-(\d{4,})\.mcap")
-#: The file that keeps the latest number, so that a deleted recording's name is not used again.
+#: The file of the latest number, so that a deleted recording's name is not used again.
 _NUMBER = ".latest-number"
 
 
 class News(NamedTuple):
-    """A change among the recordings: one began, was ended, ended by itself, or was deleted.
-
-    ``name`` is its file. If it ended by itself, ``reason`` says why, and ``detail`` is the system's
-    message.
-    """
+    """A change among the recordings; ``reason`` and ``detail`` say why one ended by itself."""
 
     kind: Literal["recording", "recorded", "recording_ended", "deleted"]
     name: str
@@ -233,7 +229,7 @@ class _Writing:
             self._close(EndReason.SLOW)
 
     def _close(self, reason: EndReason | None, detail: str = "") -> None:
-        """Record no more steps, and report why; only the first reason is reported."""
+        """End the recording; only the first reason is reported."""
         with self._once:
             if self.over:
                 return

@@ -156,7 +156,7 @@ class Recorder:
             self._writer.finish()  # type: ignore[no-untyped-call]  # mcap leaves it untyped
 
     def write(self, messages: Iterable[RecordedMessage]) -> None:
-        """Record messages, such as those from :func:`step_messages`."""
+        """Record messages."""
         for message in messages:
             wall = round(message.time * 1e9) if message.wall is None else message.wall
             self._add(message.topic, wall, {"time": message.time, **message.content})
@@ -194,8 +194,6 @@ def step_messages(
 
     Parameters
     ----------
-    state
-        The body's state.
     feelings
         The emotional model whose three levels to record; None to leave them out.
     events

@@ -1,4 +1,4 @@
-"""Draw the experiment's result as a figure that is readable in print."""
+"""Draw the experiment's result as a figure for print."""
 
 from pathlib import Path
 

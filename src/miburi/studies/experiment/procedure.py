@@ -77,7 +77,7 @@ class Experiment:
 
     @property
     def false_stops(self) -> int:
-        """The number of stops that had no hand on the robot in the ``PATIENCE`` s before."""
+        """The number of stops without a hand on the robot in the ``PATIENCE`` s before."""
         return sum(stop.contact_time is None for stop in self.stops)
 
     def report(self) -> dict[str, object]:
@@ -120,7 +120,7 @@ class Experiment:
         }
 
     def timing(self) -> dict[str, float]:
-        """Return the content of ``timing.json``: measurements by the wall clock."""
+        """Return the content of ``timing.json``, by the wall clock."""
         milliseconds = np.array(self.solve_seconds or [0.0]) * 1e3
         return {
             "ik_median_ms": round(float(np.median(milliseconds)), 4),

@@ -21,8 +21,8 @@ from miburi.gestures import Repertoire
 class Setup:
     """The setup of an experiment; feeling, mood and period are the paper's.
 
-    Emotion and mood are held. How fast the mood recovers depends on its time constant in the
-    temperament. ``settings`` are for the inverse kinematics; see :func:`miburi.ik.solve`.
+    Emotion and mood are held. The mood recovers with the temperament's time constant. ``settings``
+    are for the inverse kinematics; see :func:`miburi.ik.solve`.
 
     Raises InputError if a value is outside its range.
     """

@@ -1,4 +1,4 @@
-"""The person who gets in the way: the scripted hand of the experiment.
+"""The experiment's person in the way: a scripted hand.
 
 A :class:`Visitor` reads the robot's angles and the partner's events, and moves the simulated hand.
 In some gestures, during one move, the hand reaches into the path of an arm, stays a moment after

@@ -77,7 +77,7 @@ def perform(
 def check(
     robot: Robot, function: MovementFunction, *, step: float, settings: Settings | None = None
 ) -> Iterator[str]:
-    """Yield in words what is wrong with a gesture; nothing if all is well.
+    """Yield each fault of a gesture in words.
 
     Every pose must be in reach and inside the limits. Mood 0 must be exactly neutral. At every mood
     the kinematics must be within 1 mm, no parts may collide, and the contact rule may not stop the

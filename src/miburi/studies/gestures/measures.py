@@ -80,7 +80,7 @@ def _hull_volume(points: Array) -> float:
         raise needs_extra("studies", error) from error
     try:
         return float(ConvexHull(points).volume)
-    except QhullError:  # the points all lie in a plane, on a line or in one place
+    except QhullError:  # the points lie in a plane
         return 0.0
 
 

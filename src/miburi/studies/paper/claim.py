@@ -40,7 +40,7 @@ Claims = dict[str, Callable[[Runs], Claim]]
 def claim(
     claims: Claims, section: str, sentence: str, ours: str = ""
 ) -> Callable[[Callable[[Runs], Finding]], None]:
-    """Add the decorated function to ``claims``, under its name, as the test of a sentence."""
+    """Add the decorated function to ``claims``, as the test of a sentence."""
 
     def add(test: Callable[[Runs], Finding]) -> None:
         def carry_out(runs: Runs) -> Claim:

@@ -1,7 +1,4 @@
-"""The paper's claims: those that a run can test, and those that no run can test.
-
-``miburi paper --claim NAME`` tests one claim of :data:`CLAIMS`.
-"""
+"""The paper's claims: those that a run can test, and those that no run can."""
 
 from miburi.studies.paper.claim import Claim, Claims, ClaimVerdict
 from miburi.studies.paper.experiment_claims import EXPERIMENT

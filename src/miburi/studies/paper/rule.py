@@ -1,4 +1,4 @@
-"""Which free moves the paper's rule (Eqs. 1 and 2) lets pass, by a servo's lag and acceleration.
+"""The free moves that the paper's rule (Eqs. 1 and 2) lets pass, by lag and acceleration.
 
 In a move at a speed v, the servo follows a trapezoid of speed with acceleration a, delayed by a
 lag. In the first window of p = 0.1 s it covers v (p − lag − v / 2a), so it passes that window only

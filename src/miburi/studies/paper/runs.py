@@ -29,7 +29,7 @@ from miburi.studies.trials.plan import Plan, Subject
 from miburi.studies.trials.runs import carry_out_plan
 from miburi.studies.trials.trial import Outcome
 
-#: The moods at which gestures are measured, and the moods at which their moves are examined.
+#: The moods for measuring gestures, and for examining their moves.
 MOODS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
 _PLAIN_MOODS = (0.3, 0.6, 0.9)
 #: Units of length, and how many of each make a metre.
@@ -71,7 +71,7 @@ class OnCard(NamedTuple):
 
 
 class Runs:
-    """The runs behind the page, each performed once; ``progress`` gets a run's name as it begins.
+    """The runs behind the page, each performed once; ``progress`` gets their names.
 
     There are ``targets`` random targets for the inverse kinematics, ``seeds`` experiments, and
     ``trials`` contact trials with somebody in the way and as many without.

@@ -47,7 +47,7 @@ def _reasons(study: Study, own: list[StudyAnswer], pace: Mapping[int, AnswerPace
     choices = {question.name for question in study.question if question.kind == "choice"}
     for name in sorted(choices):
         given = [answer.value for answer in own if answer.question == name]
-        # "None of these" may be an honest answer, however often somebody gives it.
+        # "None of these" may be honest, however often it is given.
         chosen = Counter(value for value in given if value != NONE)
         if rule.same is not None and len(given) > 2 and chosen:
             feeling, often = chosen.most_common(1)[0]

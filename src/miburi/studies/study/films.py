@@ -17,8 +17,7 @@ from miburi.studies.study.plan import Study
 FILMS = "films"
 #: A film's width and height in pixels.
 _PIXELS = 640
-#: The endings of a film that is made here, and of the sheet of pictures that replaces it without
-#: ffmpeg.
+#: The endings of a film made here, and of a sheet of pictures without ffmpeg.
 _ENDINGS = (".mp4", ".sheet.png")
 
 
@@ -40,7 +39,7 @@ def draw_missing(
     repertoire: Repertoire,
     progress: Callable[[int, int], None],
 ) -> dict[str, Path]:
-    """Draw the films that are missing, each whole or not at all; return every film's file by name.
+    """Draw missing films, each whole or not at all; return every film's file by name.
 
     Raises InputError if one of the study's own films is not in its folder; OutputError if the
     folder cannot be written to, or this machine cannot draw.

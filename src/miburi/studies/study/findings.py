@@ -42,7 +42,7 @@ def find(
 ) -> Findings:
     """Summarise the answers of a study, including those of people who did not finish.
 
-    Practice is not counted, and neither are the participants whom the study's own rule leaves out.
+    Practice does not count, nor do participants that the study's own rule leaves out.
     """
     films = {film.name: film for film in study.films}
     real = [answer for answer in answers if not study.steps[answer.step].practice]
@@ -179,8 +179,7 @@ def _words(question: Question, answers: list[StudyAnswer], films: dict[str, Film
     for answer in answers:
         about = films[answer.film].feeling if answer.film is not None else ""
         counts[about][answer.value.casefold()] += 1
-    # Words with equal counts are in alphabetical order, so that the same answers give the same
-    # page.
+    # Equal counts in alphabetical order: the same answers give the same page.
     return WordFindings(
         question.name,
         {

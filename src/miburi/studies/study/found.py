@@ -96,7 +96,7 @@ class RatingFindings:
 
 @dataclass(frozen=True)
 class WordFindings:
-    """The words that people wrote, the most frequent first, by feeling or about all films."""
+    """The words in answers, the most frequent first, by feeling or about all films."""
 
     question: str
     words: dict[str, list[tuple[str, int]]]

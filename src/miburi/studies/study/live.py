@@ -20,8 +20,7 @@ from miburi.safety.stop import StopReason
 
 #: How long, in s, a robot stays with an idle participant (our choice).
 IDLE = 300.0
-#: How many states are read per second, and how many at most for one showing: those of half a minute
-#: (our choice).
+#: States read per second, and the most of them for one showing: half a minute (our choice).
 _RATE, _LOOKS = 20, 600
 
 
@@ -98,8 +97,8 @@ class _View:
             if (hindered := _hindrance(state)) is not None:
                 return hindered
             if latest is None:
-                # A Stop is acknowledged one step before the states show it, so the first state may
-                # be out of date: read a second one.
+                # The first state may be out of date: a Stop is acknowledged a step before states
+                # show it.
                 if looks and state.expressed is None and state.phase != "returning":
                     latest = state.cursor
                     robot.express(self._expression)
@@ -132,7 +131,7 @@ def _stopped(stop: StopOut | None) -> Ending:
 
 
 def _judge(entries: list[LiveEvent]) -> Ending:
-    """Return a gesture's outcome from the log; unlike the states that were read, it is complete."""
+    """Return the outcome from the log, which is complete, unlike the states read."""
     for entry in entries:
         match entry.kind:
             case "stop":
@@ -174,7 +173,7 @@ class Turns:
             return turn
 
     def begin(self, number: int) -> Turn:
-        """Give a participant the robot for a gesture, if it is free; call :meth:`end` after it."""
+        """Reserve the robot for a gesture, if it is free; call :meth:`end` after it."""
         with self._lock:
             turn = self._turn(number)
             if turn is Turn.YOURS:
@@ -188,7 +187,7 @@ class Turns:
                 self._moving, self._until = False, self._clock() + IDLE
 
     def leave(self, number: int) -> None:
-        """Take the robot from a participant, so that the next one may begin."""
+        """Free the robot for the next participant."""
         with self._lock:
             if self._number == number and not self._moving:
                 self._number = None

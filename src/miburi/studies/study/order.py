@@ -1,12 +1,11 @@
-"""The order in which a participant sees films: a balanced Latin square.
+"""The order of a participant's films: a balanced Latin square.
 
-The seed decides which film has which number in the square.
+The seed assigns the films to the numbers in the square.
 
-In a balanced square every film occurs once in every place, and follows every other film once
-(Williams 1949, "Experimental designs balanced for the estimation of residual effects of
-treatments", Australian Journal of Scientific Research 2). It has n rows for an even number of
-films, and 2n for an odd one. Participant k takes row k; when the rows are used up, the next block
-of participants gets the same square with its films shuffled.
+In a balanced square every film has every place once, and follows every other film once (Williams
+1949, "Experimental designs balanced for the estimation of residual effects of treatments",
+Australian Journal of Scientific Research 2): n rows for an even number of films, 2n for an odd one.
+Participant k gets row k; the next block of participants gets the same square with shuffled films.
 """
 
 import numpy as np
@@ -34,6 +33,6 @@ def film_order(count: int, trials: int, participant: int, seed: int) -> tuple[in
 
 
 def option_order(options: tuple[str, ...], participant: int, seed: int) -> tuple[str, ...]:
-    """Return the options in the order in which one participant sees them on every page."""
+    """Return the options in one participant's order, the same on every page."""
     order = np.random.default_rng([seed, participant, 1]).permutation(len(options))
     return tuple(options[index] for index in order)

@@ -1,8 +1,8 @@
-"""The pages that a participant sees: information and consent, one question per page, and thanks.
+"""The pages of a participant: information and consent, one question per page, and thanks.
 
 They are plain HTML forms, which need no JavaScript: the only script lets a button start a film. The
-participant's code is in a cookie, so that a reload continues where they were. An answer counts
-once, and only for the page that comes next: two tabs, or Back, cannot mix answers up.
+participant's code is in a cookie, so a reload continues at the same page. An answer counts once,
+and only for the next page: two tabs, or Back, cannot mix answers up.
 """
 
 import hashlib
@@ -46,7 +46,7 @@ _MOST_PLAYS = 100
 
 
 def make_code() -> str:
-    """Return a code that nobody can guess: eight letters and digits, as in ``K7QM-2XHD``."""
+    """Return a random code of eight letters and digits, as in ``K7QM-2XHD``."""
     letters = "".join(secrets.choice(_LETTERS) for _ in range(8))
     return f"{letters[:4]}-{letters[4:]}"
 
@@ -68,8 +68,7 @@ def make_app(
     If ``local``, only this computer may request pages, and requests must name a loopback host, such
     as ``localhost``: a website could make its own domain name point at this computer.
 
-    ``clock`` returns the time in s. It times answers, frees the robot from an idle participant, and
-    limits how fast newcomers may begin.
+    ``clock`` returns the time in s; it times answers, and limits how fast newcomers may begin.
     """
     pages = _Pages(study, store, films, perform, clock)
     home = pages.home
@@ -112,7 +111,7 @@ class _Pages:
         self._shown: dict[tuple[int, int], float] = {}
         self._seen: dict[int, float] = {}  # when a participant last requested a question
         self._began = clock()
-        # A film's URL must not reveal what the film is meant to show.
+        # A film's URL must not reveal its feeling.
         self._keys = {
             name: hashlib.sha256(f"{study.digest} {name}".encode()).hexdigest()[:20]
             for name in films
@@ -185,7 +184,7 @@ class _Pages:
         return AnswerPace(seconds, int(plays) if known else None)
 
     def _gone(self) -> set[int]:
-        """Return participants who left without finishing; newcomers may take their places."""
+        """Return participants who left without finishing."""
         now = self._clock()
         return {
             number
@@ -261,7 +260,7 @@ class _Pages:
         return response
 
     def film(self, request: Request) -> Response:
-        """Send a film; its address does not reveal what it is meant to show."""
+        """Send a film."""
         path = self._films.get(request.path_params["key"])
         if path is None:
             return Response(status_code=404)
@@ -362,7 +361,7 @@ class _Pages:
             text=lambda words: pick(words, language),
             **values,
         )
-        # A page is for one person: the next one may use the same tablet.
+        # the next person may use the same tablet
         return HTMLResponse(content, status, {"cache-control": "no-store"})
 
 

@@ -25,7 +25,7 @@ TEMPLATE = Path(__file__).with_name("eight-feelings.toml")
 #: The stored answers for the option "no feeling", and for a question that was not asked or was left
 #: out.
 NONE, SKIPPED = "none", ""
-#: Words in quotation marks, and the placeholders that the author of a study must fill in.
+#: Words in quotation marks, and placeholders that the author must fill in.
 _QUOTED = re.compile('[“"「『](.+?)[”"」』]')
 _UNFILLED = re.compile(r"\(WRITE: [^)]*\)|（記入：[^）]*）")
 
@@ -138,8 +138,7 @@ class Question(Table):
     #: The name of the choice right before this question, which is then asked only if a feeling was
     #: chosen there.
     only_if: Name | None = None
-    #: For a choice: the text of a last option that stands for no feeling; by default there is no
-    #: such option.
+    #: For a choice: the text of a last option for no feeling; by default there is none.
     none: Text | None = None
     #: For a rating: its rows, and the number of points in each.
     items: Annotated[tuple[Item, ...], Field(strict=False)] = ()

@@ -65,7 +65,7 @@ def read_code(typed: str) -> str:
 def posted(
     handle: Callable[[Request, Form], Response],
 ) -> Callable[[Request], Awaitable[Response]]:
-    """Return an endpoint that reads a form, and handles it in a thread, so that it may wait."""
+    """Return an endpoint that reads a form, and handles it in a thread."""
 
     async def endpoint(request: Request) -> Response:
         body = b""

@@ -29,10 +29,10 @@ def serve_study(
     ready: Callable[[int], None],
     robot: Performer | None = None,
 ) -> None:
-    """Serve a study's pages; ``ready`` is called with the port once they can be opened.
+    """Serve a study's pages; ``ready`` is called with the port when they can be opened.
 
-    ``robot`` makes the gestures, if the study has live ones. On a loopback address only this
-    computer can connect; on any other, anybody who can reach it may take part.
+    ``robot`` makes live gestures. On a loopback address only this computer can connect; on any
+    other, anybody who can reach it may take part.
 
     Raises InputError if the address or the port cannot be used.
     """

@@ -73,9 +73,8 @@ def right_order(moods: ArrayLike, ratings: ArrayLike) -> tuple[float, int]:
 def unbiased_hit_rates(confusion: ArrayLike) -> list[float | None]:
     """Return Wagner's unbiased hit rate H_u (1993) of each row of a square table.
 
-    It is the share of the row that is right, times the share of the column that is right, so that
-    always naming one feeling gains nothing. It is None for an empty row, and 0 if nobody chose the
-    column.
+    It is the correct share of the row times the correct share of the column, so that always naming
+    one feeling gains nothing. It is None for an empty row, and 0 if nobody chose the column.
     """
     table = np.asarray(confusion, dtype=np.float64)
     rows, columns = table.sum(axis=1), table.sum(axis=0)

@@ -61,7 +61,7 @@ class Participant:
     number: int  #: identifies them in every export; 1 or more
     place: int  #: their row in the order of the films; 1 or more
     language: str  #: of their pages
-    step: int  #: the page that comes next, from 0
+    step: int  #: the next page, from 0
 
 
 @dataclass(frozen=True)
@@ -147,7 +147,7 @@ class Store:
         return {number for (number,) in rows}
 
     def find(self, code: str) -> Participant | None:
-        """Return the participant with a code; None if there is none, or if they have withdrawn."""
+        """Return the participant with a code, if any."""
         with self._connection() as database:
             return _find(database, code)
 
@@ -160,7 +160,7 @@ class Store:
         values: Mapping[str, str],
         pace: AnswerPace | None = None,
     ) -> bool:
-        """Store an answer by item; return False if it is not for the page that comes next."""
+        """Store an answer by item; return False if it is not for the next page."""
         with self._transaction() as database:
             participant = _find(database, code)
             if participant is None or participant.step != step:
@@ -210,10 +210,10 @@ class Store:
         return bool(closed)
 
     def note_showing(self, code: str, trial: int, film: str, ending: Ending) -> None:
-        """Record that a live gesture was shown, or begun, in a trial."""
+        """Record the showing of a live gesture in a trial."""
         with self._transaction() as database:
             participant = _find(database, code)
-            if participant is not None:  # one who has withdrawn meanwhile leaves nothing behind
+            if participant is not None:  # after a withdrawal, nothing is recorded
                 row = (participant.number, trial, film, ending.value)
                 database.execute("INSERT INTO showing VALUES (?, ?, ?, ?)", row)
 
@@ -290,7 +290,7 @@ class Store:
 
     @contextmanager
     def _transaction(self) -> Iterator[sqlite3.Connection]:
-        """Commit all changes that the block makes, or none of them after an exception."""
+        """Commit all changes in the block, or none after an exception."""
         with self._connection() as database:
             database.execute("BEGIN IMMEDIATE")
             yield database
@@ -325,7 +325,7 @@ def open_store(path: Path, study: Study) -> Store:
 
 
 def _note_wording(database: sqlite3.Connection, digest: str) -> None:
-    """If the words have changed, record the number of the first participant who will read them."""
+    """Record the number of the first participant with a new wording."""
     known = database.execute("SELECT digest FROM wording ORDER BY rowid DESC LIMIT 1").fetchone()
     if known is None or known[0] != digest:
         row = (digest, _last_number(database) + 1)

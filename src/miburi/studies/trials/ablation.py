@@ -1,4 +1,4 @@
-"""Switch off a part of the contact stop, or test it with servos in another state, to compare."""
+"""Switch off a part of the contact stop, or test it with servos in another state."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""Draw figures of contact trials and of recorded runs that are readable in print."""
+"""Draw figures of contact trials and of recorded runs, for print."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -70,7 +70,7 @@ def draw(
     robot: Robot, rng: np.random.Generator, moves: int, repertoire: Repertoire | None = None
 ) -> Conditions:
     """Draw ``moves`` successive moves of any gesture, by default one that ships with Miburi."""
-    # Sorted, so that the draw does not depend on the order of the feelings.
+    # Sorted, so that the order of the feelings does not matter.
     feeling = str(rng.choice(sorted(FEELINGS)))
     mood = float(rng.uniform(0.1, 1.0))
     function = (repertoire or shipped_repertoire()).choose(feeling, rng)

@@ -118,7 +118,7 @@ class Actor:
         """Move the hand at this reading; ``phase`` tells the person if the robot has stopped."""
         plant, person, meeting = self._plant, self._person, self._meeting
         if phase is Phase.STOPPED:
-            # On feeling that the robot has stopped, a person stops pushing; a wall stays in place.
+            # After a stop, a person stops pushing; a wall stays in place.
             if person.kind is not HandKind.RIGID:
                 plant.anchor = plant.hand[:3]
         elif plant.touched_at is None:

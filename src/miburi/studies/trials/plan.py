@@ -22,7 +22,7 @@ Chunk = tuple[TrialKind, int, int]  # kind, first index, index after the last
 
 
 class Subject(NamedTuple):
-    """A robot as it is described, the rule that watches it, and the robot as it really is.
+    """A robot's description, the rule that watches it, and the true robot.
 
     ``true`` is None if the robot is as described; ``voltage`` is None if each trial draws its own.
     """

@@ -21,11 +21,10 @@ from miburi.safety.profile import Steps
 
 @dataclass(frozen=True)
 class Variation:
-    """How the simulated robot of one trial differs from its description (our assumptions)."""
+    """The differences of one trial's robot from its description (our assumptions)."""
 
     voltage: float = 5.0  #: V of the battery
-    #: Factor on the servos' dry friction and on how it grows with torque and load; one for all
-    #: servos, or eight.
+    #: Factor on the servos' dry friction and its growth with torque and load; one, or eight.
     friction: float | tuple[float, ...] = 1.0
     load: float = 0.0  #: kg in each hand
     noise: float = 0.0  #: standard deviation of an encoder's reading, steps
@@ -166,7 +165,7 @@ class TrialPlant(Plant):
         jacobian = np.zeros((3, model.nv))
         mujoco.mj_comPos(model, data)
         mujoco.mj_jac(model, data, jacobian, None, place, body)
-        # The hand closes on the moving link at the link's speed, without an impact.
+        # The hand closes at the link's speed, without an impact.
         self.offer_hand(place, np.array([0.0, 0.0, 1.0]), jacobian @ data.qvel, skin)
         model.geom_contype[self._hand] = model.geom_conaffinity[self._hand] = 0
         model.eq_obj2id[self._grasp] = body

@@ -1,8 +1,8 @@
 """Record runs once, and judge them by any contact rule without physics.
 
 Until a rule stops a body, its motion does not depend on the rule. So :func:`record` runs trials
-under a rule that never stops (:class:`DeafRule`), and :func:`judge` returns what another rule would
-have done, for thousands of runs in a second.
+under a rule that never stops (:class:`DeafRule`), and :func:`judge` applies another rule, to
+thousands of runs in a second.
 """
 
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ class _DeafWatch(Watch):
 class DeafRule(Rule):
     """A rule that never stops the body: a blocked move ends 0.2 s after its profile.
 
-    Trials use it to record runs, and to see what the limit on the motors' torque achieves alone.
+    Trials use it to record runs, and to test the limit on the motors' torque alone.
     """
 
     @property

@@ -97,7 +97,7 @@ def carry_out_chunk(plan: Plan, chunk: Chunk) -> list[Outcome]:
     return outcomes
 
 
-# A model takes longer to build than to use, so each process keeps the models that it has built.
+# A model takes longer to build than to use, so each process keeps its models.
 _plants: dict[tuple[str, int], TrialPlant] = {}
 _MOST_PLANTS = 64
 

@@ -43,8 +43,7 @@ def quantile_interval(values: Array, share: float) -> tuple[float, float | None]
     """Return a 95 % interval of a quantile, for any distribution.
 
     Its ends are two of the sorted values (David and Nagaraja, Order Statistics, 7.1). The upper end
-    is None if the quantile may well be above the largest value, as with few values; the result is
-    None if there are no values.
+    is None if the quantile may be above the largest value, as with few values.
     """
     count = len(values)
     if count == 0:
@@ -60,8 +59,7 @@ def quantile_interval(values: Array, share: float) -> tuple[float, float | None]
 class Summary:
     """Figures of a run; s and N.
 
-    All intervals are 95 % intervals; those of counts are Wilson's. A figure that rests on no trial
-    is None.
+    All intervals are 95 % intervals, Wilson's for counts. A figure without any trial is None.
     ``missed`` people were pressed with 1 N or more (mean over 0.1 s) without a stop; figures above
     2 N use the same mean, except ``missed_peak_above_2N``, for which the force reached 2 N for a
     moment. The interval of the 99th percentile assumes no distribution. The largest value has no

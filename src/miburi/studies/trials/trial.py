@@ -26,14 +26,13 @@ PATIENCE = 1.0
 #: How long, in s, the robot may still push after a stop, and for how long after that its push is
 #: measured.
 SETTLED, WATCHED = 0.3, 0.2
-#: The sustained force is a mean over this time, in s: the rule's own period.
+#: The sustained force is a mean over this time, s, the rule's period.
 SUSTAINED = 0.1
 #: A person is in the way if a robot that does not stop presses on them with this sustained force,
 #: in N (our choice); with less it only brushes past.
 IN_THE_WAY = 1.0
 _READING_US = round(READING * SECOND)
-#: How many gestures are drawn at most, and how many people for each, to find a meeting of robot and
-#: person.
+#: The most gestures, and people for each, that are drawn to find a meeting.
 _GESTURES, _PERSONS = 50, 25
 
 
@@ -64,7 +63,7 @@ class Outcome:
     false_stop: bool  #: whether it stopped before anybody touched it
     touched: str  #: the part of the robot that met the person first
     latency: float  #: from the first touch to the stop; NaN without either
-    #: From when the force reached 1 N to the stop: NaN if it never did, 0 if the stop came before.
+    #: From a force of 1 N on: NaN if it was never reached, 0 if the stop came before.
     latency_from_1N: float  # noqa: N815  (that is how the unit is written)
     peak_force: float  #: until half a second after the stop
     sustained_force: float  #: the largest mean over 0.1 s, until then
@@ -156,7 +155,7 @@ def enact(
 def _meetings(
     plant: TrialPlant, conditions: Conditions, hand: HandKind, rng: np.random.Generator
 ) -> Iterator[tuple[Person, Meeting]]:
-    """Yield people in the way of the drawn move, each with where and when they meet the robot."""
+    """Yield people in the way of the drawn move, each with the meeting."""
     for _ in range(_PERSONS):
         person = draw_person(rng, hand)
         meeting = plan(plant, person, conditions.start, conditions.moves[0][0])

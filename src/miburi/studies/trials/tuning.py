@@ -51,7 +51,7 @@ class Tuned:
 
 
 def free_traces(rule: FreeRule, runs: Sequence[Run]) -> list[FreeTrace]:
-    """Return the traces of runs, to compare with a rule's model of an unhindered servo."""
+    """Return the traces of runs, for a rule's model of an unhindered servo."""
     return [FreeTrace(**vars(trace), rule=rule) for run in runs for trace in run.traces]
 
 

@@ -33,9 +33,9 @@ from miburi.studies.trials.plant import TrialPlant, Variation
 from miburi.studies.trials.replay import DeafRule
 from miburi.studies.trials.trial import trace_of
 
-#: How many readings are recorded after each move: longer than the rule waits for a motor to arrive.
+#: Readings recorded after each move, longer than the rule waits for a motor's arrival.
 _AFTER = 30
-#: How many gains are tried at most.
+#: The most gains tried.
 _ROUNDS = 3
 #: A robot on a desk: encoders are noisy, and setpoints come one physics step late.
 USUAL = Variation(noise=0.3, delay=1)
@@ -49,8 +49,8 @@ class Calibrated:
     true: Robot  #: the actual robot, with that gain
     rule: FreeRule
     found: Identified  #: the servos that the rule expects
-    words: tuple[str, ...]  #: remarks that its maker may want to look into
-    seconds: float  #: how long it took, in the robot's time
+    words: tuple[str, ...]  #: remarks for its maker
+    seconds: float  #: the duration in the robot's time
 
 
 def calibrate_servos(robot: Robot, seed: int, true: Robot | None = None) -> Calibrated:
@@ -67,7 +67,7 @@ def calibrate_servos(robot: Robot, seed: int, true: Robot | None = None) -> Cali
     seconds = 0.0
     first = robot.servo.model.drive.gain
     for after in reversed(range(_ROUNDS)):
-        # Moves of all joints at once are enough to find the gain, and are quickly made.
+        # moves of all joints at once are enough for the gain, and quick
         plant = TrialPlant(robot, true)
         traces = record_free_moves(plant, seed, together=True)
         found = identify(robot, traces)
@@ -120,7 +120,7 @@ def _record_all(
     rng: np.random.Generator,
     after: int,
 ) -> list[Trace]:
-    """Have a robot make moves from neutral without a contact rule; return their traces."""
+    """Have a robot make moves from neutral without a rule; return their traces."""
     here = np.array(plant.robot.neutral)
     plant.begin(here, variation, rng)
     body = Simulated(uneased(plant.robot), DeafRule.of(plant.robot), plant=plant)
