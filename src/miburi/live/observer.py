@@ -214,8 +214,8 @@ class Observer:
     def _ratios(self) -> list[float | None]:
         """Return the contact rule's latest ratio of each motor, at most 1; None if not judged.
 
-        The ratio includes the rule's slack, so it crosses the limit exactly when the rule's speed
-        test stops the body.
+        The ratio includes the rule's slack, so it crosses the limit when the rule's speed test
+        stops the body.
         """
         window = self._partner.body.window
         if window is None:

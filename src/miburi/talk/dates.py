@@ -51,7 +51,7 @@ def date_of(said: str, told: str | None, language: Language, now: datetime) -> s
 
 
 def away(said: str, told: str | None, language: Language, now: datetime) -> str | None:
-    """Return how far away the day or time is that a remark names, or else a fact.
+    """Return how far away the day or time is that a remark, or else a fact, names.
 
     Return None if neither names one.
 

@@ -98,7 +98,7 @@ def draw(
 
 
 def draw_person(rng: np.random.Generator, kind: HandKind) -> Person:
-    """Draw somebody who is in the way of a random link."""
+    """Draw somebody who may be in the way of a random link."""
     soft = float(np.exp(rng.uniform(np.log(500.0), np.log(5000.0))))
     stiffness = 75_000.0 if kind is HandKind.RIGID else soft
     damping_ratio = float(rng.uniform(0.3, 1.0))
