@@ -6,7 +6,8 @@ or None. All quantities are integers, in encoder steps and µs. The firmware's `
 the same decision at every reading.
 
 The paper's rule: every p = 0.1 s, compute each motor's speed from its positions. If one motor is
-slower than 0.9372 of the speed sent to it, all motors stop (Eqs. 1 and 2, Fig. 1).
+slower than 0.9372 of the speed sent to it, the robot has met an obstacle and all motors stop (Eqs.
+1 and 2, Fig. 1).
 
 Miburi's rule compares distances instead of speeds. A motor passes if, in the current window::
 
@@ -35,7 +36,8 @@ of the iphonoid's right shoulder; a step is 0.088°.
    window is extended: at 50 steps/s it is judged after 160 ms.
 4. ``behind``, 12 steps: the motor may never be further than this behind the delayed profile.
 5. ``ahead``, 12 steps: it may never be further than this ahead of the delayed profile.
-6. ``arrival``, 9 steps: the motor is this near its goal one period after the delayed profile ends.
+6. ``arrival``, 9 steps: one period after the delayed profile ends, the motor must be this close to
+   its goal.
 
 Guards 4 and 5 widen with the speed of the move. A lag varies from move to move by up to
 ``LAG_DOUBT`` = 2 ms, which at 3000 steps/s, a top speed, adds 6 steps.
@@ -43,9 +45,9 @@ Guards 4 and 5 widen with the speed of the move. A lag varies from move to move 
 The rule cannot see an obstacle that holds a motor back by less than its guards. Contacts that are
 slow, soft or near a joint's axis are noticed late (docs/safety.md has the figures).
 
-The period, the ratio and "one motor stops all" are the paper's; all else is ours. The printed rule,
-which compares a motor's speed with the nominal speed, would stop every free move of a real servo,
-which ramps up, ramps down and lags; :mod:`miburi.safety.printed` keeps it for comparison.
+The period, the ratio and "one motor stops all" are the paper's; all else is ours. The printed rule
+compares a motor's speed with the nominal speed. A real servo ramps up, ramps down and lags, so that
+rule would stop its every free move; :mod:`miburi.safety.printed` keeps it for comparison.
 """
 
 from dataclasses import dataclass, field
@@ -65,7 +67,7 @@ PAPER_RATIO = 9372
 #: The period of Eq. 1, in µs.
 PAPER_PERIOD = SECOND // 10
 #: How much a servo's lag may vary from move to move, in µs (our choice). With 4 ms there were fewer
-#: false stops, but one of twelve robots did not feel that its upper arm was held with 9.4 N.
+#: false stops, but one robot in twelve did not notice a force of 9.4 N that held its upper arm.
 LAG_DOUBT = 2000
 _NONE = np.zeros(8, dtype=np.bool_)
 _NOTHING: Steps = np.zeros(8, dtype=np.int64)
@@ -74,7 +76,7 @@ _READINGS = np.arange(20, dtype=np.int64) * (SECOND // 100)
 
 @dataclass(frozen=True)
 class Loading:
-    """The loads' effects on motors in one move, along each motor's direction: (8,), 1/256 steps.
+    """How the loads act on the motors in one move, along each motor's direction, (8,) 1/256 steps.
 
     Attributes
     ----------
@@ -85,9 +87,10 @@ class Loading:
     most
         The error at which the duty reaches its limit.
     velocity
-        The motor's speed at the start, in 1/256 steps/s; it may still be swinging.
+        The motor's speed at the start, in 1/256 steps/s: it may still be swinging from the last
+        move.
     gone
-        The motor's travel since the reading of its position.
+        How far the motor has travelled since its position was read.
     """
 
     offset: Steps
@@ -160,9 +163,10 @@ class Contact:
     sign
         The test that found the contact.
     measured, expected
-        Travel in 1/256 steps: in the window for the sign ``speed``, else since the move began.
+        Travel in 1/256 steps: within the window if the sign is ``speed``, otherwise since the move
+        began.
     length
-        Duration of that travel, µs.
+        How long that travel took, in µs.
     """
 
     motor: int
@@ -195,11 +199,12 @@ class Window:
     measured, expected
         (8,) travel in 1/256 steps.
     granted
-        (8,) measured travel plus slack, which the rule compares with the expected travel.
+        (8,) measured travel plus slack; the rule compares this with the expected travel.
     judged
-        (8,) whether the motor was judged; in a window, if the expected travel reached ``least``.
+        (8,) whether the motor was judged. In a window, it is judged once the expected travel
+        reaches ``least``.
     length
-        (8,) duration of the travel, µs.
+        (8,) how long the travel took, in µs.
     """
 
     measured: Steps
@@ -226,7 +231,8 @@ class Watch:
     window
         The figures of the latest reading; None before the first.
     came
-        (8,) steps already moved in the present direction, in earlier moves that were replaced.
+        (8,) steps that each motor had already moved in its present direction, in earlier moves that
+        were replaced.
     turned
         (8,) whether the motor went the other way in the move that was replaced.
     """
@@ -263,14 +269,14 @@ class Watch:
         self._end = int(np.max(self.profile.total + self.rule.guards.lag))
 
     def go_on(self, before: "Watch", seen: int, elapsed: int) -> None:
-        """Continue the observation of the move that this one replaces.
+        """Carry over what was observed during the move that this one replaces.
 
         A hand that holds a motor back is noticed, however often moves replace one another. Only the
         window of a motor that turns round starts again, at its turning point: otherwise travel in
         both directions would be added up.
 
-        ``seen`` and ``elapsed`` are µs from the earlier move's start to the latest reading, and to
-        this move's start.
+        ``before`` is the watch over the earlier move. ``seen`` is the time from that move's start
+        to the latest reading, ``elapsed`` the time from its start to this move's start, both in µs.
         """
         turned = before.direction * self.direction
         moved = (before.start - self.start) * self.direction * FINE

@@ -1,8 +1,8 @@
 """The card's logic in Python: take a move, watch the motors, stop on contact, return to neutral.
 
-It takes moves, stops, releases and, at every reading of the encoders, the eight positions with the
-time. It returns the phase, any stop in force, and the setpoints for the servos.
-The controller knows no more than a card does: encoder steps and a clock. The firmware's
+It takes moves, stops and releases and, at every reading of the encoders, the eight motors'
+positions and the time. It gives the phase, any stop in force, and the setpoints for the servos. The
+controller knows no more than a card does: encoder steps and a clock. The firmware's
 ``controller.h`` makes the same decisions::
 
     IDLE ──move──▶ MOVING ──goal reached──▶ IDLE
@@ -12,8 +12,8 @@ The controller knows no more than a card does: encoder steps and a clock. The fi
     any phase ──stop──▶ STOPPED
     STOPPED ──release──▶ RETURNING ──neutral reached──▶ IDLE
 
-A new move replaces a running one: motors start it at their present speeds, and the rule keeps its
-observations.
+A new move replaces a running one: motors start it at their present speeds, and the rule keeps what
+it has observed so far.
 
 A stop latches: only a release ends it. A stop that somebody asked for holds the motors where they
 are. After a contact the body first gives way, since a motor that holds where it was blocked goes
@@ -22,15 +22,16 @@ on pressing (all figures are ours):
 1. All motors go back along their path until the motor that met something has gone back by
    ``GIVE_WAY``, 1.4°. No motor goes further than ``FURTHEST``, 4.2°.
 2. After ``YIELD_AFTER``, 150 ms, a motor that somebody still holds away from its place stays there
-   instead of pushing back; only once for each contact, or a load could pull it further and further.
+   instead of pushing back. This happens only once for each contact; otherwise a load could pull the
+   motor further and further.
 
 A body at rest can be led by hand. If something holds a motor away from its resting place for
 ``YIELD_AFTER``, by more than the larger of its ``slack`` and its ``arrival``, the body stops with
 the reason ``TOUCHED``. All motors then hold gently where they are, give way to what displaces them
 every ``YIELD_AFTER``, and return slowly when the body is released. After yielding ``YIELDS`` times
 in a row, they yield no more until nothing displaces them. Without this limit, a motor that turns
-the wrong way would turn for ever. If a limb was led to a place where its weight pulls more, it
-sinks a little each time that it yields.
+the wrong way would turn for ever. If a limb has been led to a place where its weight pulls harder,
+it sinks a little each time it yields.
 """
 
 from dataclasses import dataclass, replace
@@ -45,25 +46,27 @@ from miburi.safety.move import Move
 from miburi.safety.profile import FINE, SECOND, Steps, plan_profile, to_steps, whole
 from miburi.safety.stop import Phase, Stop, StopReason
 
-#: Speed of the return to neutral, in rad/s of the motor that has the furthest to go (our choice).
+#: The speed, on the return to neutral, of the motor that has furthest to go, in rad/s (our choice).
 RETURN_SPEED = 0.8
-#: Angles of the way back after a contact (step 1 above), rad (our choice).
+#: After a contact, the motor that met something goes back by the first angle, and no motor by more
+#: than the second (step 1 above), in rad (our choice).
 GIVE_WAY, FURTHEST = 0.0245, 0.0736
-#: How long motors are held away from their places before they give in, µs (our choice).
+#: A motor gives in once it has been held away from its place for this long, in µs (our choice).
 YIELD_AFTER = 150_000
 #: Travel of at most this, in steps, between two readings is noise (our choice).
 MOVES = 2
-#: The largest interval between two readings, and the largest age of a reading, from which a speed
-#: is computed, µs (our choice).
+#: A speed is computed only from two readings that are at most this far apart, and only if the
+#: latest is no older than this, in µs (our choice).
 TELLS = 60_000
-#: The largest speed that is believed, steps/s; above it, the reading has jumped (our choice).
+#: The largest speed that is believed, in steps/s; if a speed is higher, the reading has jumped (our
+#: choice).
 SWINGS = 4000
 #: How many times in a row a body that is led by hand yields; together 3 s (our choice).
 YIELDS = 20
 
 
 def return_speed(usual: int, *, led: bool) -> int:
-    """Return the speed of the return, which is 40 % as high after a touch (our choice)."""
+    """Return the speed of the return: 40 % of the usual speed after a touch (our choice)."""
     return usual * 2 // 5 if led else usual
 
 
@@ -73,7 +76,8 @@ def check_move(robot: Robot, phase: Phase, move: Move) -> None:
     Raises
     ------
     BodyError
-        The body is stopped or returning, or an angle or a speed is out of range.
+        The body is stopped or returning, an angle is outside the joint limits, or a speed is above
+        the servo's.
     """
     if phase not in (Phase.IDLE, Phase.MOVING):
         raise BodyError(f"The body is {phase}; it takes a move only at rest or during a move.")
@@ -103,7 +107,9 @@ class Controller:
         The description, and the contact rule with its guards.
     origin
         Where the commanded profile starts; the motors hold there when no profile runs.
-        The running profile with the rule's watch over it; each profile has its own watch.
+    watch
+        The commanded profile that is running, and the rule's watch over it; each profile has its
+        own watch.
     """
 
     robot: Robot
@@ -124,7 +130,7 @@ class Controller:
         self._kept_since: int | None = None
         self._sag = np.zeros_like(self.origin)
         self._rest: Steps | None = None  # where the motors came to rest
-        self._yields = 0  # yields that are left until nothing holds a motor away from its place
+        self._yields = 0  # how many times it may still yield; reset once nothing displaces it
         self.watch = self._plan(self.origin, self.origin, np.ones(len(JOINTS), dtype=np.int64))
         # A rule that is still to be compiled would hold up the first move, and Stop with it.
         self.watch.expected_travel(SECOND)
@@ -141,7 +147,8 @@ class Controller:
     def stop(self, positions: Steps, time: int, reason: StopReason = StopReason.ASKED) -> None:
         """Stop and hold the motors where they are; a stopped body keeps its first reason.
 
-        Any other reason replaces a touch, which the partner would release by itself.
+        A touch is the exception: the partner would release it by itself, so any other reason
+        replaces it.
         """
         if self.phase is not Phase.STOPPED:
             self._hold(Stop(time / SECOND, reason), positions)
@@ -216,7 +223,7 @@ class Controller:
             self._seen, self._seen_at = positions, time
 
     def drift(self, positions: Steps, direction: Steps, time: int) -> tuple[Steps, Steps]:
-        """Return the motors' speeds, and their travel since the latest reading.
+        """Return the motors' speeds, and how far they have travelled since the latest reading.
 
         Both are 0 for motors that do not start from the position in that reading. They are (8,)
         along ``direction``, in the units of :class:`~miburi.safety.contact.Loading`.
@@ -253,7 +260,7 @@ class Controller:
         return self.origin + self.watch.direction * self.watch.profile.distance
 
     def _retreat(self, contact: Contact, positions: Steps) -> Steps:
-        """Return the positions to go back to after a motor met something."""
+        """Return the positions to which the motors go back after one has met something."""
         step, direction, motor = self.robot.servo.step, self.watch.direction, contact.motor
         travel = np.maximum((positions - self.watch.start) * direction + self.watch.came, 0)
         most = round(GIVE_WAY / step)
@@ -275,8 +282,8 @@ class Controller:
     def _measure_sag(self, positions: Steps) -> Steps:
         """Return how far motors at rest sag below their goals under their loads.
 
-        The goals of stopped motors stay this far above their positions, or the motors would sink
-        onto the person whom they touch.
+        The goals of stopped motors stay this far above their positions; otherwise the motors would
+        sink onto the person they touch.
         """
         most = round(GIVE_WAY / self.robot.servo.step)
         sag: Steps = np.clip(self.origin - positions, -most, most)
@@ -303,7 +310,8 @@ class Controller:
             return
         self._yields_at = time + YIELD_AFTER if self._is_led else None
         robot, here = self.robot, positions + self._sag
-        # A motor is displaced by more than half its slack or, while it is led, by more than a step.
+        # A motor counts as displaced if it is off by more than half its slack or, while the body is
+        # led by hand, by more than a step.
         most = 2 if self._is_led else self.rule.guards.slack
         blocked = 2 * np.abs(here - self.origin) > most
         if not blocked.any():

@@ -1,10 +1,10 @@
 """Settings of the servos for a move: goals that allow for sag, and a ceiling for the force.
 
 A position controller without an integral term acts like a spring: a motor sags below its goal by
-its load over its stiffness. The load is known from the description, so goals are aimed that much
-higher. The torque of a move is known, too, so the duty (Goal PWM) is limited to a little more than
-the move needs. A person who holds a motor then feels no more force than that, whatever else fails.
-Speeding up takes the most, so the ceiling is lower after it.
+its load divided by its stiffness. The load is known from the description, so goals are aimed that
+much higher. The torque of a move is known, too, so the duty (Goal PWM) is limited to a little more
+than the move needs. A person who holds a motor then feels no more force than that, whatever else
+fails. Motors need the most torque while they speed up, so the ceiling is lower afterwards.
 """
 
 from typing import NamedTuple
@@ -21,10 +21,10 @@ from miburi.servos import required_torque
 #: unknown (our choice). With 10 g in each hand, the waist's inertia is up to 1.3 times as large,
 #: and an arm's 1.4 to 1.6 times.
 LADEN = 1.6
-#: For this long after the longest ramp, µs, motors may still push as hard as when they speed up:
-#: they lag behind their profiles, and what they carry swings (our choice).
+#: For this long (in µs) after the longest ramp, motors may still push as hard as when they speed
+#: up: they lag behind their profiles, and their loads swing (our choice).
 EASES_AFTER = 60_000
-#: The fractions of the path at which loads are computed.
+#: The points of the path at which loads are computed, as fractions of its length.
 _SHARES = np.linspace(0.0, 1.0, 9)
 
 
@@ -55,11 +55,11 @@ class Demand(NamedTuple):
     Attributes
     ----------
     ceiling
-        (8,), N·m, the largest torque allowed, as the stall torque at the largest duty allowed.
+        (8,) N·m, the largest torque that is allowed: the stall torque at the duty limit.
     cruise
-        (8,), the same after ``eases_at``; no more than ``ceiling``.
+        (8,) N·m, the same from ``eases_at`` on; no more than ``ceiling``.
     eases_at
-        µs from the move's start; by then all motors have sped up.
+        When the lower ceiling begins, in µs from the move's start; by then all motors have sped up.
     loading
         The loads on the motors.
     """
@@ -73,7 +73,7 @@ class Demand(NamedTuple):
 def demand(robot: Robot, start: Steps, origin: Steps, profile: Profile, direction: Steps) -> Demand:
     """Return what a move asks of the motors.
 
-    ``start`` and ``origin``, (8,) steps, are where the motors are and where their profiles begin;
+    ``start`` is where the motors are and ``origin`` where their profiles begin, both (8,) steps;
     ``direction`` is (8,) +1 or −1.
     """
     servo, step = robot.servo.model, robot.servo.step
@@ -81,7 +81,8 @@ def demand(robot: Robot, start: Steps, origin: Steps, profile: Profile, directio
     way = origin + np.multiply.outer(_SHARES, goal - origin)
     gravity, inertia = loads(robot, np.multiply(way, step, dtype=np.float64))
     needed = _needed(robot, profile, gravity * direction, LADEN * inertia)
-    # The needed torque acts at the horn, and worn gears pass on less of the motor's torque.
+    # The needed torque is the torque at the horn, and worn gears pass on less of the motor's
+    # torque.
     most = servo.drive.headroom / (1 - servo.friction.motor_load) * needed
     ceiling, cruise = np.minimum(most, servo.motor_torque)
     cruise = np.minimum(cruise + servo.drive.room * servo.motor_torque, ceiling)
@@ -98,17 +99,19 @@ def demand(robot: Robot, start: Steps, origin: Steps, profile: Profile, directio
             offset=(origin - start) * direction * FINE,
             begin=error(gravity[0]) * direction,
             end=error(gravity[-1]) * direction,
-            # With a D gain, the duty depends on the speed too, so no error marks its limit.
+            # With a D gain, the duty also depends on the speed, so no single position error marks
+            # its limit.
             most=UNLOADED.most if servo.control_damping else error(ceiling),
         ),
     )
 
 
 def _needed(robot: Robot, profile: Profile, along: Array, inertia: Array) -> Array:
-    """Return the greatest torque that motors need over the whole move, and after acceleration.
+    """Return the greatest torque that motors need in the whole move, and after they have sped up.
 
     The result, (2, 8) N·m, is the stall torque at the needed duty. ``along``, (9, 8) N·m, is the
-    torque of gravity against the motion at nine points, ``inertia``, (9, 8), the inertia there.
+    torque of gravity against the motion at nine points of the path; ``inertia``, (9, 8) kg·m², is
+    the moving inertia there.
     """
     servo, step, ramp = robot.servo.model, robot.servo.step, robot.servo.acceleration
     moves = (profile.distance != 0) | (profile.initial != 0)

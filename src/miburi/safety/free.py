@@ -1,4 +1,4 @@
-"""The contact rule that compares motors with a model of the free servo.
+"""The contact rule that compares each motor with a model of the same servo moving freely.
 
 The rule compares each motor's speed with the speed it should have. The delayed profile is the
 motion of a stiff servo; :mod:`miburi.servos.free` models *this* servo with *this* load while nobody
@@ -9,7 +9,7 @@ motor's own speed, because a motor that still swings after its last move has not
 The model's error grows with the speed, up to some 500 steps/s. So the guards ``slack``, ``behind``
 and ``ahead`` hold for a motor that reaches ``FAST`` in its move. A motor at rest has half of
 each guard; a slow motor has more, in proportion to its speed. Until ``SETTLES``, the speed with
-which a motor swings at the start counts as well. With a slack of 10 steps::
+which a motor swings at the start of the move counts as well. With a slack of 10 steps::
 
     top speed in the move [steps/s]     0   128   256   384   512   1000
     slack [steps]                       5  6.25   7.5  8.75    10     10
@@ -38,17 +38,17 @@ SETTLES = 200_000
 class FreeRule(Rule):
     """The paper's period and ratio, applied to the speed of the free servo.
 
-    The lag is the one with which the model fits the servo best. For the XL330, as others identified
-    it, that is 5.5 ms. Half of it makes up for the model's time steps of 5 ms, since the model is
-    early by half a step; the rest is the servo's own delay.
+    The lag is the one with which the model fits the servo best: 5.5 ms for the XL330 as others have
+    identified it. Half of it makes up for the model's time steps of 5 ms, since the model is early
+    by half a step; the rest is the servo's own delay.
 
     Attributes
     ----------
     servo
         The motors, as they move if nobody is in their way.
     sag
-        (8,), in units of 1/256: a factor for the sag that the masses in the description predict for
-        each motor.
+        (8,), in units of 1/256: a factor for each motor by which it sags more or less than the
+        masses in the description predict.
     """
 
     servo: FreeServo = field(kw_only=True)
@@ -85,7 +85,7 @@ class _FreeWatch(Watch):
         loading = self.loading
         self._swings = True
         self._grant(granted_share(self.profile, loading.velocity), lag_doubt(self.profile))
-        # The resting place of loaded motors without friction.
+        # Where loaded motors would come to rest if there were no friction.
         self._goal = self._goal + loading.offset - loading.end
         self._x = loading.gone * FINE
         fast = np.abs(loading.velocity) * FINE * STEP // SECOND
@@ -103,7 +103,7 @@ class _FreeWatch(Watch):
         """Continue from an earlier watch, with the position and speed of its modelled servo."""
         goal = self._goal
         super().go_on(before, seen, elapsed)
-        self._goal = goal  # it has the offset already
+        self._goal = goal  # it includes the offset already
         if not isinstance(before, _FreeWatch):
             raise TypeError(
                 f"a watch with a servo model can only continue from another, got {before!r}."
@@ -117,7 +117,7 @@ class _FreeWatch(Watch):
         self._grant(*map(np.maximum, self._granted, before._granted))
 
     def look(self, positions: Steps, time: int) -> Contact | None:
-        """Judge the positions; until ``SETTLES``, more is granted, as motors may swing."""
+        """Judge the positions; until ``SETTLES``, guards are wider, as motors may still swing."""
         if self._swings and time >= SETTLES:
             self._swings = False
             self._grant(granted_share(self.profile), lag_doubt(self.profile))

@@ -1,4 +1,4 @@
-"""Moves: final positions and speeds, which the paper's phone sends to the card (Section 2).
+"""Moves: goals and speeds, which in the paper the phone sends to the card (Section 2).
 
 :func:`plan_move` takes two poses and a duration and returns a :class:`Move`, in which all motors
 start and arrive together. :func:`plan_on` does the same for motors that are under way already.
@@ -26,8 +26,8 @@ class Move:
     speeds
         The largest speeds, (8,) rad/s; not negative.
     slows_at, ends_at
-        Times in s after its start: when the first motor slows down for its goal, and when all have
-        arrived. 0 if the move was not planned.
+        When the first motor slows down for its goal, and when all motors have arrived, in seconds
+        after the move's start. Both are 0 if the move was not planned.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def plan_move(robot: Robot, start: Array, end: Array, duration: float) -> Move:
     A motor that travels the distance d in the time T, with the servo's ramp a at both ends,
     cruises at v = (aT − √(a²T² − 4ad)) / 2.
 
-    ``start`` and ``end`` are (8,) rad. The move takes longer than ``duration``, s, if a motor
+    ``start`` and ``end`` are (8,) rad; ``duration`` is in seconds. The move takes longer if a motor
     cannot arrive in that time.
 
     Raises
@@ -84,7 +84,7 @@ def plan_move(robot: Robot, start: Array, end: Array, duration: float) -> Move:
     if not duration > 0:
         raise InputError(f"duration must be more than 0 s, got {duration!r}.")
     ramp, fastest = robot.servo.acceleration, robot.servo.max_speed
-    # Distances are those between goals (which allow for sag) in whole steps, as the servos round
+    # Distances are taken between goals (which allow for sag) in whole steps, as the servos round
     # them; otherwise a fraction of a step would change a speed.
     step = robot.servo.step
     distance = (

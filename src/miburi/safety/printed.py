@@ -1,11 +1,11 @@
 """The contact rule exactly as the paper prints it (Eqs. 1 and 2), for comparison.
 
 :class:`PrintedRule` replaces :class:`~miburi.safety.contact.Rule`. At the end of each period it
-compares, for each motor that has not arrived, the measured speed with the commanded speed. With a
-lag and an acceleration a, a motor that is sent the speed v covers v (p − lag − v / 2a) in the first
-period p, so it passes only if lag + v / 2a is at most 0.0628 p, 6.28 ms. With real servos that sum
-is larger, and they brake as well, so the rule stops nearly every free move; ``docs/paper.md`` shows
-the share of free moves that pass, for many lags and accelerations.
+compares, for each motor that has not arrived, the measured speed with the commanded speed. In the
+first period p, a motor that lags, accelerates with a and is sent the speed v covers v (p − lag − v
+/ 2a). So it passes only if lag + v / 2a is at most 0.0628 p, which is 6.28 ms. With real servos
+that sum is larger, and they brake as well, so the rule stops nearly every free move;
+``docs/paper.md`` shows the share of free moves that pass, for many lags and accelerations.
 """
 
 import numpy as np
@@ -31,9 +31,9 @@ def is_slow_as_printed(
     """Return which motors moved slower than 0.9372 of the speed sent (Eqs. 1 and 2).
 
     ``travel``, (8,), is how many steps each motor moved in the window, in either direction;
-    ``elapsed`` is the length of the window, µs; ``speed``, (8,) steps/s, is 0 for a motor that has
-    nowhere to go; and ``ratio`` is the limit in ten-thousandths. For a real servo the result is
-    True in the first and last period even of a free move.
+    ``elapsed`` is the length of the window in µs. ``speed``, (8,) steps/s, is the speed sent: 0 for
+    a motor that has nowhere to go. ``ratio`` is the limit in ten-thousandths. For a real servo the
+    result is True in the first and last period even of a free move.
     """
     slow: Flags = np.abs(travel) * 10_000 * SECOND < speed * ratio * elapsed
     return slow

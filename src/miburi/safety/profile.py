@@ -19,7 +19,7 @@ from miburi.robot import Array, Robot
 
 Steps = NDArray[np.int64]
 
-#: The parts of an encoder step in which positions on a profile are counted.
+#: Positions on a profile are counted in parts of an encoder step; a step has this many.
 FINE = 256
 SECOND = 1_000_000
 
@@ -38,7 +38,7 @@ def truncated(number: Steps, by: Steps | int) -> Steps:
 
 @dataclass(frozen=True)
 class Profile:
-    """Ramped motion of n motors until they rest: speed up, cruise, slow down.
+    """Ramped motion of n motors until they come to rest: speed up, cruise, slow down.
 
     A motor that does not get far enough to reach its cruising speed only speeds up and slows down:
     a triangle. A motor that begins above its cruising speed slows down to that speed first. A motor
@@ -51,14 +51,16 @@ class Profile:
         motor cannot stop in time: it passes its goal and comes back. All attributes are int64.
     speed, acceleration
         (n,) the cruising speed in 1/256 steps/s, and the ramps' acceleration in steps/s².
-        (n,) durations in µs: of the first ramp, of the braking at the end, and of the whole.
-        the whole.
+    ramp, total, fall
+        (n,) durations in µs: of the first ramp, of the whole motion, and of the braking at the end.
     initial
-        (n,) speed at the start, 1/256 steps/s along the direction; 0 from rest.
+        (n,) speed at the start, in 1/256 steps/s along the direction; 0 for a start from rest.
     shift
-        (n,) twice the time lost against a start at cruising speed, µs; negative for a faster start.
+        (n,) twice the time that is lost compared with a start at cruising speed, in µs; negative if
+        the motor starts faster.
     fastest
-        (n,) the top speed that each motor reaches, 1/256 steps/s; in a triangle, at the tip.
+        (n,) the top speed that each motor reaches, in 1/256 steps/s; a triangle reaches it at its
+        tip.
     """
 
     distance: Steps
@@ -91,8 +93,9 @@ class Profile:
         """
         initial = np.zeros_like(distance) if initial is None else initial
         full = speed * SECOND // (acceleration * FINE)
-        halt = truncated(initial * SECOND, acceleration * FINE)  # from that speed to rest
-        # The last ramp of a triangle is √(d/a + halt²/2), which is shorter than the full ramp.
+        halt = truncated(initial * SECOND, acceleration * FINE)  # from the initial speed to rest
+        # The last ramp of a triangle is √(d/a + halt²/2); if that is shorter than the full ramp,
+        # the profile is a triangle.
         squares = truncated(distance * SECOND * SECOND, acceleration) + halt * halt // 2
         short = np.array([isqrt(max(square, 0)) for square in squares.tolist()], dtype=np.int64)
         triangle = short < full
@@ -145,7 +148,7 @@ class Motion(NamedTuple):
     origin: Steps
 
     def at(self, time: int) -> tuple[Steps, Steps]:
-        """Return position, 1/256 steps, and velocity, 1/256 steps/s, after ``time`` µs."""
+        """Return position and velocity after ``time`` µs, in 1/256 steps and 1/256 steps/s."""
         travel, speed = self.profile.position(time), self.profile.velocity(time)
         return self.origin * FINE + self.direction * travel, self.direction * speed
 
@@ -166,9 +169,8 @@ def plan_profile(
 ) -> tuple[Profile, Steps]:
     """Plan the servos' motion from ``origin`` to ``goal``, (8,) steps, at ``speeds`` in steps/s.
 
-    ``velocity`` is the speed on each motor's profile at the origin, (8,) 1/256 steps/s; None at
-    rest.
-    ``before`` is the direction until now; a motor that does not move keeps it.
+    ``velocity`` is the speed on each motor's profile at the origin, (8,) 1/256 steps/s; None if the
+    motors are at rest. ``before`` is the direction until now; a motor that does not move keeps it.
 
     Returns the profile, and each motor's direction, (8,) +1 or −1.
     """

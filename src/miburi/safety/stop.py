@@ -1,4 +1,4 @@
-"""The phases of a body, and the record of a stop: its reason, motor and figures."""
+"""The phases of a body, and the record of a stop: why, which motor, and the rule's figures."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -49,7 +49,7 @@ class Stop:
     Attributes
     ----------
     time
-        s, on the body's clock.
+        When it happened, in s on the body's clock.
     reason
         A contact, a request, or a failure.
     motor
@@ -57,7 +57,7 @@ class Stop:
     sign
         For a contact, the test that found it: ``speed``, ``tracking`` or ``arrival``.
     ratio
-        For a contact, measured over expected travel.
+        For a contact, the measured travel divided by the expected travel.
     """
 
     time: float
