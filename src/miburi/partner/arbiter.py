@@ -1,9 +1,9 @@
 """The arbiter: it chooses the body's next act, and decides which acts may interrupt others.
 
 The order is: what somebody asked for, a sudden feeling, a gesture, beats to speech, attention to a
-person, rest. Each of them is a :class:`~miburi.partner.performance.Performance`; the loop carries
-it out. A feeling that lasts while the partner speaks is shown by one whole gesture and then carried
-by the posture, so that the arms are free for beats.
+person, rest. Each of these is a :class:`~miburi.partner.performance.Performance`, which the loop
+carries out. A feeling that lasts while the partner speaks is shown by one whole gesture and then
+carried by the posture, so that the arms are free for beats.
 """
 
 from collections import deque
@@ -22,21 +22,22 @@ from miburi.robot import Robot
 
 #: A beat may begin this much later than it should, s (our choice).
 _LATE = 0.05
-#: The number of the stream of random numbers that chooses gestures.
+#: The number of the random stream from which gestures are chosen.
 _CHOICES = 1
 
 
 class Arbiter:
     """Chooses the next performance; it only reads the emotional model.
 
-    ``life`` seeds idle motion and variation; None switches both off, as in the paper's experiment.
+    ``life`` is the seed of idle motion and variation; None switches both off, as in the paper's
+    experiment.
 
     Attributes
     ----------
     company
         The people around it; set its attributes at any time.
     facing
-        The direction in which gestures are turned, rad to the robot's left.
+        The direction to which gestures are turned, in rad to the robot's left.
     asked
         The performance that somebody asked for, until it begins.
     asked_at
@@ -60,9 +61,9 @@ class Arbiter:
         self._variations = None if life is None else np.random.default_rng(life)
         self._rest = None if life is None else Rest(robot, feelings, life)
         self._emotion = None if life is None else ShownEmotion(feelings)
-        # Times for beats to the present sentence, s on the body's clock.
+        # Times for beats in the present sentence, in s on the body's clock.
         self._strokes: deque[float] = deque()
-        self._beats_until = -np.inf  # when the last beat has ended, s
+        self._beats_until = -np.inf  # when the last beat will have ended, s
 
     def prepare(
         self,
@@ -88,11 +89,11 @@ class Arbiter:
         return Performance(lambda _mood: given, expression, name, asked=True, wish=wish)
 
     def ask(self, asked: Performance, time: float, *, interrupts: bool) -> None:
-        """Replace the present request, if any, by ``asked``, made at ``time`` s."""
+        """Take the request ``asked``, made at ``time`` s, in place of the present one, if any."""
         self.asked, self.asked_at, self._interrupts = asked, time, interrupts
 
     def speak(self, time: float, strokes: Sequence[float]) -> None:
-        """Note the times of prominent syllables of a sentence, ascending, in s after ``time``."""
+        """Note when a sentence's prominent syllables come: ascending, in seconds after ``time``."""
         within = [at for at in strokes if at >= gestures.BEAT_LEAD]
         chosen = [] if self._rest is None else self._rest.choose(within)
         self._strokes = deque(time + at for at in chosen)
@@ -163,7 +164,7 @@ class Arbiter:
         return None if time < self._beats_until and self._emotion.shown else left
 
     def _drop_strokes(self, time: float) -> None:
-        """Drop strokes that a beat begun now would reach too late; in distress, all of them."""
+        """Drop the strokes that a beat begun now would reach too late; in distress, drop all."""
         soonest = np.inf if self.company.calm else time + gestures.BEAT_LEAD - _LATE
         while self._strokes and self._strokes[0] < soonest:
             self._strokes.popleft()
@@ -178,7 +179,7 @@ class Arbiter:
         return felt is not None and self._emotion is not None and self._emotion.shown == 0
 
     def _startles(self, shown: Expression | None, time: float) -> bool:
-        """Whether a feeling other than the one shown has risen above it."""
+        """Whether a different feeling has risen above the one that is shown."""
         felt = self._felt(time)
         other = felt is not None and shown is not None and felt.feeling != shown.feeling
         return other and self._emotion is not None and self._emotion.rises

@@ -1,4 +1,4 @@
-"""The events that a step of the partner returns; ``time`` is the partner's time in each, in s."""
+"""The events that a step of the partner returns. In each, ``time`` is the partner's time in s."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -36,7 +36,7 @@ class MoveSent:
     Attributes
     ----------
     key_pose
-        Its number in the gesture, from 0.
+        The key pose's number in the gesture, counted from 0.
     move, solution
         The move that was sent, and the solution that gave its angles.
     """
@@ -72,7 +72,7 @@ class Stopped:
     Attributes
     ----------
     stop
-        The motor and the reason.
+        The stop, with its motor and reason.
     mood_before, mood_after
         The mood that is shown, in [0, 1]; they differ only for a contact.
     """

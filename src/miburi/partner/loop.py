@@ -34,8 +34,8 @@ from miburi.partner.recovery import Recovery
 from miburi.partner.rest import Company
 from miburi.safety.stop import Phase, Stop, StopReason
 
-#: A wish waits at most this long, s, for a stopped body: later, a person who releases the body does
-#: not expect it. The first pauses after contacts, 1 s to 4 s, are shorter (our choice).
+#: A wish waits at most this long, in s, for a stopped body: after that, a person who releases the
+#: body no longer expects it. The first pauses after contacts, 1 s to 4 s, are shorter (our choice).
 LAPSES = 8.0
 
 
@@ -52,15 +52,16 @@ class Partner:
         The gestures, by default those that ship with Miburi. If the body cannot reach a pose, it
         takes the nearest pose that it can reach.
     period
-        A gesture starts at each multiple of this period, s, if the body is at rest then (Section 5:
-        2 s). A gesture that is longer than a period skips the multiples that it covers. With
+        A gesture starts at each multiple of this period (in s) if the body is at rest then (Section
+        5: 2 s). A gesture that is longer than a period skips the multiples that it covers. With
         ``life``, a new emotion shows at once, in at most three gestures.
     solve
-        The inverse kinematics: a function of robot, target (9,), m, and present angles (8,), rad.
+        The inverse kinematics: a function that takes the robot, the target, (9,) m, and the present
+        angles, (8,) rad, and returns a solution.
     life
         A seed. With one, the partner breathes and looks around while it feels nothing
-        (:mod:`miburi.partner.rest`), and varies each gesture; None, as in the paper's experiment,
-        does neither. The seed (0 for None) also chooses among several gestures of a feeling.
+        (:mod:`miburi.partner.rest`), and varies each gesture. With None it does neither, as in the
+        paper's experiment. The seed (0 for None) also chooses among several gestures of a feeling.
     """
 
     def __init__(
@@ -76,11 +77,12 @@ class Partner:
         self.body = body
         self.feelings = feelings
         self._period = period
-        self._periods = -1  # that have begun
+        self._periods = -1  # number of the latest period that has begun
         self._lively = life is not None
         repertoire = repertoire or gestures.shipped_repertoire()
         self._arbiter = Arbiter(body.robot, feelings, repertoire, life)
-        #: The people around the partner: update it as they move, speak, or are in distress.
+        #: The people around the partner: update its attributes as they move, speak, or are in
+        #: distress.
         self.company: Company = self._arbiter.company
         self._performance: Performance | None = None
         self._untold: list[Event] = []  # since the last step
@@ -95,7 +97,7 @@ class Partner:
 
     @property
     def ahead(self) -> tuple[float, float]:
-        """The remaining motion of a moving head, rad: turn to the robot's left, and rise."""
+        """How far a moving head still has to turn to the robot's left and to rise, in rad."""
         return self._mover.ahead
 
     @property
@@ -135,8 +137,9 @@ class Partner:
     def gesticulate(self, strokes: Sequence[float]) -> None:
         """Accompany speech with beats of the arms that turn back at some of the ``strokes``.
 
-        The first gesture of a feeling precedes beats; after it, the posture shows the feeling.
-        Without ``life``, at rest or stopped, there are no beats. Strokes, s from now, must ascend.
+        A feeling's first gesture takes precedence over beats; after it, the posture shows the
+        feeling. There are no beats if the partner has no ``life``, rests, or is stopped. The
+        strokes are times in seconds from now, and must ascend.
         """
         self._arbiter.speak(self.body.state.time, strokes)
 
@@ -150,19 +153,21 @@ class Partner:
     ) -> None:
         """Perform a gesture once, as soon as the body is at rest, whatever the feelings are.
 
-        Only the latest wish counts. One that waits :data:`LAPSES` s for a stopped body is dropped.
+        If several wishes are waiting, only the latest counts. A wish that has waited :data:`LAPSES`
+        seconds for a stopped body is dropped.
 
         Parameters
         ----------
         expression
             The feeling, and the mood. The mood is the intensity from the first key pose to the
-            last. If None, the poses show no feeling, and any later request replaces them.
+            last. If it is None, the poses show no feeling, and any later request replaces them.
         poses
             Key poses to perform instead of the feeling's own gesture, such as a blend of gestures.
         wish
             A name for this wish; the events that it causes carry it.
         interrupt
-            Whether to cut the present gesture short: at its next key pose; with ``life``, at once.
+            Whether to cut the present gesture short: at its next key pose or, with ``life``, at
+            once.
 
         Raises
         ------
@@ -204,7 +209,8 @@ class Partner:
     def halt(self) -> None:
         """Stop the body because the loop does not respond; the body resumes after a pause.
 
-        Any thread may call it while another uses the body; if it fails, :meth:`make_sure` stops it.
+        Any thread may call this while another uses the body. If the halt does not reach the body,
+        :meth:`make_sure` stops it.
         """
         self._recovery.halted = self.body.state.phase is not Phase.STOPPED
         self.body.halt()
@@ -218,8 +224,8 @@ class Partner:
     def release(self, *, by_person: bool = False) -> None:
         """Let a stopped body go back to neutral, then continue.
 
-        ``by_person`` says that a person who sees the body asks for it; only then may the pause
-        after a contact be cut short.
+        ``by_person`` says that a person who sees the body asks for the release; only then may the
+        pause after a contact be cut short.
 
         Raises
         ------
@@ -236,7 +242,7 @@ class Partner:
         self._arbiter.facing = 0.0
 
     def step(self, dt: float) -> list[Event]:
-        """Let ``dt`` seconds pass and return the events in them."""
+        """Let ``dt`` seconds pass, and return what happened in them as events."""
         self.feelings.step(dt)
         state = self.body.step(dt)
         begun = int((state.time + 1e-9) // self._period)
@@ -291,7 +297,7 @@ class Partner:
             self._arbiter.facing = 0.0
 
     def _while_moving(self, time: float) -> Iterator[Event]:
-        """Interrupt the current move if something more urgent may begin before it ends."""
+        """Interrupt the current move if something more urgent may begin before the move ends."""
         broken_off = self._arbiter.breaks_in(self._performance, time)
         if broken_off:
             yield from self._end(time, complete=False)

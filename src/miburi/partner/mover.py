@@ -14,10 +14,11 @@ from miburi.robot import JOINTS, Array, Robot
 from miburi.safety.move import Move, plan_move, plan_on
 from miburi.safety.stop import Phase
 
-#: A partner's inverse kinematics: from robot, target (9,), m, and angles (8,), rad, to a solution.
+#: A partner's inverse kinematics: takes the robot, the target, (9,) m, and the present angles, (8,)
+#: rad, and returns a solution.
 Solve = Callable[[Robot, Array, Array], ik.Solution]
 
-#: The shortest time of the last move, back to neutral, s (our choice).
+#: The last move, back to neutral, takes at least this long, in s (our choice).
 _HOMECOMING = 1.5
 _WAIST, _HEAD = JOINTS.index("waist"), JOINTS.index("head")
 
@@ -30,13 +31,13 @@ def solve_with(settings: Settings | None = None) -> Solve:
 class Mover:
     """Sends moves to a body, which must be at neutral when the mover is created.
 
-    If ``lively``, it passes key poses that allow it without a stop.
+    If ``lively``, the body passes through key poses without stopping, where they allow it.
     """
 
     def __init__(self, body: Body, solve: Solve, *, lively: bool) -> None:
         self._body, self._solve, self._lively = body, solve, lively
         self._neutral: Array = np.array(body.robot.neutral)
-        self._angles = self._neutral  # to which the latest move leads
+        self._angles = self._neutral  # where the latest move leads
 
     @property
     def home(self) -> bool:
@@ -50,7 +51,7 @@ class Mover:
 
     @property
     def ahead(self) -> tuple[float, float]:
-        """The remaining motion of a moving head, rad: turn to the robot's left, and rise."""
+        """How far a moving head still has to turn to the robot's left and to rise, in rad."""
         state = self._body.state
         if state.phase in (Phase.STOPPED, Phase.IDLE):
             return 0.0, 0.0
@@ -72,7 +73,8 @@ class Mover:
     def go_on(self, performance: Performance, mood: float, time: float) -> list[MoveSent] | None:
         """Send the performance's next key pose that moves the body, if there is one.
 
-        The list is empty if a moving body refused the pose, which is sent again when it rests.
+        The list is empty if a moving body refused the pose; the pose is sent again once the body
+        rests. The result is None if no key pose is left.
         """
         robot = self._body.robot
         for index, pose in performance.go_on(mood):

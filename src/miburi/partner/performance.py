@@ -1,4 +1,4 @@
-"""One performance: the key poses of a gesture in order, each with its hold.
+"""One performance: the key poses of a gesture in order, each with the time for which it is held.
 
 A :class:`Performance` takes a function from a mood to key poses. It knows whether the next key pose
 is due, and which one it is. A gesture's key poses are recomputed for every move, at the mood of
@@ -27,9 +27,10 @@ class Performance:
     asked
         Whether somebody asked for it.
     rests
-        The name of an act at rest, which any other performance interrupts; empty for others.
+        The name of the act, if this is an act at rest, which any other performance interrupts;
+        otherwise empty.
     wish
-        The name that the request was given.
+        The name that the caller gave the request.
     turn
         The angle by which all key poses are turned towards somebody, rad to the robot's left.
     """
@@ -77,13 +78,14 @@ class Performance:
         return self._passes_at is not None and time >= self._passes_at and not self.complete
 
     def not_sent(self, index: int) -> None:
-        """Keep a key pose that the body did not take, until the body is at rest."""
+        """Keep a key pose that the body did not accept, until the body is at rest."""
         self._next, self._passes_at = index, None
 
     def sent(self, pose: KeyPose, slows_at: float | None) -> None:
-        """Note the key pose that was just sent, which the body will hold or pass.
+        """Note the key pose that was just sent; the body will hold it or pass through it.
 
-        ``slows_at`` is when the body slows down for it, s; None for a body that stops at each.
+        ``slows_at`` is when the body slows down for this pose, in s; None if the body stops at
+        every pose.
         """
         self._hold, self._hold_until = pose.hold, None
         self._passes_at = slows_at if pose.passes else None

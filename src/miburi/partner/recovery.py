@@ -5,7 +5,7 @@ A :class:`Recovery` takes stops and gestures, and answers whether the body is to
 - The body is never released before it has come to rest. Otherwise the contact rule would mistake
   the end of the old motion, and the swinging of the motors' loads, for a new contact.
 - After a contact, the body is released automatically after a pause. The pause doubles with each
-  encounter until a gesture goes through without one.
+  encounter until a gesture is completed without one.
 - After a hand has moved it, the body is released automatically once it has been still for a while.
 - After any other stop, and while a person holds the body, only a person can release it.
 """
@@ -21,12 +21,12 @@ from miburi.safety.stop import Stop, StopReason
 
 #: Seconds from a contact stop to the release: the first pause, and the longest (our choice).
 FIRST_PAUSE, LONGEST_PAUSE = 1.0, 16.0
-#: A body is at rest once no motor has exceeded this speed, rad/s, for this time, s (our choice).
-#: The speed is two encoder steps in the window over which velocities are measured; the time exceeds
-#: the delay after which a stopped motor yields.
+#: A body is at rest once no motor has been faster than this speed (rad/s) for this time (s); our
+#: choice. The speed is two encoder steps in the window over which velocities are measured. The time
+#: is longer than the delay after which a stopped motor yields.
 REST_SPEED, REST_TIME = 0.1, 0.25
-#: Slow guiding by hand counts as motion once a motor has moved further than this, rad, since it
-#: last counted as moving (our choice): more than one step of an encoder.
+#: When a hand guides the body slowly, that counts as motion once a motor has moved further than
+#: this, in rad, since it last counted as moving (our choice). It is more than one encoder step.
 _MOVED_ON = 0.004
 #: A hand that moved the body has let go once the body has been still this long, s (our choice).
 LET_GO = 2.0
@@ -37,7 +37,7 @@ class UnsettledError(BodyError):
 
 
 class Recovery:
-    """Remember the present stop and count the encounters before it; times in s."""
+    """Remembers the present stop and counts the encounters before it; times are in s."""
 
     def __init__(self) -> None:
         #: Whether a person has stopped the body.
@@ -50,7 +50,7 @@ class Recovery:
         self._pause_ends = self._moved_at = self._seen_at = 0.0
         self._silent = False
         self._stillness = REST_TIME
-        self._place: Array | None = None  # when it last moved
+        self._place: Array | None = None  # where it was when it last moved
         self._stop: Stop | None = None
 
     def notice(self, stop: Stop) -> bool:
@@ -115,7 +115,7 @@ class Recovery:
         """Take over the stop, the pause and the encounters of another body.
 
         ``then`` is the present moment on the other body's clock, ``now`` on this one's. Returns
-        whether this body must be stopped, because the other was not free.
+        whether this body must be stopped because the other was not free to move.
         """
         left = max(0.0, other._pause_ends - then)
         self._pause_ends, self._encounters = now + left, other._encounters

@@ -27,14 +27,16 @@ Attention = Literal["listening", "thinking", "speaking"]
 
 #: After an interruption of this length, s, rest begins with a pause (our choice).
 _ANEW = 2.0
-#: Duration of a turn to a face, s, and the angle below which no turn is made, rad (our choice).
+#: How long a turn to a face takes, in s, and the angle, in rad, up to which it is not worth making
+#: (our choice).
 _TURNING, _FACED = 1.4, 0.02
-#: Together, moods make acts deeper and quicker by at most exp(this) (our choice).
+#: All moods together make acts deeper and quicker by at most a factor of exp(this) (our choice).
 _LIVELIEST = 0.3
 #: Ranges of the factors by which the size and tempo of an act vary (our choice).
 _SIZES, _TEMPOS = (0.8, 1.2), (0.85, 1.1)
-#: Sizes of the smallest and largest beat, the other hand's possible shares of it, and the share of
-#: strokes that get a beat, since nobody beats to all of them (all our choice).
+#: The sizes of the smallest and the largest beat; how large the other hand's beat may be, as shares
+#: of the first hand's; and the share of strokes that get a beat, since nobody beats to all of them
+#: (all our choice).
 _BEATS, _OTHERS, _TRIED = (0.5, 1.5), (0.0, 0.5, 0.9), 0.8
 #: The only act while somebody is in distress or talks with the partner.
 _CALM = "breath"
@@ -56,8 +58,8 @@ class Company:
     Attributes
     ----------
     gaze
-        The person's direction, rad to the partner's left. At rest the partner turns there, as far
-        and as fast as its temperament lets it.
+        The direction in which the person is, in rad to the partner's left. At rest the partner
+        turns there, as far and as fast as its temperament lets it.
     calm
         Whether somebody is in distress: then the partner shows no feeling, and only breathes.
     attends
@@ -118,8 +120,8 @@ def _shipped() -> _Acts:
 class Rest:
     """Chooses what a body at rest does next, and when.
 
-    The mood shows in the acts; the temperament says how often one comes. The seed gives the choice
-    of acts, pauses and sizes.
+    The mood shows in the acts; the temperament says how often one comes. The seed determines the
+    choice of acts, the pauses and the sizes.
     """
 
     def __init__(self, robot: Robot, feelings: FeelingModel, seed: int) -> None:
@@ -129,7 +131,7 @@ class Rest:
         self._eyes = np.random.default_rng([seed, 4])  # draws looks aside
         self._attends: Attention | None = None
         self._averts = float("inf")  # when it looks aside, s
-        self._back: float | None = None  # the time in which it looks back, s
+        self._back: float | None = None  # how long looking back takes, s
         self._faced = 0.0  # the direction before it looked aside, rad to its left
         self._due = self._called = float("-inf")
         self._last = ""
@@ -137,13 +139,14 @@ class Rest:
     def act(self, time: float, turned: float, company: Company) -> Performance | None:
         """Return the act that begins at ``time`` s, if one is due; a turn to a face comes first.
 
-        Call this repeatedly while the body rests, ``turned`` rad to its left. In a conversation it
-        only breathes and looks aside.
+        Call this repeatedly while the body rests; ``turned`` is how far it is turned to its left,
+        in rad. In a conversation the partner only breathes and looks aside.
         """
         allowed, calm = self._feelings.temperament.gaze, company.calm
         turn = float(np.clip(company.gaze, -allowed.turn, allowed.turn))
         if abs(turn - turned) > _FACED:
-            # It turns back from a look aside in that look's time, or slowly if the person moved.
+            # It turns back from a look aside in the time given for that look, or slowly if the
+            # person has moved.
             back, self._back = self._back, None
             back = None if abs(turn - self._faced) > _FACED else back
             step = allowed.speed * _TURNING if back is None else np.inf
@@ -211,7 +214,7 @@ class Rest:
         return max(mean + deviation * float(self._eyes.standard_normal()), _BRIEFEST)
 
     def choose(self, strokes: Sequence[float]) -> list[float]:
-        """Return a random part of the strokes in order, always with the first."""
+        """Return a random selection of the strokes, in order; the first is always among them."""
         return [at for k, at in enumerate(strokes) if self._hands.random() < _TRIED or k == 0]
 
     def beat(self, turn: float) -> Performance:
@@ -234,7 +237,7 @@ class Rest:
         return float(self._level.pause * np.exp(spread))
 
     def _pose(self, lift: float, offset: Array, duration: float, hold: float) -> gestures.KeyPose:
-        """Return a key pose that is ``offset`` away from where the body rests, facing ahead."""
+        """Return a key pose, facing ahead, that is ``offset`` away from where the body rests."""
         posture = np.array(offset)
         posture[_RISE] += lift
         return gestures.key_pose(self._robot, posture, float(duration), float(hold))

@@ -1,17 +1,18 @@
-"""Limit how much of an emotion a partner with ``life`` shows: at once, a few gestures, then rest.
+"""How a partner with ``life`` shows an emotion: at once, with a few gestures, and then no more.
 
-Without this limit, a gesture repeats while its emotion lasts, as in the paper's experiment:
-fourteen times for one remark.
+Without this limit, a gesture is repeated as long as its emotion lasts: fourteen times for one
+remark. The paper's experiment does so.
 """
 
 from miburi.feelings import FEELINGS, Expression, FeelingModel
 from miburi.robot import Array
 
-#: Gestures for one emotion (our choice).
+#: The largest number of gestures for one emotion (our choice).
 _MOST = 3
 #: An emotion that rises by more than this above its earlier level is a new one (our choice).
 _RISES = 0.05
-#: The newest feeling shows if it is at least this share of the strongest emotion (our choice).
+#: The newest feeling is shown if it has at least this share of the strongest emotion's strength
+#: (our choice).
 _NEAR = 0.9
 
 
@@ -35,8 +36,8 @@ class ShownEmotion:
     def left(self, felt: Expression | None) -> Expression | None:
         """Return the feeling that is still to be shown, if any.
 
-        Of nearly equal emotions the newest shows first: a fright also raises an older fear,
-        slightly above the fright itself, and yet the fright is what is new.
+        Of emotions that are nearly equal, the newest is shown first. For example, a fright also
+        raises an older fear, slightly above the fright itself, and yet the fright is what is new.
         """
         emotion = self._feelings.emotion
         before, self._before = self._before, emotion.copy()
