@@ -1,4 +1,4 @@
-"""From key poses to moves of the body: the inverse kinematics, and where the last move leads."""
+"""From key poses to moves of the body: solve each pose, send it, and keep where it leads."""
 
 from collections.abc import Callable
 

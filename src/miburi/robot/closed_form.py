@@ -15,22 +15,23 @@ from miburi.errors import InputError
 from miburi.robot.description import Array, Robot
 from miburi.robot.kinematics import finite_array, forward
 
-#: A solution outside a limit by no more than this, rad, is moved onto the limit.
+#: A solution that is outside a limit by no more than this, in rad, is moved onto the limit.
 _ANGLE_TOLERANCE = 1e-7
 
 
 def inverse(robot: Robot, target: ArrayLike, tolerance: float = 1e-6) -> Array:
     """Return all poses inside the limits that put hands and head on ``target``.
 
-    ``target`` is (9,) m: right x y z, left x y z, head x y z in the base frame; ``tolerance`` is
-    the largest distance of an extremity from its target, in m.
+    ``target`` is (9,) m: right x y z, left x y z, head x y z in the base frame. ``tolerance`` is
+    how far an extremity may be from its target, in m.
 
     Returns
     -------
-    (k, 8) rad, k from 0 (out of reach) to 32. The paper expects a single solution. Yet with a
-    fingertip angle below 0.174 rad the arm with the mirrored elbow is inside the limits too, and if
-    the head can tilt by more than a quarter of a turn, so is the pose with the waist turned by π.
-    If a hand lies on the shoulder axis, any shoulder angle solves it; the neutral one is returned.
+    (k, 8) rad, where k is from 0 (out of reach) to 32. The paper expects a single solution. But if
+    a fingertip angle is below 0.174 rad, the arm with the mirrored elbow is inside the limits too;
+    and if the head can tilt by more than a quarter of a turn, so is the pose with the waist turned
+    by π. If a hand lies on the shoulder axis, any shoulder angle solves it; the neutral one is
+    returned.
 
     Raises
     ------

@@ -81,7 +81,7 @@ class Joints(Table):
 
 
 def _servo(value: object, info: ValidationInfo) -> object:
-    """Load a servo that the file names; a path is relative to the description's own folder."""
+    """Load the servo that the file names; a path is relative to the description's own folder."""
     if not isinstance(value, str):
         return value
     folder = (info.context or {}).get("folder", Path())
@@ -118,7 +118,11 @@ class Masses(Table):
 
 
 class Shape(Table):
-    """Outer dimensions in m, and the head angle at which the screen is upright, in rad."""
+    """Outer dimensions in m, and the head angle at which the screen is upright, in rad.
+
+    ``phone_below`` is how far the phone reaches below the head's centre; None means half its
+    height.
+    """
 
     pedestal_height: Positive
     pedestal_radius: Positive
@@ -133,7 +137,7 @@ class Shape(Table):
 
     @property
     def phone_drop(self) -> float:
-        """Height of the head's centre above the phone's lower edge, m; by default mid-phone."""
+        """How far the phone reaches below the head's centre, in m; by default half its height."""
         return self.phone_height / 2 if self.phone_below is None else self.phone_below
 
 
@@ -187,7 +191,8 @@ def load_robot(path: Path | str) -> Robot:
     Raises
     ------
     DescriptionError
-        The file cannot be read, is not TOML, or a key is missing, unknown or out of range.
+        The file cannot be read or is not TOML, or a key is missing, unknown or out of range. The
+        message names the file, every wrong key, its value and what is allowed.
     """
     return load_table(Robot, path)
 

@@ -26,7 +26,7 @@ def arm_reach(robot: Robot) -> float:
 
 
 def hand_distances(robot: Robot) -> Array:
-    """Return the least and greatest distance of each hand from its shoulder, (2, 2) m.
+    """Return the least and the greatest distance of each hand from its shoulder, (2, 2) m.
 
     The rows are right and left. The distances follow from the limits of the fingertip joints.
     """

@@ -21,7 +21,8 @@ from pydantic_core import CoreSchema
 Value = TypeVar("Value")
 Other = TypeVar("Other")
 _Integers = NDArray[np.int64]
-#: One encoder step of a card's XL330 servos, rad; ranges are in these steps for every servo.
+#: One encoder step of the XL330 servos on a card, in rad. The guards' ranges are given in these
+#: steps, whatever encoder a servo has.
 CARD_STEP = 2 * np.pi / 4096
 
 
@@ -47,7 +48,7 @@ class Guard:
     Attributes
     ----------
     grants
-        What it allows, in words.
+        What the guard allows, in words.
     unit
         Its unit.
     low, high
@@ -56,7 +57,7 @@ class Guard:
         The value for a card whose servos have not been measured, in whole units. All generous
         values together let a lag of up to 50 ms pass.
     floor
-        The lower bound of a calibrated value, rad, because a few moves may not show a servo's
+        Calibration gives no value below this, in rad, because a few moves may not show a servo's
         largest deviation; 0 if the guard is not measured in free moves.
     """
 
@@ -104,7 +105,7 @@ GUARDS: dict[str, Guard] = {field.name: get_args(field.type)[1] for field in fie
 
 
 def in_whole_units(guards: Guards[list[float]], step: float) -> Guards[_Integers]:
-    """Convert guards from SI units to the rule's integers; ``step`` is one encoder step, rad."""
+    """Convert guards from SI units to the rule's integers; ``step`` is one encoder step, in rad."""
     return guards.map(
         lambda guard, values: np.rint(np.divide(values, guard.unit.size(step))).astype(np.int64)
     )
@@ -116,8 +117,8 @@ def check_ranges(guards: Guards[list[float]]) -> None:
     Raises
     ------
     ValueError
-        A guard is out of its range: so narrow that free motion is stopped, or so wide that it
-        guards nothing. The message has the name, the value and what is allowed.
+        A guard is out of its range: so narrow that it would stop free motion, or so wide that it
+        guards nothing. The message says which guard, its value and what is allowed.
     """
     whole = in_whole_units(guards, CARD_STEP)
     for name, guard in GUARDS.items():

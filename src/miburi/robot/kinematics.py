@@ -1,8 +1,8 @@
 """Forward kinematics and Jacobian of the body in Figs. 2 and 3.
 
 The eight joint angles give the positions of hands and head in the base frame, which has x forward,
-y to the robot's left and z up. With lat the direction out of a shoulder, fwd the
-direction that the chest faces and d(S) = sin S · fwd − cos S · up:
+y to the robot's left and z up. Let lat be the direction out of a shoulder, fwd the direction that
+the chest faces, and d(S) = sin S · fwd − cos S · up. Then:
 
     right hand = L01 up + L12 lat + L23 (cos RE lat + sin RE d(RS))
                  + L34 (cos(RE+RF) lat + sin(RE+RF) d(RS))
@@ -55,7 +55,7 @@ def forward(robot: Robot, angles: ArrayLike) -> Array:
 
 
 def jacobian(robot: Robot, angles: ArrayLike) -> Array:
-    """Differentiate :func:`forward` at one pose: return (9, 8) m/rad for ``angles``, (8,) rad.
+    """Return the derivatives of :func:`forward` at one pose: (9, 8) m/rad for ``angles``, (8,) rad.
 
     Raises
     ------

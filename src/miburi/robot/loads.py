@@ -1,7 +1,8 @@
 """The loads that the robot's own parts put on its motors: weight and inertia, in closed form.
 
-The masses come from the description; each is centred in its part. With the loads, goals are aimed
-high enough that a sagging joint ends where it should, and torques and motions are predicted.
+The masses come from the description; each is centred in its part. The loads serve to aim goals high
+enough that a sagging joint ends where it should, to compute the torque that a move needs, and to
+predict motions.
 """
 
 from functools import lru_cache
@@ -22,9 +23,10 @@ class Loads(NamedTuple):
     Attributes
     ----------
     gravity
-        (..., 8) N·m that each motor must give to hold its joint.
+        (..., 8) N·m, the torque that each motor must give to hold its joint.
     inertia
-        (..., 8) kg·m², the inertia that each motor moves with other joints fixed, without rotors.
+        (..., 8) kg·m², the inertia that each motor moves while all other joints are fixed; the
+        motors' own rotors are not included.
     """
 
     gravity: Array
@@ -32,7 +34,7 @@ class Loads(NamedTuple):
 
 
 class _Solids(NamedTuple):
-    """The pose-independent data of a robot: its 8 links, and n parts with masses."""
+    """What does not depend on a robot's pose: its 8 links, and n parts with masses."""
 
     order: list[int]  # the links' joints
     parents: list[int]  # the links' parents; -1 for the base
@@ -68,13 +70,13 @@ def loads(robot: Robot, angles: Array) -> Loads:
     """Return the loads of the parts on the motors in a pose, (..., 8) rad."""
     body = _solids(robot.lengths, robot.masses, robot.shape)
     turns, axles = link_poses(robot, angles)
-    # A joint's own turn leaves its axis as it is.
+    # A joint's rotation does not change its own axis.
     axes = (turns @ body.axes[..., None])[..., 0]
     carried = (turns[..., body.links, :, :] @ body.middles[..., None])[..., 0]
     centres = axles[..., body.links, :] + carried
     x, y, z = np.moveaxis(axes[..., None, :], -1, 0)
     u, v, w = np.moveaxis(centres[..., None, :, :] - axles[..., None, :], -1, 0)
-    up = x * v - y * u  # how far the joint lifts the part, m/rad
+    up = x * v - y * u  # how far a turn of the joint lifts the part, m/rad
     far = (y * w - z * v) ** 2 + (z * u - x * w) ** 2 + up**2
     # A part's own extent adds its mean square distance from the axis through its middle.
     seen = np.einsum("...ki,...pij->...kpj", axes, turns[..., body.links, :, :])
@@ -130,7 +132,7 @@ def _spread(part: Part) -> Array:
     if part.end is None:
         sphere: Array = np.eye(3) * radius**2 / 5
         return sphere
-    # A capsule: a cylinder, and a ball in two halves.
+    # A capsule consists of a cylinder and a ball in two halves.
     way = np.subtract(part.end, part.position)
     length = float(np.linalg.norm(way))
     ball = 4 * radius / (4 * radius + 3 * length)

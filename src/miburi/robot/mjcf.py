@@ -14,11 +14,12 @@ from miburi.servos.servo import Friction
 #: The share of a servo's dry friction that acts at the horn, behind the backlash (our choice).
 #: Without it, an unloaded joint would swing within the backlash for ever.
 HORN = 0.1
-#: Stiffness of the teeth where the play ends; MuJoCo's default is as low as a servo's.
+#: The stiffness of the teeth where the play ends; MuJoCo's default would be as low as a servo's
+#: stiffness.
 _TEETH = "0.99 0.999 0.0001"
 #: Prefix of the joints that stand for the play of a servo's gears.
 PLAY = "play_"
-#: Time step of the physics, s.
+#: The physics' time step, in s.
 TIMESTEP = 0.002
 #: Side length of the face on the screen, in pixels.
 FACE_PIXELS = 192
@@ -26,7 +27,7 @@ FACE_PIXELS = 192
 HAND_AWAY = (0.45, -0.35, 0.10)
 #: The human hand is a capsule: its radius, and half of its length (a finger or two), m.
 HAND_SIZE = (0.016, 0.045)
-#: Mass of the sprung hand, kg: that of a hand in ISO/TS 15066's body model.
+#: Mass of the sprung hand, in kg: the mass of a hand in ISO/TS 15066's body model.
 HAND_MASS = 0.6
 
 
@@ -41,14 +42,15 @@ def to_mjcf(
 
     Joints and actuators have the names in ``JOINTS``; the sites ``right``, ``left`` and ``head``
     mark the extremities. Where servo gears have play, a joint ``play_…`` lies between each motor
-    and what it moves, limited by the teeth. All parts can collide but those that a joint connects.
+    and what it moves; its limits are the gears' teeth. All pairs of parts can collide, except those
+    that a joint connects.
 
     The mocap body ``hand`` collides with the robot only. A ``sprung_hand`` has mass, hangs on a
     spring along each axis (joints ``hand_x``, ``hand_y``, ``hand_z``) and can grasp, by the
     equality constraint ``grasp``. With ``face`` the screen carries a square of the material
-    ``face``, whose texture can be drawn on. ``meshes`` are the files of the real shapes, in mm, by
-    link and colour: with them, the real shapes and the phone are drawn, and the simple shapes that
-    collide are in group 3, which viewers hide.
+    ``face``, whose texture can be drawn on. ``meshes`` are the files of the real shapes (in mm) by
+    link and colour. If they are given, the real shapes and the phone are drawn; the simple shapes,
+    which collide, are then in group 3, which viewers hide.
     """
     root = _stage(robot)
     asset, world = root[3], root[4]
@@ -99,7 +101,7 @@ def _stage(robot: Robot) -> ET.Element:
             f'emission="{glow}"/>'
         )
     # The table fades into the wall, which is warm and light, so that only the robot stands out.
-    # S314: the text is ours.
+    # S314 warns of untrusted XML, but this text is our own.
     return ET.fromstring(  # noqa: S314
         f"""<mujoco model="{robot.name}">
         <compiler angle="radian" autolimits="true"/>
@@ -207,8 +209,8 @@ def _face(robot: Robot, asset: ET.Element, head: ET.Element) -> None:
             asset, "texture", name=name, type="cube", builtin="flat", rgb1="1 1 1",
             width=pixels, height=pixels,
         )  # fmt: skip
-    # Both take their colour from a texture, so that light changes both in the same way. With a
-    # colour of 0.8 a lit texture keeps its colour.
+    # Face and screen both take their colour from a texture, so that light changes both in the same
+    # way. With a material colour of 0.8, a lit texture keeps its own colour.
     for material in asset.findall("material[@name='screen']"):
         material.attrib |= {"texture": "tint", "rgba": "0.8 0.8 0.8 1"}
         _add(asset, "material", **(material.attrib | {"name": "face", "texture": "face"}))

@@ -25,7 +25,8 @@ def drawing_backend(
 ) -> str | None:
     """Return MuJoCo's name for a graphics backend that works here without a screen, or None.
 
-    On Linux that is EGL, else OSMesa, else ``off``: physics runs, but drawing pictures is an error.
+    On Linux that is EGL or else OSMesa. If neither works, it is ``off``: physics runs, but drawing
+    pictures raises an error.
     """
     if platform != "linux":
         return None

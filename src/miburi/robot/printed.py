@@ -6,7 +6,8 @@ They differ from :func:`miburi.robot.forward`, the body of Figs. 2 and 3, in the
   is inverted, so that the length of the link depends on the pose.
 - Eqs. 4, 7: the last link has cos W instead of sin S.
 - Eq. 8: the base height L01 is subtracted instead of added.
-- Eq. 11: the head's height uses cos H instead of sin H, so the head does not move on a circle.
+- Eq. 11: the head's height uses cos H instead of sin H, so that the head's centre does not move on
+  a circle.
 """
 
 import numpy as np

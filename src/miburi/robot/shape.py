@@ -39,7 +39,7 @@ class Link:
     joint
         The joint that moves it.
     position, axis
-        Where that joint is on the parent, in m, and its unit axis.
+        Where that joint is on the parent, in m, and the unit vector along its axis.
     """
 
     name: str
@@ -58,7 +58,7 @@ class LinkFrame:
     parent, child
         The links' names.
     position, turn
-        m, and a unit quaternion x, y, z, w.
+        The position in m, and the rotation as a unit quaternion x, y, z, w.
     """
 
     parent: str
@@ -79,9 +79,9 @@ class Part:
         ``sphere`` (size: radius), ``capsule`` or ``cylinder`` (radius; from ``position`` to
         ``end``), ``box`` (half sizes), ``ellipsoid`` (half axes, of which x and y are equal).
     tilt
-        Turn about the link's −y axis, in rad; boxes only.
+        The angle by which a box is turned about the link's −y axis, in rad; only boxes are turned.
     mass
-        kg; 0 for a part that is only drawn.
+        The mass in kg; 0 for a part that is only drawn.
     """
 
     link: str
@@ -111,7 +111,7 @@ class Part:
 def links(robot: Robot) -> list[Link]:
     """Return the links from the base outwards; their joints have the names in ``JOINTS``."""
     size = robot.lengths
-    down_the_side: Point = (0.0, -1.0, 0.0)  # shoulders and head nod about it
+    down_the_side: Point = (0.0, -1.0, 0.0)  # shoulders and head turn about it
     along: Point = (1.0, 0.0, 0.0)
     table = [
         Link("torso", BASE, "waist", (0, 0, 0), (0, 0, 1)),

@@ -1,8 +1,8 @@
 """Robots as they leave a workshop: each differs from its description in hidden ways.
 
 A description and a seed give robots whose servos and masses vary as widely as may be expected of
-such servos, new and worn. A program that drives them knows only the description. All ranges are
-ours.
+such servos, new and worn. A program that drives these robots knows only the description. All ranges
+are ours.
 """
 
 from dataclasses import dataclass
@@ -17,7 +17,8 @@ from miburi.servos import Servo
 _FACTOR = 2.0
 #: Largest relative errors of resistance (cold or hot), masses, supply voltage and clock.
 _RESISTANCE, _MASS, _VOLTAGE, _CLOCK = 0.2, 0.1, 0.05, 0.005
-#: The longest delay from a command to its profile's start, s, and the largest play of gears, rad.
+#: The longest delay from a command to the start of its profile, in s, and the largest play of
+#: gears, in rad.
 _DELAY, _BACKLASH = 0.003, radians(0.5)
 
 
@@ -32,7 +33,7 @@ class Specimen:
     start_delay
         Delay in s from a command to the start of a servo's profile.
     clock
-        How many seconds pass on a servo's clock in a second.
+        How many seconds pass on a servo's clock in one real second.
     """
 
     robot: Robot
@@ -46,8 +47,9 @@ def specimens(
     """Return robots that were built from a description; the same ones for the same seed.
 
     Every other robot divides its P gain by half the description's divisor, which doubles its
-    stiffness: for the XL330, 256 was identified, and the e-manual says 128. ``play`` is the play
-    of all gears, rad; by default each robot has its own, up to half a degree.
+    stiffness: for the XL330, others identified a divisor of 256, while the e-manual says 128.
+    ``play`` is the play of the gears in all robots, in rad; by default each robot has its own play,
+    up to half a degree.
     """
     rng = np.random.default_rng([seed, 11])  # a stream of its own
     return tuple(_specimen(robot, rng, 2.0 if number % 2 else 1.0, play) for number in range(count))

@@ -1,4 +1,4 @@
-"""Export the robot as URDF: in goes the description, out comes the text of a URDF file."""
+"""Export the robot as URDF: from its description, make the text of a URDF file."""
 
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
@@ -16,13 +16,13 @@ from miburi.robot.shape import BASE, COLOURS, Part, fixed_frames, links, parts
 def to_urdf(robot: Robot, meshes: Mapping[tuple[str, str], str] | None = None) -> str:
     """Return the robot as URDF.
 
-    ``meshes`` are files of the real shapes, in mm, by link and colour. With them, the real shapes
-    and the phone are drawn; the shapes for collisions stay simple.
+    ``meshes`` are the files of the real shapes (in mm) by link and colour. If they are given, the
+    real shapes and the phone are drawn; the shapes for collisions stay simple.
 
     Joints have the limits of Table 1 and the servo's speed and torque. Fixed links ``right``,
     ``left`` and ``head_centre`` mark the extremities. URDF has no capsules and no ellipsoids: a
-    capsule becomes a cylinder with a sphere at each end, an ellipsoid the upright cylinder around
-    it. Masses and inertias are those of the physical model.
+    capsule becomes a cylinder with a sphere at each end, an ellipsoid becomes the upright cylinder
+    around it. Masses and inertias are those of the physical model.
     """
     root = ET.Element("robot", name=robot.name)
     for name, colour in COLOURS.items():
