@@ -121,7 +121,7 @@ def _solids(lengths: Lengths, masses: Masses, shape: Shape) -> _Solids:
 
 
 def _spread(part: Part) -> Array:
-    """Return the mean of x xᵀ over a solid's mass about its middle, (3, 3) m²."""
+    """Return the mean of x xᵀ over a solid's mass, (3, 3) m²; x is measured from its middle."""
     size = np.array(part.size)
     if part.kind == "box":
         sine, cosine = np.sin(part.tilt), np.cos(part.tilt)

@@ -135,7 +135,7 @@ def _point(place: Array) -> Point:
 
 
 def extremities(robot: Robot) -> dict[str, tuple[str, Point]]:
-    """Return the link and the point on it at which right, left and head are measured."""
+    """Return, for right, left and head, its link and the point on it that is its position."""
     size = robot.lengths
     return {
         "right": ("right_forearm", (0, -size.L34, 0)),
