@@ -65,7 +65,7 @@ class Performance:
 
     @property
     def tells(self) -> bool:
-        """Whether its beginning and end are reported as events; not for beats and idle acts."""
+        """Whether its beginning and end become events; those of beats and idle acts do not."""
         return self.expression is not None or self.wish is not None
 
     @property
