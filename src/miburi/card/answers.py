@@ -61,7 +61,7 @@ def read_answer(kind: FrameKind, answer: Frame, settings: CardSettings) -> bytes
     Raises
     ------
     BodyError
-        The card refused the request.
+        The card refused the request; the message says why, and what to do.
     """
     result, detail = answer.payload[0], answer.payload[1:]
     match result:

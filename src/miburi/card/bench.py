@@ -1,8 +1,9 @@
 """Measure the servos of a real robot. These measurements have never been made on hardware.
 
-It takes a :class:`Bench`, a card with a person beside it, and makes a report in TOML to send in.
-:data:`STEPS` are the seven measurements. Each can be left out, and is written down when done, so an
-interrupted session can be resumed. A report's ``constants`` have the form of a servo's TOML file.
+A :class:`Bench`, a card with a person beside it, goes in; a report in TOML, which can be sent to
+the project, comes out. :data:`STEPS` are the seven measurements. Each can be left out, and each is
+written down when it is done, so that an interrupted session can be resumed. A report's
+``constants`` have the form of a servo's TOML file.
 """
 
 from collections.abc import Callable
@@ -41,17 +42,18 @@ from miburi.safety.move import Move
 from miburi.safety.profile import FINE, SECOND
 from miburi.safety.stop import Phase
 
-#: The weight that the person hangs on the arm, kg, and how far from the elbow's axle, m.
+#: The weight that the person hangs on the arm, in kg, and how far from the elbow's axle, in m.
 WEIGHT, LEVER = 0.1, 0.1
 #: P gains at which the stiffness and the hunting are measured.
 _STIFF, _HUNTING = (800, 3200), (1600, 3200, 6400)
 #: The waist's turn in rad, the duty limits (out of 885), and the speeds in rad/s.
 _PUSH, _DUTIES, _FAST = 0.8, (FULL_PWM, 110), 4.0
-#: A long turn of the waist, rad, and its slow speed, rad/s: it shows the servo's clock.
+#: A long turn of the waist, in rad, and its slow speed, in rad/s; it shows how fast the servo's
+#: clock runs.
 _LONG, _SLOW = 1.2, 0.1
 #: Registers: present PWM, present current and input voltage, 2 bytes each.
 _PWM, _CURRENT, _VOLTAGE = 124, 126, 144
-#: The distance, rad, from which the loaded joint approaches on either side; its speed, rad/s.
+#: The distance (rad) from which the loaded joint approaches on either side, and its speed (rad/s).
 _ASIDE, _SIDEWAYS = 0.15, 0.3
 
 
@@ -66,7 +68,8 @@ class Bench:
     ask
         Asks the person at the robot for something, and returns when it is done.
     gestures
-        The number of gestures performed while stops are counted; half as many warm the servos.
+        The number of gestures performed while stops are counted; half as many warm the servos up
+        first.
     """
 
     card: Card
@@ -123,9 +126,9 @@ def _level_arm(robot: Robot) -> Array:
 def _measure_stiffness(bench: Bench) -> BenchFindings:
     """Let a weight pull at the elbow, and measure how far it sinks.
 
-    The joint is read after it came from above and from below: dry friction, which holds it up or
-    down, then drops out of the mean. The share of the motor's torque that the gears take drops out
-    only in part; what is left is allowed for.
+    The joint is read once after it came from above and once from below, so that dry friction, which
+    holds it up or down, drops out of the mean. The share of the motor's torque that the gears
+    absorb drops out only in part; the calculation allows for the rest.
     """
     card, found = bench.card, list[float]()
     for gain in _STIFF:
@@ -175,7 +178,7 @@ def _measure_hunting(bench: Bench) -> BenchFindings:
 
 
 def _measure_ceiling(bench: Bench) -> BenchFindings:
-    """Measure the waist's top speed at full duty and at an eighth: a servo may ignore the limit."""
+    """Measure the waist's top speed at full duty and at an eighth; a servo may ignore the limit."""
     card = bench.card
     robot, speeds = with_gain(card, card.settings.general.p_gain), []
     for duty in _DUTIES:
@@ -183,7 +186,7 @@ def _measure_ceiling(bench: Bench) -> BenchFindings:
         times = np.array([report.time for report in reports]) / SECOND
         ways = np.diff(positions(reports)[::3, 0]) / np.diff(times[::3])
         speeds.append(float(ways.max() * robot.servo.step))
-        if card.state.phase is Phase.STOPPED:  # the contact rule may have found it too slow
+        if card.state.phase is Phase.STOPPED:  # the contact rule may have found the waist too slow
             card.step(REST)
             wake(card)
         go(card, robot.neutral)

@@ -15,13 +15,16 @@ from miburi.safety.move import Move
 from miburi.safety.profile import FINE
 from miburi.safety.stop import Phase
 
-#: Speed of the moves to a pose, rad/s; time for the body to settle, and time to read it, s.
+#: The speed of the moves to a pose, in rad/s; how long the body then settles, and how long it is
+#: read, in s.
 GENTLY, REST, LOOK = 0.8, 1.5, 0.5
 
-#: The joint that test weights load; its distance from its limits, rad; poses to try per joint.
+#: The joint that test weights load; how far it stays from its limits, in rad; and how many poses to
+#: try per joint.
 ELBOW, CLEAR, GRID = JOINTS.index("right_elbow"), 0.35, 40
 
-#: The sag under a weight does not fit a card's message: a third is sent, and the card triples it.
+#: A weight makes the elbow sag by more than a card's message can hold: a third of that is sent, and
+#: the card multiplies it by three.
 DEEPER = 3
 
 
@@ -40,7 +43,7 @@ def peek(card: Card, motor: int, address: int, count: int) -> int:
 
 
 def with_gain(card: Card, gain: float, deeper: int = 1) -> Robot:
-    """Set another P gain, with wide guards, release the body, and return the description with it.
+    """Set another P gain and wide guards, and release the body; return the robot with that gain.
 
     The card multiplies the load that is sent for the elbow by ``deeper``.
     """
@@ -97,7 +100,7 @@ def listening(card: Card) -> Iterator[list[Report]]:
 
 
 def positions(reports: list[Report]) -> Array:
-    """Return where the joints were at each report, (n, 8) steps."""
+    """Return the joints' positions in each of the n reports, (n, 8) steps."""
     return np.array([report.positions for report in reports], dtype=np.float64)
 
 

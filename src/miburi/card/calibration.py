@@ -34,8 +34,8 @@ from miburi.safety.drive import uneased
 from miburi.safety.free import FreeRule
 from miburi.safety.move import Move
 
-#: The greatest number of times that the gain is checked. Moves of all joints between these speeds,
-#: rad/s, suffice for that, and every servo reaches these speeds (our choice).
+#: The gain is checked at most this many times, with moves of all joints between these two speeds
+#: (rad/s). That suffices, and every servo reaches these speeds (our choice).
 _ROUNDS, _SLOWEST, _FASTEST = 3, 0.15, 2.0
 _DEGREES = 360 / STEPS_PER_TURN
 
@@ -52,7 +52,7 @@ class Measurement:
     settings
         The settings that the card has now.
     words
-        Sentences for whoever built the robot, about what to check or what has changed.
+        Sentences for the person who built the robot: what to check, and what has changed.
     moves, seconds
         The number of free moves, and the time of the whole calibration on the robot's clock, s.
     """
@@ -69,13 +69,14 @@ def measure(card: Card, tell: Callable[[str], None] = lambda _: None) -> Measure
     """Identify a card's servos from moves without contact, and configure the card for them.
 
     The contact rule stays on, with wide guards; at the end, gestures test the new guards. The card
-    may be idle or stopped before, and is stopped after. ``tell`` gets a line about each stage.
+    may be idle or stopped beforehand, and is stopped afterwards. ``tell`` is called with a line of
+    text about each stage.
 
     Raises
     ------
     BodyError
-        A move was stopped, a servo is too soft or too stiff, or it needs wider guards than the card
-        allows. The card then has the settings that it had before.
+        A move was stopped, a servo is too soft or too stiff, or a servo needs wider guards than the
+        card allows. The card then has its earlier settings again.
     """
     before = card.settings
     card.stop()
@@ -107,7 +108,8 @@ def _measure(card: Card, tell: Callable[[str], None]) -> Measurement:
         robot = fitted(robot, found)
         settings = settings.with_servos(robot, replace(rule, servo=FreeRule.of(robot).servo))
         tell(f"the P gain is {settings.general.p_gain} now")
-    # A duty limit for new gears is too low for worn ones: their stiffness would be underestimated.
+    # A duty limit for new gears would be too low for worn ones, and their stiffness would then be
+    # underestimated.
     robot, found, _ = worn(robot, found, traces)
     check(robot, found)
     # Moves at full speed follow, for which the contact rule needs the identified servos.
@@ -144,7 +146,7 @@ def _trace(
     moves: list[tuple[str, Move]],
     tell: Callable[[str], None],
 ) -> list[Trace]:
-    """Make free moves under generous guards, report each joint, and stop; return the traces."""
+    """Make free moves under generous guards, tell of each joint, then stop; return the traces."""
     card.configure(settings.generous)
     wake(card)
     traces, told = list[Trace](), ""

@@ -11,7 +11,7 @@ motor readings, and raises errors in words. A conversation::
 
 The card alone decides about safety: it checks every move, judges the motors by the contact rule
 and stops them. A card that sends no report for 1 s is lost: the body counts as stopped, and the
-card is looked for every second. No motion resumes by itself; a stop lasts until its release.
+card is looked for every second. No motion resumes by itself; a stop lasts until it is released.
 """
 
 import struct
@@ -53,9 +53,10 @@ _SILENCE = 1.0
 _RETRY = 1.0
 #: Seconds between heartbeats to an idle card; it stops after 30 s without one.
 _LIFE = 5.0
-#: Least time between reports, ms; less than between readings, so that each reading is reported.
+#: The least time between two reports, in ms. It is shorter than the time between readings, so that
+#: each reading is reported.
 _REPORT_PERIOD = 10
-#: How long to listen so that several reports arrive, s.
+#: How long to listen, in s, for several reports to arrive.
 _LOOK = 0.1
 
 
@@ -104,7 +105,7 @@ class Card:
         self._own_stop: Stop | None = None
         self.underway: Underway | None = None
         self._connected = False
-        self._guessed = False  # whether defaults stand in for what another firmware saved
+        self._guessed = False  # whether defaults replace what another firmware saved
         self.settings = settings or CardSettings.of(self.robot)
         self.on_report: Callable[[Report], None] = lambda _: None
         open_line = SamePort(port) if isinstance(port, str) else port
@@ -170,7 +171,7 @@ class Card:
         return Course.of(self.robot, *self._motion_now())
 
     def _motion_now(self) -> tuple[Steps, Steps]:
-        """Return the profiles' positions, (8,) 1/256 steps, and velocities, 1/256 steps/s."""
+        """Return positions and velocities on the profiles, (8,) 1/256 steps and 1/256 steps/s."""
         if self.underway is None or self.state.phase is not Phase.MOVING:
             return self.goals * FINE, np.zeros_like(self.goals)
         since = round((self._exchange.now() - self._history.heard) * SECOND)
@@ -221,7 +222,7 @@ class Card:
         self.ask(FrameKind.RELAX)
 
     def identify(self, old: int, new: int) -> None:
-        """Set id, speed and mode of the only servo on the bus; ``old`` is its id until now."""
+        """Set the id, speed and mode of the only servo on the bus; ``old`` is its id until now."""
         self.ask(FrameKind.IDENTIFY, bytes((old, new)), patience=2.0)
 
     def configure(self, settings: CardSettings) -> None:
@@ -274,14 +275,14 @@ class Card:
     # --- requests --------------------------------------------------------------------------------
 
     def ask(self, kind: FrameKind, payload: bytes = b"", patience: float = _PATIENCE) -> bytes:
-        """Send one request of the link, at most three times; return what the card answers.
+        """Send a request at most three times; return the payload of the card's answer.
 
         Raises
         ------
         NoAnswerError
             No answer came within ``patience`` s, or the line is broken: the card is lost.
         BodyError
-            The card refused.
+            The card refused; the message says why.
         """
         try:
             return self._exchange.ask(kind, payload, patience, self.settings)
@@ -364,7 +365,7 @@ def wake(card: Card) -> None:
     Raises
     ------
     BodyError
-        It did not reach neutral.
+        It did not reach neutral; the message says why.
     """
     card.release()
     while card.state.phase is Phase.RETURNING:

@@ -11,7 +11,7 @@ from miburi.card.line import Line
 from miburi.card.link import ANSWER, Frame, FrameError, FrameKind, Receiver, Report, Result, encode
 from miburi.card.settings import CardSettings
 
-#: How many times a request is sent at most.
+#: A request is sent at most this many times.
 _TRIES = 3
 
 
@@ -67,22 +67,22 @@ class Exchange:
 
         Any thread may call this while another one is in :meth:`ask`.
         """
-        self._line.write(encode(Frame(kind, 0)))  # ask() never uses that number
+        self._line.write(encode(Frame(kind, 0)))  # ask() never uses the number 0
 
     def ask(
         self, kind: FrameKind, payload: bytes, patience: float, settings: CardSettings
     ) -> bytes:
         """Send a request, at most three times; return what the card answers.
 
-        ``patience`` is the time to wait for each answer, s; a message about a refusal quotes
-        ``settings``.
+        ``patience`` is how long to wait for an answer each time, in s. If the card refuses, the
+        message quotes ``settings``.
 
         Raises
         ------
         NoAnswerError
             No answer came, or the line is broken.
         BodyError
-            The card refused.
+            The card refused; the message says why.
         """
         self._sequence = self._sequence % 255 + 1
         data = encode(Frame(kind, self._sequence, payload))

@@ -1,4 +1,4 @@
-"""Free motion of a card's robot: the moves of a calibration, and gestures; recorded as traces."""
+"""Free motion of a card's robot, recorded as traces: the moves of a calibration, and gestures."""
 
 from collections.abc import Iterable, Iterator
 from itertools import pairwise
@@ -16,17 +16,19 @@ from miburi.safety.move import Move, plan_move
 from miburi.safety.stop import Phase, StopReason
 
 #: How far a joint moves to either side of the middle, as a share of half its range. At top speed
-#: the swing may have to be longer: from side to side at least ``_RUN`` times v²/a, the distance in
-#: which a move reaches that speed and comes back to rest. On either side it moves no further than
-#: ``_FARTHEST`` of half its range (our choice).
+#: the swing may have to be longer: from side to side it is at least ``_RUN`` times v²/a, since a
+#: move reaches that speed and comes back to rest within v²/a. On either side the joint moves no
+#: further than ``_FARTHEST`` of half its range (our choice).
 _REACH, _RUN, _FARTHEST = 0.35, 1.1, 0.97
 #: Speeds for moves of one joint, rad/s; the last is faster than any servo can go (our choice).
 _SPEEDS = (0.8, 2.5, np.inf)
 #: Durations of moves of all joints, s; the last is shorter than any servo can manage (our choice).
 _DURATIONS = (1.5, 0.8, 0.1)
-#: Slow speeds, rad/s, where encoder steps matter most; the distance at each, rad (our choice).
+#: Slow speeds (rad/s), at which encoder steps matter most, and the distance moved at each (rad);
+#: our choice.
 _SLOWLY, _BIT = (0.05, 0.1, 0.2, 0.4), 0.15
-#: Recording time after each move, s; longer than the rule waits for a motor to arrive.
+#: How long recording goes on after each move, in s; longer than the rule waits for a motor to
+#: arrive.
 _AFTER = 0.3
 #: What to do about a contact in free motion.
 _ROOM = (
@@ -61,7 +63,7 @@ def free_moves(robot: Robot) -> Iterator[tuple[str, Move]]:
             for side in sides:
                 yield name, _move(robot, middle + side * way * only, speed)
         yield name, _move(robot, middle, _SPEEDS[1])
-    # Both arms do the same, so that they do not meet; the left one's lower joints are mirrored.
+    # Both arms do the same, so that they do not meet; the left arm's lower joints are mirrored.
     alike = np.where([name in ("left_elbow", "left_fingertip") for name in JOINTS], -1.0, 1.0)
     for speed in _SLOWLY:
         for bit in (_BIT, 0.0):
@@ -118,7 +120,7 @@ def _move(robot: Robot, angles: Array, speed: float) -> Move:
 def record(card: Card, moves: Iterable[Move], driven: Robot | None = None) -> list[Trace]:
     """Let an idle card make free moves, and return a trace of each.
 
-    ``driven`` is another robot, whose drive the motors use instead.
+    If ``driven`` is given, the motors are driven as that robot's would be.
 
     Raises
     ------

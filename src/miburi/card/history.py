@@ -20,12 +20,14 @@ _VELOCITY_REPORTS = 4
 class ReportHistory:
     """The latest reports of one card.
 
-    ``step`` is an encoder's step, rad. The body's clock starts at ``now``, s on the line's clock.
+    ``step`` is the angle of an encoder step, in rad. The body's clock starts when the line's clock
+    shows ``now``, in s.
 
     Attributes
     ----------
     began, heard
-        When the body's clock started, and when a report was last heard, s on the line's clock.
+        When the body's clock started, and when a report was last heard, both in s on the line's
+        clock.
     """
 
     def __init__(self, step: float, now: float) -> None:
@@ -44,7 +46,7 @@ class ReportHistory:
         return self._reports[-1]
 
     def expect_another_clock(self, now: float) -> None:
-        """Allow for a restart of the card and its clock; a report counts as heard at ``now``, s."""
+        """Expect that the card's clock has started anew; count its silence from ``now``, in s."""
         self._fresh, self.heard = True, now
 
     def add(self, report: Report, now: float) -> None:

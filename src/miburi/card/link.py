@@ -11,7 +11,7 @@ from enum import IntEnum
 from miburi.errors import MiburiError
 
 VERSION = 8
-#: The kind of an answer is its request's kind plus this.
+#: The kind of an answer is the kind of its request plus this.
 ANSWER = 0x80
 _MAX_FRAME = 128
 
@@ -82,9 +82,9 @@ class Frame:
     Attributes
     ----------
     kind
-        What it is about, a :class:`FrameKind`.
+        What the message is about, a :class:`FrameKind`.
     sequence
-        From 0 to 255; an answer repeats its request's number.
+        A number from 0 to 255; an answer repeats the number of its request.
     payload
         At most 96 bytes.
     version
@@ -153,7 +153,7 @@ class Receiver:
     Attributes
     ----------
     damaged
-        The number of skipped pieces.
+        How many damaged pieces were skipped.
     """
 
     def __init__(self) -> None:
@@ -186,11 +186,13 @@ class Report:
     Attributes
     ----------
     measured, expected, length
-        Actual and expected travel at a contact, as the rule compared them, and their duration.
+        At a contact, the actual and the expected travel that the rule compared, and how long it
+        took.
     heard
         A bit for each motor that answered the latest reading.
     held, limp
-        Whether the servos confirmed that they hold their positions; whether their torque is off.
+        Whether the servos have confirmed that they hold their positions, and whether their torque
+        is off.
     """
 
     time: int

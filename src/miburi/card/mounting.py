@@ -14,7 +14,8 @@ from miburi.calibration.file import Mounting
 from miburi.card.units import STEPS_PER_TURN
 from miburi.robot import JOINTS
 
-#: The least turn that counts, 6°, and the error of placing by hand, 20°, in steps (our choice).
+#: The least turn that counts, and how far from its place a joint may be when it is set by hand, in
+#: encoder steps: 6° and 20° (our choice).
 _TURN, _BY_HAND = 68, 228
 _QUARTER = STEPS_PER_TURN // 4
 
@@ -39,12 +40,13 @@ class Turned:
 
 
 def mounting_faults(built: Mounting, turns: list[Turned]) -> list[str]:
-    """Return one line for each servo that is not mounted as the parts require; none if all are."""
+    """Return one line for each servo that is not mounted as the parts require."""
     lines = []
     for turned in turns:
         name = JOINTS[turned.motor].replace("_", " ")
         ways = _wrapped(turned.after - turned.before)
-        # Other limp joints sag meanwhile: check the requested joint before the one that moved most.
+        # Other limp joints sag meanwhile, so check the requested joint before the joint that moved
+        # most.
         asked, most = turned.motor, int(np.argmax(np.abs(ways)))
         if abs(ways[most]) < _TURN:
             lines.append(f"{name}: no servo turned by 6° or more; look at its horn's screws.")

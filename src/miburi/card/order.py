@@ -1,8 +1,8 @@
-"""The loads that accompany each move, and the move underway.
+"""The loads that are sent with each move, and the move that is under way.
 
 It takes the robot's description and the move, and gives, for each motor, the position error that
 the load causes at the start and the end of the move, and how much duty the motor may use. The card
-refuses a duty that cannot hold the load. ``controller.h`` of the firmware is the other side.
+refuses a duty that cannot hold the load. The firmware's ``controller.h`` is the other side.
 """
 
 import struct
@@ -31,11 +31,11 @@ class Order(NamedTuple):
     Attributes
     ----------
     goals, speeds
-        Steps, steps/s.
+        The goals in steps, and the speeds in steps/s.
     begin, end
         The errors that the loads cause, in quarters of a step of the joint's angle.
     pwm, cruise
-        The ceiling of the duty, out of ``FULL_PWM``, and the ceiling once the motors have sped up.
+        The limit of the duty, out of ``FULL_PWM``, and its limit once the motors have sped up.
     """
 
     goals: Steps
@@ -57,7 +57,8 @@ class Order(NamedTuple):
     ) -> "Order":
         """Return the order for motors at ``positions`` with profiles from ``origin``, in steps.
 
-        ``velocity`` is the profiles' velocity, (8,) 1/256 steps/s; None if the motors stand still.
+        ``velocity`` is the velocity on the profiles, (8,) 1/256 steps/s; None if the motors stand
+        still.
         """
         robot = settings.identified(robot)
         lower, upper = to_steps(robot, robot.lower), to_steps(robot, robot.upper)
@@ -162,7 +163,7 @@ class Underway(NamedTuple):
     order
         The move, or the way home.
     began
-        Its start, µs on the card's clock; 0 until the card has taken it.
+        When it started, in µs on the card's clock; 0 until the card has accepted it.
     share
         The share of its guards that each motor is granted, (8,) 1/256; see
         :func:`miburi.safety.free.granted_share`.

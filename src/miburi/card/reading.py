@@ -45,7 +45,7 @@ _SIGNS = tuple(Sign)
 
 
 def stop_of(report: Report, time: float) -> Stop | None:
-    """Return the present stop, if any; ``time`` is when it began, s, on the body's clock."""
+    """Return the present stop, if any; ``time`` is when it began, in s on the body's clock."""
     if not report.reason:
         return None
     contact = _contact_of(report)
@@ -59,7 +59,7 @@ def stop_of(report: Report, time: float) -> Stop | None:
 
 
 def window_of(report: Report, settings: CardSettings, share: Steps) -> Window | None:
-    """Return what the rule compared for the motor whose contact caused the present stop.
+    """Return the rule's figures for the motor whose contact caused the present stop.
 
     ``share`` is the share of its guards that each motor was granted in that move, (8,) in 1/256.
     """
@@ -77,7 +77,7 @@ def window_of(report: Report, settings: CardSettings, share: Steps) -> Window | 
 
 
 def unready(detail: bytes, settings: CardSettings) -> str:
-    """Say why the card refused a release; ``detail``: motor, reason, and place of a joint."""
+    """Say why the card refused a release; ``detail`` has motor, reason, and place of a joint."""
     if detail[0] >= len(JOINTS):
         return f"The {_UNREADY[Reason(detail[1])]}. Then try again."
     name, joint = JOINTS[detail[0]], settings.joints[detail[0]]

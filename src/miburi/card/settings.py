@@ -31,7 +31,8 @@ _GENERAL = struct.Struct("<i8H2B")
 _JOINT = struct.Struct("<BbHhhh" + "".join(guard.unit.code for guard in GUARDS.values()) + "3HBH")
 #: Full duty of an XL330, in units of its registers 36 and 100; as in ``settings.h``.
 FULL_PWM = 885
-#: A hotter servo, °C, or a lower supply, in units of 0.1 V, stops the body (our choice).
+#: A servo stops the body if it is hotter than this, in °C, or if its supply falls below this, in
+#: units of 0.1 V (our choice).
 HOTTEST, LOWEST = 65, 42
 #: The least distance, in steps, between a joint's range and the point where the encoder's count
 #: wraps around; as in ``settings.h``.
@@ -72,15 +73,16 @@ class General:
     Attributes
     ----------
     period, ratio
-        The contact rule's period p, and the least share of the commanded travel.
+        The contact rule's period p, and the least share of the commanded travel that a motor must
+        make.
     acceleration, max_speed, return_speed
         The moves' ramps and cruising speed, and the speed of the return to neutral.
     hold_pwm
-        The duty that a stopped servo holds with.
+        The duty with which a stopped servo holds.
     p_gain, d_gain
         The position gains that the card writes to its servos.
     error_per_pwm
-        The position error for each unit of duty; a servo's error thus shows its load.
+        The position error for each unit of duty; so a servo's error shows its load.
     hottest, lowest
         A hotter servo, or a lower supply, stops the body.
     """
@@ -108,7 +110,7 @@ class General:
 
 
 class FreeMotor(NamedTuple):
-    """One motor of :class:`miburi.servos.free.FreeServo`, which explains the units."""
+    """The model of one motor; :class:`miburi.servos.free.FreeServo` explains the units."""
 
     pull: int
     brake: int
@@ -129,7 +131,7 @@ class JointSettings:
     zero
         The servo's position, 0–4095, at joint angle 0.
     sag
-        The error under weight, relative to the error of the description's servo, in 1/256.
+        How far this servo is off under weight, relative to the servo in the description, in 1/256.
     """
 
     servo: int
@@ -237,7 +239,7 @@ class CardSettings:
     def identified(self, robot: Robot) -> Robot:
         """Return the description with the servos that these settings assume.
 
-        Their gain is what the card sets; the stiffness follows from the error per duty, and the
+        Their gain is the one that the card sets. The stiffness follows from the error per duty, the
         friction from how much torque the gears absorb.
         """
         servo, own = robot.servo.model, self.general

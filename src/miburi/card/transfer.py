@@ -20,7 +20,7 @@ _STORED, _OTHER_LAYOUT = 1, 2
 
 
 class Greeting(NamedTuple):
-    """The settings that a card has: their checksum, and their state."""
+    """The checksum and the state of the settings that a card has."""
 
     crc: int
     complete: bool
@@ -52,7 +52,7 @@ def read_settings(ask: Ask) -> CardSettings:
 def stop_and_settle(
     ask: Ask, has: Greeting, robot: Robot, wanted: CardSettings | None, *, keep: bool
 ) -> tuple[CardSettings, bool]:
-    """Stop a card and send it the settings that it should have; return them.
+    """Stop a card, and send it the settings that it should have if it has others.
 
     ``has`` is the card's greeting. ``wanted`` is None for the robot's own settings, with the
     calibration that the card has. With ``keep``, nothing is sent to a card that has settings, and
@@ -94,7 +94,7 @@ def replace_settings(ask: Ask, settings: CardSettings, before: CardSettings) -> 
 
 
 def save_settings(ask: Ask, wait: Callable[[float], object]) -> None:
-    """Store a card's settings in its EEPROM; ``wait`` waits for a time in s (about 4 s are needed).
+    """Store a card's settings in its EEPROM, which takes about 4 s; ``wait`` waits that many s.
 
     Raises
     ------

@@ -25,7 +25,7 @@ def check_encoder(robot: Robot) -> None:
 
 
 def real_speed(speed: int) -> int:
-    """Return a speed given in steps/s, rounded to what an XL330 can do, in 1/256 steps/s.
+    """Return a speed, given in steps/s, as an XL330 rounds it, in 1/256 steps/s.
 
     The servo counts in units of 0.229 turns/min.
     """
@@ -33,10 +33,10 @@ def real_speed(speed: int) -> int:
 
 
 def next_speed(speed: int) -> int:
-    """Round ``speed`` up to the next one that an XL330 supports; steps/s."""
+    """Round ``speed``, in steps/s, up to the next speed that an XL330 supports."""
     return (-(-speed * 1000 // 15_633) * 15_633 + 500) // 1000
 
 
 def real_acceleration(acceleration: int) -> int:
-    """Round an acceleration, steps/s², to what an XL330 can do: units of 214.577 turns/min²."""
+    """Round an acceleration (steps/s²) to what an XL330 can do: units of 214.577 turns/min²."""
     return (max((acceleration * 1000 + 122_070) // 244_141, 1) * 244_141 + 500) // 1000
