@@ -1,19 +1,19 @@
 """Emotion, feeling and mood as a linear cascade between stimuli: the model in use.
 
 The emotion follows the latest events, the feeling follows events over a longer time, and the mood
-follows them over the longest. A stimulus changes the emotion at once. The feeling takes up its
-share while the emotion fades; the mood takes up its share while the feeling fades::
+over the longest. A stimulus changes the emotion at once. While the emotion fades, the feeling takes
+up a share of it; while the feeling fades, the mood takes up a share of that::
 
     emotion  x' = −x/τe
     feeling  p' = −p/τe + a h/τe (1 − x − p)    x' = −x/τf + p/τe
     mood     p' = −p/τf + b h/τe (1 − x − p)    x' = −x/τm + p/τf
 
-with x the level, p the part that it has yet to take up, and a and b the temperament's shares. h is
-the level at which an emotion is held (``set_state``), or 0: the emotion is topped up as it fades,
-and each top-up acts on the slower levels like a stimulus. Support, inhibition, habituation and
-saturation are applied at once when a stimulus arrives. Between stimuli everything is linear and
-integrated exactly, so a step of an hour costs no more than a step of a millisecond. x + p never
-exceeds 1, so every level stays in [0, 1].
+Here x is the level, p the part that it has yet to take up, and a and b are the temperament's
+shares. h is the level at which an emotion is held (``set_state``), or 0: the emotion is topped up
+as it fades, and each top-up acts on the slower levels like a stimulus. Support, inhibition,
+habituation and saturation are applied at once when a stimulus arrives. Between stimuli everything
+is linear and integrated exactly, so a step of an hour costs no more than a step of a millisecond. x
++ p never exceeds 1, so every level stays in [0, 1].
 """
 
 from collections.abc import Callable, Mapping
@@ -47,7 +47,7 @@ class EmotionalModel(FeelingModel):
         self._levels = np.zeros((3, len(FEELINGS)))
         # The part that each level has yet to take up; 0 for the emotion.
         self._pending = np.zeros((3, len(FEELINGS)))
-        # The latest change and its length, s; most steps are equally long.
+        # The latest change and its length in s, kept because most steps are equally long.
         self._latest: tuple[float, _Change] | None = None
 
     def _current_levels(self) -> Array:
@@ -65,7 +65,7 @@ class EmotionalModel(FeelingModel):
         self._pass_on(rise[1:])
 
     def _pass_on(self, rise: Array) -> None:
-        """Add shares, (2, n), to what feeling and mood have yet to take up."""
+        """Add shares of a rise to what feeling and mood, (2, n), have yet to take up."""
         room = 1 - self._levels[1:] - self._pending[1:]
         self._pending[1:] += np.where(self._held[1:], 0.0, rise) * room
 
@@ -110,17 +110,18 @@ class EmotionalModel(FeelingModel):
             raise InputError("The state's level plus its pending part must not exceed 1.")
 
 
-#: Takes the levels, (3, n), and the pending parts, (2, n); returns both after a time step.
+#: Takes the levels, (3, n), and the pending parts of the slower two, (2, n); returns both after a
+#: time step.
 _Change = Callable[[Array, Array], tuple[Array, Array]]
 
 
 def _change(rates: Array, supply: Array, dt: float) -> _Change:
     """Return the exact change in ``dt`` seconds, from the fading rates, (3, n), and the supply.
 
-    The equations are p' = s (1 − x − p) − αp and x' = αp − βx, with s the supply, (2, n), α the
-    rate of arriving and β the rate of leaving, in 1/s. With y the distance of p and x from their
-    equilibrium, y(t) = e^(λ₂t) y + φ (A − λ₂) y, φ = (e^(λ₁t) − e^(λ₂t)) / (λ₁ − λ₂), λ₁ and λ₂
-    being the eigenvalues of the matrix A.
+    The equations are p' = s (1 − x − p) − αp and x' = αp − βx, where s is the supply, (2, n), α the
+    rate of arriving and β the rate of leaving, in 1/s. Let y be the distance of p and x from their
+    equilibrium. Then y(t) = e^(λ₂t) y + φ (A − λ₂) y, with φ = (e^(λ₁t) − e^(λ₂t)) / (λ₁ − λ₂),
+    where λ₁ and λ₂ are the eigenvalues of the equations' matrix A.
     """
     arriving, leaving = rates[:2], rates[1:]
     rest_level = supply / (leaving + supply + supply * leaving / arriving)
@@ -131,7 +132,7 @@ def _change(rates: Array, supply: Array, dt: float) -> _Change:
     slow, fast = middle + half, middle - half
     apart = np.where(half == 0, 1e-300, 2 * half)
     faded, kept = np.exp(-rates[0] * dt), np.exp(fast * dt)
-    # Written with the slow eigenvalue, so that it stays finite when the two are far apart.
+    # φ is written with the slow eigenvalue, so that it stays finite when the two are far apart.
     phi = -np.exp(slow * dt) * np.expm1(-apart * dt) / apart
     # The diagonal of A − λ₂: for the pending part, and for the level.
     staying, staying_level = -supply - arriving - fast, -leaving - fast

@@ -177,8 +177,8 @@ def load_catalogue(path: Path | str) -> Catalogue:
     Raises
     ------
     DescriptionError
-        The file cannot be read, a key is wrong, or one of the paper's eight is missing, which the
-        greeting, the shipped temperaments and the experiment need.
+        The file cannot be read, a key is missing, unknown or out of range, or one of the paper's
+        eight is missing: the greeting, the shipped temperaments and the experiment need them.
     """
     catalogue = load_table(Catalogue, path)
     missing = [name for name in PAPER if name not in catalogue.names]
@@ -215,5 +215,6 @@ FeelingName = Annotated[
     AfterValidator(_check_name),
     WithJsonSchema({"enum": list(FEELINGS), "type": "string"}),
 ]
-#: A feeling's name in a partner's messages; not checked, because that partner may have others.
+#: A feeling's name in a partner's messages. It is not checked, because that partner may have other
+#: feelings than this process.
 TheirFeeling = Annotated[str, WithJsonSchema({"enum": list(FEELINGS), "type": "string"})]

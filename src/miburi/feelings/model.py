@@ -3,7 +3,7 @@
 It takes stimuli, contacts and the passing of time, and returns an :class:`Expression`: the
 strongest emotion, and the mood of that feeling. Each of the three levels holds a number from 0 to 1
 for each of the n ``FEELINGS``; the paper has eight. How the levels change is left to subclasses;
-the one in use is :class:`miburi.feelings.cascade.EmotionalModel`.
+the subclass in use is :class:`miburi.feelings.cascade.EmotionalModel`.
 
 The mood that is shown is m + (1 − m) x − d, with x the slowest level, m the temperament's resting
 mood, shifted for the person who is with the partner, and d the mood lost to contacts and
@@ -47,7 +47,7 @@ class Stimulus:
     feeling
         One of ``FEELINGS``.
     strength
-        0 to 1.
+        From 0 to 1.
     source
         One of ``SOURCES``; the temperament weighs them.
 
@@ -76,7 +76,7 @@ class Expression:
     feeling
         One of ``FEELINGS``.
     mood
-        Its mood as the intensity μ of the gesture, in [0, 1].
+        The mood of that feeling, in [0, 1]; it is the intensity μ of the gesture.
     """
 
     feeling: str
@@ -106,7 +106,7 @@ class FeelingModel(ABC):
         self._time = 0.0
         n = len(FEELINGS)
         self._held = np.zeros((3, n), dtype=bool)
-        self._lowered = np.zeros(n)  # mood lost to contact and inhibition, not healed yet
+        self._lowered = np.zeros(n)  # mood lost to contacts and inhibition, and not yet healed
         self._leaning = np.zeros(n)  # the person's shift of the resting mood
         self._stale = np.zeros((len(SOURCES), n))
         self._find_rest()
@@ -133,7 +133,7 @@ class FeelingModel(ABC):
 
     @property
     def time(self) -> float:
-        """Age of the model, s."""
+        """The model's age, in s."""
         return self._time
 
     @property
@@ -211,8 +211,9 @@ class FeelingModel(ABC):
         Parameters
         ----------
         emotion, feeling, mood
-            Values in [0, 1] by feeling; unnamed feelings become 0, and a level not given stays. If
-            a level rises, the slower levels follow as after a stimulus that caused this rise.
+            Values in [0, 1] by feeling. Feelings that are not named become 0; a level that is not
+            given stays as it is. If a level rises, the slower levels follow as they would after a
+            stimulus that caused this rise.
         hold
             Keep the named values until their level is set again. The slower levels follow a held
             level. Only a contact lowers a held mood, and that loss heals.
@@ -253,14 +254,15 @@ class FeelingModel(ABC):
     def load(
         cls, state: Mapping[str, Any], temperament: Temperament | None = None, *, away: float = 0.0
     ) -> Self:
-        """Return a saved model, aged by the ``away`` s since :meth:`save` returned its state.
+        """Return a saved model, aged by ``away`` seconds, the time since :meth:`save` was called.
 
         The state does not contain a temperament.
 
         Raises
         ------
         InputError
-            The state is of another version, model or set of feelings, or a value is wrong.
+            The state is of another version, model or set of feelings, or a value is missing or not
+            allowed.
         """
         header = tuple(state.get(key) for key in ("version", "model"))
         if header != (STATE_VERSION, cls.kind):
@@ -305,7 +307,7 @@ class FeelingModel(ABC):
         self._lowered *= np.exp(-dt / self.temperament.fading[2])
 
     def _inhibit_mood(self, remaining: Array) -> None:
-        """Multiply the shown mood by a share, (n,); subclasses also scale their slowest level."""
+        """Multiply the shown moods by shares, (n,); subclasses also scale their slowest level."""
         sunk = remaining * self._lowered + (1 - remaining) * self._rest
         self._lowered = np.where(self._held[2], self._lowered, sunk)
 

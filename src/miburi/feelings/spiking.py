@@ -9,7 +9,7 @@ Gerstner, Ritz and van Hemmen, Biological Cybernetics 69, 1993)::
 
     u(t) = a e^(−t/τ) − r e^(−t/(ρ τ))
 
-with τ the time constant of its level.
+where τ is the time constant of its level.
 
 - A stimulus raises the activations of the emotion layer by the temperament's matrix.
 - A neuron fires when u reaches θ: r rises by R, and the spike reaches the next layer. There it
@@ -86,7 +86,8 @@ class SpikingModel(FeelingModel):
         while (first := self._next.min()) <= self._since:
             layer, neuron = divmod(int(self._next.argmin()), len(FEELINGS))
             self._advance(first)
-            # A spike can lower the mood, so losses recover twice: before it and after it.
+            # A spike can lower the mood, so lost mood recovers in two parts: up to the spike, and
+            # after it.
             self._heal(left - self._since)
             left = self._since
             self._fire(layer, neuron)

@@ -69,7 +69,7 @@ class TakeUp(Table):
 
 
 class Habituation(Table):
-    """The share of its effect that a repeated stimulus loses, and the loss's time constant, s."""
+    """The share of its effect that a repeated stimulus loses, and how fast that heals (s)."""
 
     share: Share
     recovery: Annotated[float, Field(ge=0.1, le=86_400)]
@@ -78,7 +78,8 @@ class Habituation(Table):
 class Turning(Table):
     """How far the waist turns to a face in rad, and its top speed in rad/s (both our choice).
 
-    The waist turns to a face only while the partner shows no feeling; at an angle of 0, never.
+    The waist turns to a face only while the partner shows no feeling; if the angle is 0, it never
+    turns.
     """
 
     turn: Annotated[float, Field(ge=0, le=0.7)] = 0.35
@@ -109,7 +110,8 @@ class Temperament(Table):
     lasting: dict[FeelingName, Annotated[float, Field(ge=0.1, le=10)]]
     resting: dict[FeelingName, Annotated[float, Field(ge=0, le=0.9)]]
     effects: dict[FeelingName, dict[FeelingName, Annotated[float, Field(ge=-1, le=1)]]]
-    #: The partner's reaction to somebody's feelings; a feeling without a row is contagious.
+    #: The partner's reaction to somebody's feelings. A feeling without a row is contagious: the
+    #: partner feels the same.
     empathy: dict[FeelingName, dict[FeelingName, Share]] = Field(default_factory=dict)
     gaze: Turning = Field(default_factory=Turning)
     attachment: Attaching = Field(default_factory=Attaching)
@@ -189,7 +191,8 @@ def load_temperament(path: Path | str) -> Temperament:
     Raises
     ------
     DescriptionError
-        The file cannot be read, is not TOML, or a key is missing, unknown or out of range.
+        The file cannot be read or is not TOML, or a key is missing, unknown or out of range. The
+        message names the file and each wrong key, with its value and what is allowed.
     """
     return load_table(Temperament, path)
 
@@ -215,12 +218,12 @@ def shipped_temperament(name: str = "default") -> Temperament:
             f"there is no temperament {name!r}; use one of {', '.join(TEMPERAMENTS)}, "
             "or the path of a .toml file."
         )
-    return _shipped(name).model_copy(deep=True)  # its tables can be changed
+    return _shipped(name).model_copy(deep=True)  # a copy, because its tables can be changed
 
 
 @cache
 def _shipped(name: str) -> Temperament:
-    """Read a file once, because a study makes a model for each trial."""
+    """Read a file only once, because a study makes a model for each trial."""
     file = resources.files(__package__) / "temperaments" / f"{name}.toml"
     table = tomllib.loads(file.read_text(encoding="utf-8"))
     for key, value in (("lasting", 1.0), ("resting", 0.5)):
