@@ -42,7 +42,7 @@ def neutral(robot: Robot) -> Array:
 
 
 def relative(robot: Robot, angles: Array) -> tuple[Array, Array, Array]:
-    """Return right hand, left hand and head of a pose, (8,) in rad, as :func:`polar` takes them."""
+    """Return right hand, left hand and head, as :func:`polar` takes them, of a pose, (8,) rad."""
     right, left, head = forward(robot, angles).reshape(3, 3)
     look = head - head_joint(robot)
     back = _turn(np.arctan2(look[1], look[0])).T

@@ -21,9 +21,11 @@ class Effort(Table):
         The share of the amplitude in the file: at 0 the body stays at neutral, at 1 it reaches the
         pose.
     weight
-        Light 0, strong 1: a strong movement takes 1 − weight / 2 of its time, and then halts.
+        Light 0, strong 1: a strong movement is short and then halts. It takes 1 − weight / 2 of the
+        time that it would take otherwise.
     time
-        Sustained 0, sudden 1: the tempo is 0.5 + time, so 0.5 leaves it as written.
+        Sustained 0, sudden 1: the tempo is 0.5 + time, so that 0.5 leaves the gesture's tempo as
+        written.
     flow
         Bound 0, free 1: below 0.5 a wide movement halts half-way; the lower the number, the longer
         the halt. At 0.5 and above there is no halt. Above 0.5 a partner that has ``life`` passes

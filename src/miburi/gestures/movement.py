@@ -75,7 +75,7 @@ class Posture(Table):
 
 
 class Repeat(Table):
-    """Play the key poses ``first`` to ``last``, counted from 1, ``times`` times in all.
+    """The key poses from ``first`` to ``last``, counted from 1, are played ``times`` times in all.
 
     ``back`` is the time from the last pose to the first, as a share of the gesture's duration. Each
     repeat makes the gesture longer.
@@ -97,7 +97,7 @@ class MovementFunction(Table):
     name, feeling
         The name of the gesture, and the feeling that it shows.
     duration
-        Duration in s from neutral back to neutral at tempo 1, without repeats.
+        How long the gesture takes from neutral back to neutral at tempo 1, without repeats, in s.
     hedge
         The linguistic hedge on the membership μ: ``plainly`` μ, ``very`` μ², ``more or less`` √μ.
     effort
@@ -174,7 +174,8 @@ def load_for(robot: Robot, path: Path | str) -> MovementFunction:
     Raises
     ------
     DescriptionError
-        The file cannot be read, a key is wrong, or the robot cannot reach a key pose.
+        The file cannot be read, a key is wrong, or the robot cannot reach a key pose. The message
+        names every such pose, and says what is allowed.
     """
     function = load(Path(path))
     problems = list(misfits(robot, function))
@@ -201,7 +202,7 @@ def misfits(robot: Robot, function: MovementFunction) -> Iterator[str]:
                 f"head by {raised:.3f} rad; the waist may turn by {robot.lower[0]} to "
                 f"{robot.upper[0]}, and the head by {robot.lower[-1]} to {robot.upper[-1]}"
             )
-            continue  # the waist carries the arms, so without it they cannot be checked
+            continue  # the waist carries the arms, so if it is out of reach, they cannot be checked
         closest = hand_distances(robot)[:, 0] / arm_reach(robot)
         for side, name in enumerate(("right", "left")):
             alone = coordinates.neutral(robot)
@@ -216,5 +217,6 @@ def misfits(robot: Robot, function: MovementFunction) -> Iterator[str]:
                 )
 
 
-#: Largest error of an extremity's position, m, and largest angle outside a limit, rad.
+#: The largest error of an extremity's position, in m, and the largest angle outside a limit, in
+#: rad, that still count as reached.
 _TOLERANCE = 1e-4

@@ -21,10 +21,11 @@ from miburi.robot import Array, Robot, forward
 #: A movement that changes a coordinate by more than this (rad, or multiples of the reach) is wide;
 #: with bound flow it halts half-way.
 _WIDE = 0.5
-#: Variation: the shares by which a coordinate may fall short, and by which a duration may differ.
+#: Variation: a coordinate may fall short of the written one by the first share, and a duration may
+#: differ by the second.
 _REACH_VARIES, _TIME_VARIES = 0.15, 0.12
-#: A beat gesture of an arm: the hand's offset at the turning point, the times there and back, s,
-#: and the time in which lagging servos reach the turning point, s (all our choice).
+#: A beat of an arm: the hand's offset at the turning point; the times to get there and back, in s;
+#: and the time, in s, by which servos lag at the turning point (all our choice).
 _BEAT = np.array([-0.03, 0.0, 0.3])
 _BEAT_TIMES = (0.4, 0.4)
 BEAT_LEAD = 0.44
@@ -39,7 +40,7 @@ _LOOKS: dict[Direction, tuple[float, float]] = {
     "down": (0.0, -0.35),
     "aside": (0.4, 0.3),
 }
-#: Time from rest to rest, s (our choice).
+#: How long a look takes from rest to rest, in s (our choice).
 _LOOK_TIME = 0.8
 
 
@@ -52,9 +53,9 @@ class KeyPose:
     right, left, head
         (3,) m in the base frame.
     duration
-        s, from rest to rest; a body that cannot move that fast takes longer.
+        The time in s from rest to rest; a body that cannot move that fast takes longer.
     hold
-        s, the pause before the next key pose.
+        The pause before the next key pose, in s.
     passes
         Whether the body moves on to the next key pose without stopping or holding, if it can.
     """
@@ -109,9 +110,9 @@ def key_poses(
     robot, function
         The body, and its gesture.
     mood
-        The membership μ, 0 to 1: a greater mood makes the gesture larger and faster.
+        The membership μ, from 0 to 1: a greater mood makes the gesture larger and faster.
     variation
-        A seed. Each seed gives a slightly different performance; None gives it as written.
+        A seed. Each seed gives a slightly different performance; None gives the gesture as written.
 
     Raises
     ------

@@ -5,7 +5,8 @@ there is one.
 
 A user writes gestures for their own robot, so a pose that it cannot reach is refused. The shipped
 gestures were written for the iphonoid, the paper's robot. Another robot goes as near to their poses
-as its limits allow; :func:`misfits` lists the poses that are out of its reach.
+as its limits allow, so any robot can be used at once; :func:`misfits` lists the poses that are out
+of its reach.
 """
 
 from collections import Counter

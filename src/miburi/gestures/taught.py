@@ -17,11 +17,13 @@ from miburi.robot import Array, Robot, forward
 
 #: How far hands and head may be from a straight path between two key poses, m (our choice).
 _NEAR = 0.02
-#: The least motion of a joint that counts as a gesture, rad (our choice).
+#: A motion counts as a gesture if some joint moves by at least this, in rad (our choice).
 _LEAST = 0.1
-#: Weight of the head's path: it moves only a few mm, but people see where it looks (our choice).
+#: The weight of the head's path: the head moves only a few mm, but people see where it looks (our
+#: choice).
 _HEAD = 4.0
-#: Duration of the return, and longest pause at the end, s: people let go slowly (our choice).
+#: How long the return takes, and the longest pause that is kept at the end, in s, since people let
+#: go slowly (our choice).
 _BACK, _REST = 0.8, 0.4
 #: The greatest number of key poses (our choice).
 _MOST = 12
@@ -49,8 +51,8 @@ def check_name(name: str, feeling: str) -> None:
 def taught(robot: Robot, name: str, feeling: str, times: Array, angles: Array) -> MovementFunction:
     """Return the gesture that somebody showed by leading a hand of the robot.
 
-    The angles, (n, 8) rad, at rising times, (n,) s, begin in the resting pose and end where the
-    person let go.
+    ``angles`` are (n, 8) rad, at the ascending ``times``, (n,) s. They begin in the resting pose
+    and end where the person let go.
 
     Raises
     ------
@@ -120,7 +122,8 @@ def _apart(places: Array, other: Array) -> Array:
 def _key_poses(times: Array, places: Array) -> list[tuple[int, int]]:
     """Return when the body arrives at each key pose and when it leaves, as indices.
 
-    The path is split where it is farthest from a straight line (Ramer, Douglas and Peucker).
+    The path is split where it is farthest from a straight line, until every piece is close to its
+    line (Ramer, Douglas and Peucker).
     """
     near, found = _NEAR, list(range(_MOST + 2))
     while len(found) > _MOST + 1:
@@ -129,7 +132,7 @@ def _key_poses(times: Array, places: Array) -> list[tuple[int, int]]:
     keys: list[tuple[int, int]] = []
     for index in found[1:]:
         if keys and _apart(places[keys[-1][1] : index + 1], places[index]).max() < _NEAR:
-            keys[-1] = (keys[-1][0], index)  # it stayed there
+            keys[-1] = (keys[-1][0], index)  # the body stayed there
         else:
             keys.append((index, index))
     return keys
