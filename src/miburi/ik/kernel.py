@@ -29,7 +29,7 @@ def solve(
     """Find the best pose; of those that reach the same points, the one nearest to ``start``.
 
     Writes the angles, (8,), and the error of each extremity, (3,). ``start`` is the present pose,
-    (8,), or an empty array, (0,), because a flag would cost 0.1 µs.
+    (8,). An empty array, (0,), stands for none, because a flag would cost 0.1 µs.
 
     Returns how the search ended, the residual in m, and the evaluations.
     """
@@ -58,7 +58,7 @@ def solve(
 
 @compiled
 def _bounded(values: Array) -> bool:
-    """Return whether all values are numbers, none beyond ``FARTHEST``."""
+    """Return whether all values are numbers, and none is beyond ``FARTHEST``."""
     bounded = True
     for value in values:
         bounded &= -FARTHEST <= value <= FARTHEST

@@ -15,8 +15,8 @@ from miburi.ground.compiled import compiled
 from miburi.ik.problem import Body, Work
 from miburi.robot import Array
 
-#: An angle outside a limit by no more than this, rad, is set to the limit. A hand nearer to the
-#: shoulder's axis than this share of the arm's length counts as on the axis.
+#: An angle that is outside a limit by no more than this, in rad, is set to the limit. A hand that
+#: is nearer to the shoulder's axis than this share of the arm's length counts as being on the axis.
 _SLIGHT = 1e-9
 
 
@@ -33,7 +33,7 @@ class _Planar(NamedTuple):
 
 @compiled
 def nearest_angle(angle: float, low: float, high: float) -> float:
-    """Return the allowed angle, low to high, whose direction is nearest to that of ``angle``."""
+    """Return the angle from ``low`` to ``high`` whose direction is nearest to that of ``angle``."""
     middle = 0.5 * (low + high)
     nearest: float = min(max(middle + _wrapped(angle - middle), low), high)
     return nearest
@@ -48,7 +48,7 @@ def _wrapped(angle: float) -> float:
 
 @compiled
 def place_body(body: Body, work: Work, waist: float) -> tuple[float, float]:
-    """Write the best pose for this waist to ``new``; return Eq. 13 and its derivative by waist.
+    """Write the best pose for this waist to ``new``; return Eq. 13 and its slope over the waist.
 
     The other joints are optimal, so their motion adds nothing to the derivative.
     """

@@ -1,7 +1,8 @@
 """The records that compiled code reads and writes: a body, and the state of one search.
 
-Both are structured arrays with one row. With the body as a NamedTuple, a call takes 2 µs more,
-while a whole solution takes 2.6 µs. Numba does not count references to a record's fields.
+Both are structured arrays with one row, because an array costs little to pass to Numba. With the
+body as a NamedTuple, a call would take 2 µs more, and a whole solution takes only 2.6 µs. Numba
+does not count references to a record's fields.
 """
 
 from typing import Any, TypeAlias
@@ -15,7 +16,8 @@ from miburi.robot.geometry import arm_reach
 
 #: The largest coordinate of a target, m: far below those whose squares overflow.
 FARTHEST = 1e9
-#: A residual below this share of the arm's reach counts as reached: 0.07 mm for the iphonoid.
+#: A target counts as reached if its residual is below this share of the arm's reach: 0.07 mm for
+#: the iphonoid.
 REACHED = 5e-4
 #: The search ends at this residual, a share of the arm's reach: 0.14 µm for the iphonoid.
 TOLERANCE = 1e-6

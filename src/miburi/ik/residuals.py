@@ -1,7 +1,7 @@
 """The nine coordinate errors of Eq. 13 and their derivatives, compiled.
 
-In: a body, a target and poses. Out: the errors whose squares the memetic algorithm minimises, and
-their derivatives. Importing this module loads Numba.
+They take a body, a target and poses, and return the errors whose squares the memetic algorithm
+minimises, and their derivatives. Importing this module loads Numba.
 """
 
 from math import cos, sin

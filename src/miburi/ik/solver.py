@@ -61,7 +61,7 @@ class Solution(NamedTuple):
     error
         (3,) m, how far the right hand, the left hand and the head are from their targets.
     evaluations, generations
-        Number of poses tried; number of generations begun (0 without ``settings``).
+        How many poses were tried, and how many generations were begun (0 without ``settings``).
     status
         ``CONVERGED``, ``OUT_OF_REACH``, ``NEAR``, ``BUDGET_SPENT`` or ``DEADLINE``.
     """
@@ -81,7 +81,7 @@ class Solutions:
     Attributes
     ----------
     angles, error, residual, evaluations, generations, status
-        (n, 8) rad, (n, 3) m, (n,) m, (n,), (n,), and n words, in this order.
+        In this order: (n, 8) rad, (n, 3) m, (n,) m, (n,), (n,), and n words.
     """
 
     angles: Array
@@ -125,15 +125,16 @@ def solve(
         memetic algorithm with these settings and no knowledge of the body:
         :func:`residual_settings`, or ``Settings.paper()`` for Table 2 as printed.
     seed
-        A whole number, 0 or more, or a NumPy generator; it fixes the result of a memetic search.
+        A whole number, 0 or more, or a NumPy generator, for a search by ``settings``: the same seed
+        gives the same solution.
     deadline
-        Seconds, above 0, after which a search by ``settings`` returns the best so far. Miburi's
-        own search takes less than a millisecond and does not look at the clock.
+        The time in seconds, above 0, after which a search by ``settings`` returns its best pose so
+        far. Miburi's own search takes less than a millisecond and does not look at the clock.
 
     Raises
     ------
     InputError
-        A shape or another argument is wrong, or a value is not finite or too large.
+        An argument has the wrong shape or is not allowed, or a value is not finite or too large.
     """
     record = _record(robot)
     goal = _numbers(target, "target", _NINE)
@@ -147,7 +148,7 @@ def solve(
     if status < 0:  # it was refused
         _check_size(goal, "target")
         _check_size(pose, "start")
-    # as Solution(...), but in half the time; that saves 5 % of a solution's time
+    # the same as Solution(...) in half the time, which saves 5 % of a solution's time
     return tuple.__new__(Solution, (angles, residual, error, evaluations, 0, _WORDS[status]))
 
 
@@ -225,7 +226,7 @@ _known: dict[int, tuple[Robot, NDArray[np.void]]] = {}
 
 
 def _record(robot: Robot) -> NDArray[np.void]:
-    """Return the packed record of a body; those of the last few robots are cached."""
+    """Return the packed record of a body; the records of the last few robots are cached."""
     known = _known.get(id(robot))
     if known is not None and known[0] is robot:
         return known[1]

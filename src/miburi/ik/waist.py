@@ -14,7 +14,7 @@ from miburi.ik.limbs import nearest_angle, place_body
 from miburi.ik.problem import Body, Work
 from miburi.robot import Array
 
-#: Width of the finest cells of the waist, rad, and the number of them in a coarsest cell.
+#: The width of the finest cells of the waist, in rad, and how many of them make up a coarsest cell.
 _CELL, _HALVES = 0.01, 32
 #: The search for a minimum ends at the latest when its cell is this narrow, rad.
 _FINE = 1e-9
@@ -86,8 +86,9 @@ def _explore(body: Body, work: Work, waist: Array) -> None:
 def _fastest(body: Body, work: Work) -> float:
     """Return how fast the residual can change with the waist, in m/rad.
 
-    Per radian of the waist, an extremity moves by its distance from the axis. Seen from the body,
-    the target moves instead, by its own distance. The smaller of the two is the bound.
+    For each radian that the waist turns, an extremity moves by its distance from the axis. Seen
+    from the body, the target moves instead, by the target's distance from the axis. The smaller of
+    the two is the bound.
     """
     size, target = body.lengths, work.target
     total = 0.0
@@ -118,7 +119,8 @@ def _falls_inwards(left: Array, right: Array) -> bool:
 def _search_cell(body: Body, work: Work, left: Waist, right: Waist) -> None:
     """Find the minimum in a cell, and a second one if there is one.
 
-    There is a second one if, halfway from the first to an end, the objective falls towards the end.
+    There is a second minimum if, halfway from the first to an end, the objective falls towards that
+    end.
     """
     floor = _descend(body, work, left, right)
     halfway = _visit(body, work, 0.5 * (left.angle + floor))
@@ -133,10 +135,10 @@ def _search_cell(body: Body, work: Work, left: Waist, right: Waist) -> None:
 def _descend(body: Body, work: Work, left: Waist, right: Waist) -> float:
     """Find a minimum, where the slope is 0; return the waist's angle there.
 
-    The next point is that of regula falsi (Illinois) while Eq. 13 falls at the left end and rises
-    at the right; otherwise, and every third time, it is the middle of the cell. Where a cell holds
-    two minima, the side with the lower end is kept. The search stops once the possible gain, at
-    most slope times width, is under 1 % of the smallest gain that matters.
+    While Eq. 13 falls at the left end and rises at the right, the next point is chosen by regula
+    falsi (Illinois). Otherwise, and every third time, it is the middle of the cell. Where a cell
+    holds two minima, the side with the lower end is kept. The search stops once the possible gain,
+    at most slope times width, is under 1 % of the smallest gain that matters.
     """
     falls, rises = left.slope, right.slope
     turn, gain = 0, np.inf
