@@ -34,7 +34,7 @@ class Unit(NamedTuple):
     code: str
 
     def size(self, step: float) -> float:
-        """Return the integer unit in SI; ``step`` is the angle of an encoder step, rad."""
+        """Return the integer unit's size in SI; ``step`` is the angle of an encoder step, rad."""
         return step if self.whole == "steps" else 1e-6
 
 
