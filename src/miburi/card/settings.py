@@ -333,7 +333,7 @@ def _error_per_pwm(servo: Servo) -> int:
 
 
 def refusal(settings: CardSettings, piece: int, index: int) -> str:
-    """Return the message for a value that the card refused; ``piece``: its joint, or 8 for all."""
+    """Return the message for a value that the card refused; ``piece`` is its joint, 8 for all."""
     of_joint = piece < len(JOINTS)
     values = settings.joints[piece].values if of_joint else vars(settings.general)
     name, value = list(values.items())[index]
