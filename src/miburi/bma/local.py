@@ -1,7 +1,7 @@
 """The local searches: each moves a bacterium downhill, by Eq. 12 or by damped Newton steps.
 
-Each is a generator. It yields points (k, n) and is sent the function's results there: residuals (k,
-m) or values (k, 1). It changes its bacterium in place.
+Each is a generator. It yields points, (k, n), and is sent the function's results at them:
+residuals, (k, m), or values, (k, 1). It changes its bacterium in place.
 """
 
 from collections.abc import Callable, Generator
@@ -17,14 +17,14 @@ from miburi.ground.arguments import real_numbers
 
 #: Maps a point, (n,), to the derivatives of the function's residuals, (m, n), or value, (n,).
 Jacobian = Callable[[Array], ArrayLike]
-#: Yields points, is sent the function's results there, and returns the value reached and whether
-#: the residuals proved linear.
+#: Yields points, is sent the function's results at them, and returns the value that was reached,
+#: and whether the residuals proved to be linear.
 LocalSearch = Generator[Array, Array, tuple[float, bool]]
 
 _ROUNDING = 1e-16  # a relative gain smaller than this does not count
 _FIRST = 0.05  # the first step of a gradient search, as a share of each variable's range
 _WIDE = 0.01  # a step this long, in ranges, tells a linear function from a curved one
-_SWEEPS = 3  # the most restarts of a local search from clones with a variable at a bound
+_SWEEPS = 3  # how often, at most, a search restarts from clones with a variable at a bound
 
 
 class Problem(NamedTuple):
@@ -138,7 +138,7 @@ def _descend(problem: Problem, x: Array, told: Array, best: float, iterations: i
         if accepted:
             told, value, x[:] = found, value - gain, new
             best, far = min(best, value), max(far, float(np.abs(step).max()))
-            # Our rule, not the paper's: give up where a thousand gains like the last would not
+            # Our rule, not the paper's: give up if even a thousand gains like the last would not
             # reach ``best``, the best value known.
             slight = (1e-8 if by_residual else _ROUNDING) * abs(value)
             if value - 1e3 * gain > best or gain <= slight:
@@ -149,7 +149,7 @@ def _descend(problem: Problem, x: Array, told: Array, best: float, iterations: i
 
 def _learn(known: int, normal: Array, step: Array, gradient: Array, old: Array) -> Array:
     """Return half the Hessian after a new ``gradient``; ``known`` counts the earlier ones."""
-    if known == 0:  # scaled so that the first step has about the length _FIRST
+    if known == 0:  # scaled so that the first step is about _FIRST long
         return np.eye(gradient.size) * float(np.linalg.norm(gradient)) / (2.0 * _FIRST)
     change = gradient - old
     along = float(step @ change)

@@ -45,12 +45,12 @@ def minimize(
         minimised. An array of one element counts as a number, unless the settings ask for
         residuals. Infinity marks a point that is not allowed.
     bounds, start, settings, seed, jacobian
-        As in :class:`Optimizer`. The function is never called outside of the bounds.
+        As in :class:`Optimizer`. The function is never called at a point outside the bounds.
     deadline
-        Time limit in s, above 0; after it, the best point so far is returned.
+        The time limit in seconds, above 0; once it has passed, the best point so far is returned.
     callback
-        Called after each generation with the best so far. It ends the search by returning a true
-        value or raising StopIteration.
+        Called after each generation with the best result so far. It ends the search by returning a
+        true value or by raising StopIteration.
 
     Raises
     ------
@@ -108,13 +108,14 @@ def scipy_method(
 
     Returns
     -------
-    scipy.optimize.OptimizeResult, with ``success`` where the search converged or settled; its
-    ``status`` is 0 there, 1 where the budget was spent, and 2 otherwise.
+    A scipy.optimize.OptimizeResult. Its ``success`` is true if the search converged or settled; its
+    ``status`` is 0 in that case, 1 if the budget was spent, and 2 otherwise.
 
     Raises
     ------
     InputError
-        As in :func:`minimize`; also without bounds, with constraints, or with other options.
+        As in :func:`minimize`; also if there are no bounds, if there are constraints, or if an
+        option is unknown.
     """
     from scipy.optimize import OptimizeResult
 

@@ -55,7 +55,7 @@ def mutants(population: Array, segments: Ints, values: Array) -> Array:
 
 
 def rank(population: Array, costs: Array) -> None:
-    """Sort the bacteria, best first; equals keep their order."""
+    """Sort the bacteria, best first; bacteria of equal cost keep their order."""
     order = np.argsort(costs, kind="stable")
     population[:], costs[:] = population[order], costs[order]
 
@@ -89,7 +89,7 @@ def differences(x: Array, centre: Array, points: Array, values: Array) -> Array:
     """Second-order central differences (Section 3) of the (2n, m) values at a :func:`stencil`.
 
     If a neighbour would lie outside the box or has an infinite value, the difference is one-sided
-    and uses the values ``centre``, (m,), at ``x``. Returns (m, n).
+    and uses ``centre``, (m,), the values at ``x``. The result is (m, n).
     """
     above, below = np.diagonal(points[::2]), np.diagonal(points[1::2])
     high, low = values[::2].T, values[1::2].T
@@ -145,7 +145,7 @@ def curve(normal: Array, step: Array, change: Array) -> Array:
 
 
 def damped(damping: float, change: float, predicted: float) -> float:
-    """Return the next γ: 4 γ if the change is < 0.25 of the predicted one, γ / 2 if > 0.75."""
+    """Return the next γ: 4 γ if the change is < 0.25 of the predicted change, γ / 2 if > 0.75."""
     ratio = change / predicted if predicted < 0.0 else 0.0
     if ratio > 0.75:
         return max(damping / 2.0, _SMALLEST_DAMPING)
@@ -157,10 +157,10 @@ def damped(damping: float, change: float, predicted: float) -> float:
 def ends(x: Array, lower: Array, upper: Array) -> Array:
     """Return 2n clones of ``x``: each variable once at its least and once at its greatest value.
 
-    This is ours, not the paper's. Where a local search is trapped, the way out often begins at a
-    bound. A search stuck at one limit of a joint restarts from the other limit; if an arm is
-    nearly straight, from the limit where the elbow bends backwards. An arm with its shoulder turned
-    by 180° and its elbow bent the other way puts the hand in nearly the same place.
+    This is ours, not the paper's. If a local search is trapped, the way out often begins at a
+    bound. A search that is stuck at one limit of a joint restarts from the other limit. If an arm
+    is nearly straight, it restarts from the limit where the elbow bends backwards. An arm with its
+    shoulder turned by 180° and its elbow bent the other way puts the hand in nearly the same place.
     """
     clones, j = np.repeat(x[None], 2 * x.size, axis=0), np.arange(x.size)
     clones[2 * j, j], clones[2 * j + 1, j] = lower, upper

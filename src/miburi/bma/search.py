@@ -20,7 +20,7 @@ from miburi.bma.settings import (
 from miburi.errors import InputError
 from miburi.ground.arguments import Seed, real_numbers, seed_of
 
-_EXACT = 1e-20  # a search by residuals has converged below this share of the first sum of squares
+_EXACT = 1e-20  # a search by residuals has converged below this share of its first sum of squares
 _IDLE = 1e-12  # a gain smaller than this share of the first generation's spread does not count
 
 #: Yields points; is sent the function's results at these points.
@@ -28,14 +28,15 @@ Requests = Generator[Array, Array, None]
 
 
 class Optimizer:
-    """The algorithm with the function left out: ask for points, tell their values.
+    """The algorithm without the function: ask it for points, and tell it their values.
 
     Parameters
     ----------
     bounds
         (n, 2): the lower and upper bound of each variable. Equal bounds fix the variable.
     start
-        (n,) inside the bounds; by default the first local search begins in the middle of the box.
+        The point, (n,), inside the bounds, at which the first local search begins; by default the
+        middle of the box.
     settings
         How to search.
     seed
@@ -150,7 +151,7 @@ class Optimizer:
         wanted = "real numbers, or residuals of the same shape (m,) each time"
         told = real_numbers(values, "the function's values", wanted)
         if told.ndim == 2 and told.shape[1] == 1 and not by_residual:
-            told = told[:, 0].copy()  # an array with one number counts as that number
+            told = told[:, 0].copy()  # an array of one number counts as a number
         if told.ndim not in (1, 2) or len(told) != len(points) or not told.size:
             wanted = f"{len(points)} values, one for each point asked for"
             raise InputError(f"tell() needs {wanted}, got the shape {told.shape}.")
