@@ -25,8 +25,8 @@ from miburi.safety.profile import Steps, to_steps
 
 #: How far parts may overlap at neutral, m: their shapes only approximate the robot's (our choice).
 _DEEP = 0.001
-#: Clearance between a placed hand and the trunk, m (our choice). Both are rigid: if they touched,
-#: the force between them would be decided by rounding errors alone.
+#: The clearance between a placed hand and the trunk, in m (our choice). Both are rigid: if they
+#: touched, rounding errors alone would decide the force between them.
 _CLEAR = 0.0002
 
 
@@ -52,7 +52,7 @@ class Plant:
         self._plays = self._dofs[:0]
         if robot.servo.model.loop.backlash:
             self._plays = np.array([self.model.joint(PLAY + name).dofadr[0] for name in JOINTS])
-        #: MuJoCo's rows for the motors' dry friction; no other joint has any.
+        #: MuJoCo's rows for the motors' dry friction; no other joint has dry friction.
         self._rows = self._dofs.argsort().argsort()
         # Views of MuJoCo's own memory, which never moves.
         self._positions: Array = self.data.qpos
@@ -72,7 +72,8 @@ class Plant:
         self.friction = np.array([servo.friction.row] * len(JOINTS))
         self._braking = np.full(len(JOINTS), servo.damping - servo.friction.viscous)
         self._stiffness, self._damping = servo.stiffness, servo.control_damping
-        #: The constant k, V²/(N·m)², of the supply's drop at torque T and voltage U, k T² / U.
+        #: At torque T and voltage U, the supply's voltage drops by k T² / U; this is k, in
+        #: V²/(N·m)².
         motor = servo.motor
         self._drop = servo.supply.resistance * motor.resistance / motor.torque_constant**2
         from miburi.servos.friction import set_friction  # it loads Numba
@@ -135,7 +136,7 @@ class Plant:
 
     @property
     def hand(self) -> Array:
-        """The human hand's pose, (7,): m and quaternion."""
+        """The human hand's pose, (7,): its position in m, and a quaternion."""
         return np.concatenate([self.data.mocap_pos[0], self.data.mocap_quat[0]])
 
     def encoders(self) -> Steps:
@@ -179,8 +180,8 @@ class Plant:
     def power(self, torque: Array | float) -> None:
         """Power the servos from the supply's present voltage, each with its duty limited.
 
-        ``torque`` is the stall torque at nominal voltage that the duty limit allows, N·m: (8,), or
-        one for all.
+        ``torque`` says how far the duty is limited: it is the stall torque, in N·m, that the limit
+        allows at nominal voltage, (8,) or one for all motors.
         """
         model = self.model
         strength = self.loaded_voltage / self._servo.supply.voltage
@@ -232,7 +233,7 @@ class Plant:
         )  # fmt: skip
 
     def advance(self, setpoints: Array, torque: Array | float) -> Touch:
-        """Let the servos follow ``setpoints`` (n, 8) rad, one each physics step.
+        """Let the servos follow ``setpoints``, (n, 8) rad, one row for each physics step.
 
         ``torque`` in N·m limits their duty; see :meth:`power`.
         """

@@ -25,11 +25,12 @@ class Rehearsal:
     Attributes
     ----------
     angles
-        (n, 8) rad, true joint angles, one row per ``PERIOD``; the first is before the first move.
+        The true joint angles, (n, 8) rad, one row for each ``PERIOD``; the first row is from before
+        the first move.
     positions
-        (n, 9) m, right hand, left hand and head.
+        The positions of right hand, left hand and head, (n, 9) m.
     ik_error
-        m, the largest distance of an extremity from its place in a key pose.
+        The largest distance of an extremity from its place in a key pose, in m.
     self_collisions
         Number of records in which two parts of the robot collide.
     met
@@ -87,7 +88,7 @@ def rehearse(
         present = solution.angles
         passes = flows and pose.passes
         least = move.slows_at if passes else pose.duration
-        # Even a move of no distance takes its full duration.
+        # Even a move that goes nowhere takes its full duration.
         while body.state.phase is not Phase.STOPPED and (
             (len(poses) - began) * PERIOD < least
             or (not passes and body.state.phase is Phase.MOVING)

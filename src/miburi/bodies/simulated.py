@@ -36,7 +36,7 @@ class Simulated:
     """The robot in MuJoCo; a :class:`~miburi.bodies.Body` that is its own ``touchable``.
 
     ``rule`` is the contact rule, by default the robot's own. ``plant`` is the physics, at rest in
-    the pose that the servos hold; by default a new plant at neutral.
+    the pose that the servos hold; by default it is a new plant, at rest in neutral.
     """
 
     def __init__(
@@ -114,7 +114,7 @@ class Simulated:
 
     @property
     def configuration(self) -> tuple[Array, Array]:
-        """True joint angles (8,) rad, and the human hand's pose (7,): m and quaternion."""
+        """True joint angles, (8,) rad, and the hand's pose, (7,): position in m, and quaternion."""
         return self._plant.angles, self._plant.hand
 
     def move(self, move: Move) -> None:
