@@ -40,7 +40,7 @@ class Mounting(Table):
     Attributes
     ----------
     id
-        The number of each servo on the bus.
+        Each servo's id on the bus.
     direction
         1 if joint and servo turn the same way, −1 if they turn opposite ways.
     zero
@@ -64,14 +64,14 @@ _Shares = Annotated[list[Annotated[float, Field(gt=0, le=20)]], _Eight]
 
 
 class IdentifiedTable(Table):
-    """Identified servos: kind, P gain and divisor, and constants as multiples of nominal ones.
+    """Identified servos: kind, P gain and divisor, and constants as multiples of the nominal ones.
 
     Attributes
     ----------
     servo
         The name of the servo whose constants the shares refer to.
     gain, divisor
-        The P gain that was set, and its divisor.
+        The P gain that was set, and the number by which the servo divides it.
     wear, stiffness, damping, friction, gravity
         As in :class:`miburi.calibration.shares.Shares`.
     """
@@ -102,7 +102,7 @@ class CalibrationFile(Table):
 
 @dataclass(frozen=True)
 class Calibration:
-    """A calibration that was read: the robot and its rules.
+    """A calibration as read from its file: the robot and its rules.
 
     Attributes
     ----------

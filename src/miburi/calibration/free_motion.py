@@ -19,7 +19,8 @@ from miburi.safety.profile import FINE, Profile, Steps
 
 #: Guards are this many times what free motion needed (our choice).
 MARGIN = 1.2
-#: The guard ``least``, rad: a window with less expected travel is extended (our choice).
+#: The guard ``least``, in rad: a window with less expected travel than this is too short to judge,
+#: and is extended (our choice).
 LEAST = 0.0125
 _LONGEST_LAG = 120_000  # µs
 _WORTH_MEASURING = 50  # steps
@@ -72,14 +73,14 @@ class Trace:
 class Need:
     """The tolerances without which free moves would cause stops, (8,) in 1/256 steps.
 
-    Each is the largest over all traces.
+    Each is the largest need over all traces.
 
     Attributes
     ----------
     slack
         How far the travel in a window falls short of what the ratio requires.
     behind, ahead
-        Distance from the delayed profile, less the ``lag_doubt`` that the rule adds itself.
+        The distance from the delayed profile, less the ``lag_doubt`` that the rule adds by itself.
     arrival
         Distance from the goal one period after the profile ended.
     """
@@ -95,7 +96,7 @@ def measure_need(
 ) -> Need:
     """Apply the rule of :class:`miburi.safety.contact.Watch` to free motion with guards of zero.
 
-    If only half of a guard applies to a motor, the guard must be twice the observed shortfall.
+    If only half of a guard applies to a motor, that guard must be twice the observed shortfall.
     """
     zero = np.zeros(len(JOINTS), dtype=np.int64)
     slack, behind, ahead, arrival = zero, zero, zero, zero
@@ -146,8 +147,8 @@ def _missing(
 def measure_lag(traces: Sequence[Trace]) -> Steps:
     """Measure the lag of each motor behind its profile, (8,) µs, to the millisecond.
 
-    The lag is the delay that minimises the sum of squares between profile and motion. A motor
-    that never moved gets the median of the others.
+    The lag is the delay that minimises the sum of squares between profile and motion. A motor that
+    never moved gets the median of the other motors' lags.
     """
     candidates = np.arange(0, _LONGEST_LAG + 1, 1000)
     errors = np.zeros((len(candidates), len(JOINTS)))
@@ -176,9 +177,9 @@ def calibrate(
     """Return the guards that let free motion pass, with a margin.
 
     ``traces`` are many free moves, some of them fast, in which nobody touched the robot; ``step``
-    is an encoder step, rad. By default ``lag``, (8,) µs, comes from :func:`measure_lag`, and
-    ``least``, in steps, is ``LEAST``. ``margin``, 1 or more, is the factor from the needs to the
-    guards.
+    is the angle of an encoder step, in rad. ``lag`` is (8,) µs, by default that of
+    :func:`measure_lag`; ``least`` is in steps, by default ``LEAST``. Each guard is ``margin`` (1 or
+    more) times what the moves needed.
 
     Raises
     ------
@@ -190,7 +191,7 @@ def calibrate(
     lag = measure_lag(traces) if lag is None else lag
     judged = np.full(len(JOINTS), max(round(LEAST / step), 4) if least is None else least)
 
-    # Rounded up: with coarse encoders one step matters.
+    # Guards are rounded up: with coarse encoders, one step matters.
     def widen(needed: Steps, floor: float) -> Steps:
         steps = np.ceil(needed * margin / FINE).astype(np.int64)
         return np.maximum(steps, round(floor / step))

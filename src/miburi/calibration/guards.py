@@ -24,8 +24,8 @@ from miburi.safety.contact import UNLOADED
 from miburi.safety.free import FreeRule, granted_share
 from miburi.safety.profile import FINE, Steps
 
-#: Factors from the model's error to the guards (our choice): in the free moves, and in the same
-#: moves in another state, which the model predicts only in part.
+#: The guards are at least this many times the model's error (our choice): in the free moves, and in
+#: the same moves in another state, which the model predicts only in part.
 MARGIN, STATE_MARGIN = 1.5, 1.25
 #: Friction and supply voltage in other states, as multiples of the calibration's (our choice):
 #: gears are stiff when cold, and a supply may give 4.75 to 5.25 V.
@@ -38,10 +38,11 @@ _WIDENED, _MANY = ("slack", "behind", "ahead", "arrival"), 3
 def free_rule(robot: Robot, found: Identified, traces: Sequence[Trace]) -> FreeRule:
     """Return the rule for these servos, with the guards that their traces require.
 
-    The guards are no less than the description's; see :func:`granted`. Where at least three joints
+    The guards are no less than the description's; see :func:`granted`. If at least three joints
     show backlash, each guard exceeds the description's by at least the median of what the motors
-    need in addition, and the guards for lagging and leading also grow by the play: all gears are
-    equally old, but a load, as at the shoulders, presses the teeth together and hides their play.
+    need in addition, and the guards for lagging and leading also grow by the play itself. The
+    reason is that all gears are equally old, but a load, as at the shoulders, presses the teeth
+    together and hides their play.
     """
     least = in_whole_units(robot.guards, robot.servo.step)
     guards = replace(least, lag=np.full(len(JOINTS), found.delay))
@@ -69,7 +70,9 @@ def granted(rule: FreeRule, traces: Sequence[Trace]) -> FreeRule:
 def _loosened(least: Guards[Steps], guards: Guards[Steps], steps: float) -> Guards[Steps]:
     """Return guards for gears with this many ``steps`` of play.
 
-    With the median alone, robots with a play of 0.25° had 17 false stops in 4,000 trials.
+    Each motor is granted at least the median of what the motors need beyond ``least``, and the play
+    on top of that: with the median alone, robots with a play of 0.25° had 17 false stops in 4,000
+    trials.
     """
     beyond = {name: vars(guards)[name] - vars(least)[name] for name in _WIDENED}
     wider = {
@@ -84,9 +87,9 @@ def _loosened(least: Guards[Steps], guards: Guards[Steps], steps: float) -> Guar
 def shaken(rule: FreeRule, traces: Sequence[Trace]) -> FreeRule:
     """Return a rule that tolerates how motors shake one another in these free moves.
 
-    These moves shake harder than gestures do. The guards ``behind`` and ``ahead`` grow to what is
-    needed, times the usual margins. The slack grows only to what is needed: with more, contacts at
-    the waist are noticed too late.
+    These moves shake harder than gestures do. The guards ``behind`` and ``ahead`` grow to what
+    these moves need, times the usual margins. The slack grows only to what they need: with a larger
+    slack, contacts at the waist are noticed too late.
     """
     free = [FreeTrace(**vars(trace), rule=rule) for trace in traces]
     slack = _widened(rule, rule.guards, free, 1.0).slack
@@ -126,7 +129,7 @@ def _in_state(rule: FreeRule, friction: float, voltage: float) -> FreeRule:
 def _shifted(traces: Sequence["FreeTrace"], other: FreeRule) -> Iterator["FreeTrace"]:
     """Yield free moves as they would have been with the servos that another rule expects.
 
-    A calibration's own moves are made without allowing for worn gears, and leave motors little to
+    A calibration's own moves do not allow for worn gears, and leave the motors little torque to
     spare. Later moves are planned with limits of duty that not even warm or worn motors reach, so
     the predicted shift assumes motors without limits.
     """
@@ -144,7 +147,7 @@ class FreeTrace(Trace):
     Attributes
     ----------
     rule
-        The rule with that servo.
+        The rule with the model of that servo.
     """
 
     rule: FreeRule = field(kw_only=True)

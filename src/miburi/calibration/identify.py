@@ -2,8 +2,8 @@
 
 It takes the robot and :class:`~miburi.calibration.free_motion.Trace` objects of some fifty moves,
 and gives :class:`Identified`, from which :func:`expecting` makes the contact rule for *these*
-servos; :mod:`miburi.calibration.guards` gives the rule its guards. :func:`in_words` says what a
-maker may want to look at, and :func:`check` refuses what cannot be driven safely.
+servos; :mod:`miburi.calibration.guards` gives the rule its guards. :func:`in_words` says what the
+robot's builder may want to look at, and :func:`check` refuses servos that cannot be driven safely.
 
 Importing this module loads Numba.
 """
@@ -36,7 +36,7 @@ _FACTORS = (1.6, 1.25, 1.12, 1.06, 1.03)
 _DELAYS = (2000, 1000, 500, 250, 250)
 #: Passes over the constants with each step, at most.
 _PASSES = 4
-#: The search goes on to finer steps when a pass has reduced the errors by less than this share.
+#: The search goes on to finer steps once a pass has reduced the errors by less than this share.
 _LITTLE = 0.001
 #: The search range of each constant, as multiples of the description's.
 _BOX = (0.2, 5.0)
@@ -47,22 +47,24 @@ _MIRRORED, _SINGLE, _EXPECTED = 1.5, 2.0, 1.25
 #: measures 0.67 of its counterpart's stiffness and is reported; one with twice the friction
 #: measures 0.7 and is not (our choice).
 _SOFTER = 1.45
-#: The servos' common wear is measured at joints without play if they are this many (our choice).
+#: The servos' common wear is measured at joints without play if there are at least this many of
+#: them (our choice).
 _FIRM_ONES = 3
 #: Wear beyond this is not believed; gears would take all of a motor's torque (our choice).
 _MOST_WEAR = 2.5
-#: The number of passes that estimate the wear; and the share of the dry friction that shows in free
-#: moves, as friction is lower in motion than at rest (found on simulated servos of known wear).
+#: How many passes estimate the wear; and which share of the dry friction shows in free moves, since
+#: friction is lower in motion than at rest (found on simulated servos of known wear).
 _WEARS, _SEEN = 3, 0.92
-#: RMS error of the model, rad: the usual value without play, and the threshold above which gears
-#: count as loose. The same two in encoder steps, for coarser encoders. The last value converts
-#: error beyond the usual into play, rad per rad. Simulated servos without play had an error of 0.4
-#: to 1.02 steps of 0.088°; joints that carry little had 1.0 to 1.6 steps with a play of 0.25°, and
-#: 1.6 to 3.7 steps with 0.5°.
+#: The model's RMS error in rad: the usual value without play, and the threshold above which gears
+#: count as loose. Then the same two in encoder steps, for coarser encoders. The last value converts
+#: the error beyond the usual into play, in rad per rad. Simulated servos without play had an error
+#: of 0.4 to 1.02 steps of 0.088°; joints that carry little had 1.0 to 1.6 steps with a play of
+#: 0.25°, and 1.6 to 3.7 steps with 0.5°.
 _FIRM, _LOOSE, _IN_STEPS, _PLAYS = radians(0.057), radians(0.092), (0.65, 1.05), 3.3
 #: Friction explains a part of the model's error, so a joint with more friction than the others
-#: needs a larger error before it counts as loose, up to this ratio of frictions (our choice); with
-#: a larger one, half a degree of play at a joint with much friction would go unreported.
+#: needs a larger error before it counts as loose. This is the largest ratio of frictions that is
+#: allowed for (our choice): with a larger ratio, half a degree of play at a joint with much
+#: friction would go unreported.
 _RUBS = 2.0
 _MIRROR = {"left": "right", "right": "left"}
 _NAMES = ("stiffness", "damping", "friction", "gravity")
@@ -78,9 +80,9 @@ class Identified(Shares):
     Attributes
     ----------
     delay
-        The delay of all servos behind the profile, µs, the model's own delay included.
+        How far all servos are behind the profile, in µs; the model's own delay is included.
     missed
-        The residual of the model with these constants, root mean square, steps.
+        The root mean square error of the model with these constants, in steps.
     """
 
     delay: int = field(kw_only=True)
@@ -133,7 +135,7 @@ def identify(robot: Robot, traces: Sequence[Trace], wear: float = 1.0) -> Identi
 def _missed_by_all(errors: Array) -> float:
     """Return the model's error over all servos: the mean logarithm of their errors.
 
-    With the sum of the errors one bad servo alone would decide the delay of all. 1 step² is added,
+    If the errors were summed, one bad servo alone would decide the delay of all. 1 step² is added,
     so that a servo with hardly any error does not decide it either.
     """
     return float(np.log1p(errors).mean())
@@ -206,7 +208,8 @@ def check(robot: Robot, found: Identified) -> None:
     Raises
     ------
     BodyError
-        A servo's stiffness is outside ``STIFFNESS``.
+        A servo's stiffness is outside ``STIFFNESS``; the message names the servo and the gain to
+        set.
     """
     found_stiffness = stiffness(robot, found)
     outside = (found_stiffness < STIFFNESS[0]) | (found_stiffness > STIFFNESS[1])
@@ -251,14 +254,16 @@ def worn(
     """Return the robot, the identified servos and the traces, adapted to the wear that was found.
 
     Worn gears absorb more torque, so a move needs more torque from the motor, and the same
-    stiffness at the horn means a stiffer control at the motor. ``robot`` has the wear given in
-    ``found``. If the friction is at most ``_EXPECTED`` times the description's, nothing changes.
+    stiffness at the horn means a stiffer control at the motor. ``robot`` already has the wear that
+    ``found`` gives. If the friction is at most ``_EXPECTED`` times the description's, nothing
+    changes.
     """
     known = found.wear
     wear = known * _rubs(robot, found)
     if max(wear, known) <= _EXPECTED:
         return robot, found, list(traces)
-    # Gears that absorb more torque also show more friction: each pass applies the factor's root.
+    # Gears that absorb more torque also show more friction, so each pass applies only the square
+    # root of the remaining factor.
     for _ in range(_WEARS):
         wear = min(max(wear, 1.0), _MOST_WEAR)
         rubbing = robot.with_servo(robot.servo.model.varied(friction=wear / known))
@@ -274,7 +279,7 @@ def _rubs(robot: Robot, found: Identified) -> float:
     """Return the friction as a multiple of the description's: the median of joints without play.
 
     Within its backlash a joint moves with its gears disengaged, so its friction is measured too
-    low. If fewer than ``_FIRM_ONES`` joints are free of play, the median is taken over all.
+    low. If fewer than ``_FIRM_ONES`` joints are without play, the median is taken over all joints.
     """
     firm = play(robot, found) == 0
     return float(np.median(found.friction[firm if firm.sum() >= _FIRM_ONES else slice(None)]))
@@ -296,7 +301,7 @@ def _stiffened(robot: Robot, times: float) -> Robot:
 def proposed_gain(robot: Robot, found: Identified) -> int:
     """Return the P gain that gives these servos the right stiffness.
 
-    The gain stays as it is if their median measured stiffness is 4 to 5.5 N·m/rad.
+    The gain stays as it is if the median of their measured stiffnesses is 4 to 5.5 N·m/rad.
     """
     gain, middle = robot.servo.model.drive.gain, float(np.median(stiffness(robot, found)))
     if _WELL[0] <= middle <= _WELL[1]:

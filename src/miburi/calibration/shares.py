@@ -16,8 +16,8 @@ class Shares:
     gravity
         Shares of the load's weight; 1 where the joint carries none.
     wear
-        The friction of all of them as a multiple of the description's, 1 or more; ``friction`` is a
-        share of that. The torque that a move needs is computed with this wear.
+        The friction of all servos as a multiple of the description's, 1 or more; ``friction`` is a
+        share of this friction. The torque that a move needs is computed with this wear.
     """
 
     stiffness: Array
