@@ -1,6 +1,6 @@
 """Distress: whether somebody says that they, or somebody with them, need help now.
 
-In goes a sentence; out comes a kind of distress, or None. Distress is judged before the feelings,
+It takes a sentence and returns a kind of distress, or None. Distress is judged before the feelings,
 on text without punctuation and capitals, which speech recognisers omit.
 
 Hand-written patterns (a language's ``distress.toml``) match the plainest phrases, and others that
@@ -40,26 +40,27 @@ from miburi.senses.kinds import KINDS, Distress
 from miburi.senses.linear import groups_of, load_model, numbered
 from miburi.senses.network import agreed, load_network
 
-#: Thresholds of the likelihood of distress: a slight sign above the first, a question to the person
-#: above the second. The numbers are ours, chosen on lines on which the models were not trained.
+#: Thresholds for the likelihood of distress: above the first it is a slight sign; above the second
+#: the partner asks the person. The numbers are ours, chosen on lines on which the models were not
+#: trained.
 _HINTS, _WONDERS = 0.45, 0.5
 #: Above this likelihood, the question names the kind of distress (our choice).
 _NAMES = 0.35
-#: Thresholds for a death wish without any explicit word, for asking and for reporting; veiled ones
-#: look like small talk ("Give us a song before I go"). Of 2,138 remarks in strangers'
+#: Thresholds, for asking and for reporting, for a death wish without any explicit word. Veiled
+#: wishes look like small talk ("Give us a song before I go"). Of 2,138 remarks in strangers'
 #: conversations, 8 were above 0.75 and none above 0.95, before the models were trained on them.
 _WORRIES, _SURE = 0.75, 0.95
 #: Thresholds for asking and for reporting in a long text without any explicit word. The part with
 #: the highest score counts, and among many parts one scores high by chance. The third number is how
-#: many parts count as many. For Japanese there is no such rule, because even a plain sentence has
-#: several parts, and cries for help were lost (our choice).
+#: many parts count as many. For Japanese there is no such rule: even a plain sentence has several
+#: parts there, so that cries for help were lost (our choice).
 _CHATTERS, _SURE_OF_CHATTER, _MANY = 0.65, 0.9, 5
 #: Lengths of the longest text that is not split, of the parts of a longer one, and of the step to
 #: the next part, in words and in characters (our choice). In a minute's chatter, a cry for help has
 #: little weight.
 _LONG_WORDS, _LONG_LETTERS = (24, 14, 4), (34, 24, 6)
 _LATIN = re.compile(r"[A-Za-z][A-Za-z'’]*")
-#: Each pattern that matches counts as this many features, since one alone would hardly weigh
+#: Each pattern that matches counts as this many features, since a single feature would hardly weigh
 #: against a hundred groups of letters (our choice).
 _MARKS = 3
 #: Kinds of distress where somebody who says "he's fine" may be wrong.
@@ -102,7 +103,7 @@ class Heard:
     kind
         One of ``KINDS``.
     words
-        The words that fit its patterns; empty where only the model heard it.
+        The words that fit the kind's patterns; empty if only the model heard the distress.
     doubt
         How doubtful it is.
     """
@@ -192,8 +193,8 @@ def _model(language: Language) -> Callable[[str], Heard | None] | None:
     def weigh(said: str) -> NDArray[np.float64]:
         fitting = _fitting(said, language)
         linear = likelihoods(_features(said, language, fitting))
-        # The network cannot see what makes words harmless ("years ago I wanted to die", or an idiom
-        # with nothing grave beside it), so the linear model decides alone there.
+        # The network cannot tell what makes words harmless ("years ago I wanted to die", or an
+        # idiom with nothing grave beside it), so the linear model decides alone there.
         excused = fitting[1] - ({"idioms"} if fitting[0] else set())
         return linear if network is None or excused else agreed(linear, network(said))
 
@@ -227,7 +228,7 @@ def _model(language: Language) -> Callable[[str], Heard | None] | None:
 
 
 def hear_distress(text: str, usual: Language = FALLBACK) -> Heard | None:
-    """Return the distress that somebody speaks of, their own or that of somebody with them.
+    """Return the distress that somebody speaks of: their own, or that of a person with them.
 
     Stories, past or denied distress, general questions and turns of phrase do not count. A
     text that could be in any language counts as ``usual``.
@@ -240,7 +241,7 @@ def judge_distress(text: str, usual: Language = FALLBACK) -> Heard | None:
     """Return the distress in somebody's words, and how doubtful it is.
 
     People may hint at distress ("I've been saving my tablets up"), or speak of something else in
-    similar words, and only a question can find out. Without a model for the language, the patterns
+    similar words; only a question can tell which. Without a model for the language, the patterns
     alone decide, and there is no doubt.
     """
     heard = [one for part in _by_language(text, usual) if (one := _judge(*part)) is not None]

@@ -1,8 +1,9 @@
 """Things that happen to the partner besides speech: touches, motion, sounds, faces.
 
 An impression is made from the kind of an event and how clear it was. ``happenings.toml``, beside
-this module, has the feelings for each kind. Your own file may add or replace some: name it in the
-environment variable ``MIBURI_SENSES``, or by ``miburi run --senses FILE``, which sets it.
+this module, has the feelings for each kind. A file of your own may add kinds or replace some: name
+it in the environment variable ``MIBURI_SENSES``, or call ``miburi run --senses FILE``, which sets
+the variable.
 """
 
 import os
@@ -19,7 +20,7 @@ from miburi.ground.tables import Table, load_table
 from miburi.senses.impression import Brought, Impression
 
 _Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,39}$")]
-#: Time after a contact stop within which a caress counts as an apology, s (our choice).
+#: For this long after a contact stop, in s, a caress counts as an apology (our choice).
 MAKES_UP = 60.0
 
 
@@ -75,8 +76,8 @@ Kind = Annotated[str, AfterValidator(_check_kind), _Listed]
 def notice(kind: str, clearness: float = 1.0, *, since_contact: float | None = None) -> Impression:
     """Return the impression that a happening makes.
 
-    ``clearness``, from 0 to 1, is how clear or how sudden it was, and multiplies the strength.
-    ``since_contact`` is the time since the latest contact stop, s; None without one.
+    ``clearness``, from 0 to 1, is how clear or how sudden it was; the strength is multiplied by it.
+    ``since_contact`` is the time since the latest contact stop, in s, or None if there was none.
 
     Raises
     ------

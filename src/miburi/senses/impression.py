@@ -38,15 +38,17 @@ class Impression:
     feeling
         Their feeling, one of ``FEELINGS``; None if they showed nothing clear.
     strength
-        0 to 1; 0 without a feeling.
+        From 0 to 1; it is 0 if there is no feeling.
     source
         One of ``SOURCES``.
     why
-        The evidence for it, the strongest first.
+        The evidence for the feeling, the strongest first.
     topic
-        A topic that decides the answer: ``asked`` for questions about the partner's feelings.
+        A topic that decides the answer, whatever feeling was shown: ``asked`` for questions about
+        the partner's feelings.
     distress
-        The kind of help that they need now, if any. In that case no feeling is looked for.
+        The kind of distress in which they need help now, if any. In that case no feeling is looked
+        for.
     worry
         Possible distress. The partner asks about it, and no feeling is looked for.
     hint

@@ -2,8 +2,8 @@
 
 A linear model knows only what it was trained on. For English, the network starts from word vectors
 that others trained (GloVe 6B, Pennington et al. 2014, public domain), so it knows that a "forearm"
-is much like a "wrist". For Japanese, it learns vectors of characters and of pairs of them. It and
-the linear model make different mistakes, so :func:`agreed` combines the two.
+is much like a "wrist". For Japanese, it learns vectors of characters and of pairs of them. The
+network and the linear model make different mistakes, so :func:`agreed` combines the two.
 ``tools/train_network.py`` trains the network on the same sentences as the linear models.
 """
 
@@ -21,7 +21,8 @@ from miburi.languages import Language, is_spaced
 from miburi.senses.linear import Likelihoods, find, softmax
 
 _FILE = resources.files(__package__) / "network.npz"
-#: The widest filter, and the padding before and after a sentence, for its first and last words.
+#: The width of the widest filter, and the number of empty places before and after a sentence, which
+#: let filters see its first and last words.
 MARGIN = 4
 _WIDTHS = range(1, MARGIN + 1)
 #: The number of filters that are multiplied at once. With so few, OpenBLAS starts no threads, which

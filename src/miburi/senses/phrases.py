@@ -1,7 +1,8 @@
 """Lists written by hand: questions, cries of alarm, smileys, and Japanese word stems.
 
-A sentence in which one is found yields an impression based on it. The lists, beside this module,
-are ``asked.toml``, ``alarms.toml``, ``smileys.toml`` and ``stems-ja.toml``.
+If an entry is found in a sentence, the sentence yields an impression based on that entry. The
+lists, beside this module, are ``asked.toml``, ``alarms.toml``, ``smileys.toml`` and
+``stems-ja.toml``.
 """
 
 import re
@@ -47,7 +48,7 @@ class _Asked(Table):
 
 
 class _Smileys(Table):
-    """Smileys by feeling: the strength of one that stands alone, and its log-odds next to words."""
+    """Smileys by feeling: the strength of a smiley alone, and its log-odds next to words."""
 
     alone: Share
     weight: Annotated[float, Field(gt=0, le=20)]

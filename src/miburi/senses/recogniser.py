@@ -28,10 +28,11 @@ except ModuleNotFoundError as error:
 #: this (ours, from synthetic voices: of 150 phrases it kept 136 and let 5 wrong ones pass; of 40
 #: other sentences it let 1 pass).
 _CLEAR = -8.0
-#: How much the loop's phone sequences weigh beside their sound (PocketSphinx's own advice).
+#: How much the order of the loop's phones weighs compared with their sound (PocketSphinx's own
+#: advice).
 _LOOP_WEIGHT = 2.0
-#: The lowest level that PocketSphinx logs to the terminal. Anything lower stays out: an utterance
-#: without a phrase is normal and not worth a line.
+#: The lowest level of message that PocketSphinx logs to the terminal. Lower levels are left out: an
+#: utterance without a phrase is normal and not worth a line.
 _LOUD = "FATAL"
 _SLOT = re.compile(r"\{(\w+)\}")
 
@@ -90,7 +91,7 @@ def load_phrases(path: Path | None = None) -> Phrases:
     Raises
     ------
     DescriptionError
-        The file cannot be read or is not a valid phrase file.
+        The file cannot be read or is not a valid phrase file; the message says what is wrong.
     """
     with resources.as_file(resources.files(__package__) / "spoken-en.toml") as shipped:
         return load_table(Phrases, path or shipped)

@@ -1,7 +1,8 @@
 """How something was said: in a raised voice, softly, or plainly.
 
-It takes the sound of utterances in turn, and gives the tone of each by comparing its loudness and
-pitch with the usual. The tone only modifies the impression of the words, as in ``tone.toml``.
+It takes the sound of one utterance after another, and gives the tone of each by comparing its
+loudness and pitch with what is usual. The tone only modifies the impression of the words, as
+``tone.toml`` says.
 """
 
 import tomllib
@@ -28,9 +29,10 @@ RAISED = "a raised voice"
 _RATE = 16_000
 #: Samples in a window (40 ms), and from the start of one window to the next.
 _WINDOW, _HOP = 640, 320
-#: dB below the loudest window that still count as speech.
+#: A window counts as speech if it is at most this many dB below the loudest window.
 _RANGE = 25.0
-#: The range of voices, Hz, and how alike two periods of a voiced sound must be (1: the same).
+#: The range of a voice's pitch, in Hz, and how alike two periods of a voiced sound must be (1: the
+#: same).
 _LOWEST, _HIGHEST, _ALIKE = 70.0, 400.0, 0.5
 _NEARLY = 0.9
 #: How many past utterances define what is usual.

@@ -1,7 +1,7 @@
 """Sound as it comes from a microphone, cut into utterances.
 
 The input is 16-bit samples at 16 kHz, mono: a WAV file, or raw from a pipe. The output is the
-stretches of speech, each with a little quiet around it; only the current one is kept.
+stretches of speech, each with a little quiet around it; only the current stretch is kept.
 """
 
 import wave
@@ -13,15 +13,16 @@ from miburi.errors import InputError, needs_extra
 
 #: Bytes of a frame: 512 samples, 32 ms.
 FRAME = 1024
-#: The longest utterance, s; longer speech is cut there.
+#: The longest utterance, in s; longer speech is cut there.
 LONGEST_UTTERANCE = 10.0
 
 _RATE = 16_000
 _FRAME_TIME = FRAME / 2 / _RATE
-#: The likelihoods of speech that start and continue an utterance (Silero's own defaults).
+#: The likelihood of speech at which an utterance begins, and at which it continues (Silero's own
+#: defaults).
 _BEGINS, _GOES_ON = 0.5, 0.35
-#: Numbers of frames: speech that begins an utterance, quiet that ends it, quiet kept before it
-#: (our choice).
+#: How many frames of speech begin an utterance, how many of quiet end it, and how many of the quiet
+#: before it are kept (our choice).
 _SPOKEN, _QUIET, _BEFORE = 3, 19, 12
 
 
@@ -69,7 +70,7 @@ def voice_detector() -> Callable[[bytes], float]:
 def utterances(sound: Iterable[bytes], likely: Callable[[bytes], float]) -> Iterator[bytes]:
     """Yield each utterance as soon as 0.6 s of quiet has ended it.
 
-    ``sound`` yields frames; ``likely`` returns the likelihood that a frame is speech, 0 to 1.
+    ``sound`` yields frames; ``likely`` returns how likely a frame is speech, from 0 to 1.
     """
     before: deque[bytes] = deque(maxlen=_BEFORE + _SPOKEN)
     said: list[bytes] = []

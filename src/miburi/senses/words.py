@@ -7,7 +7,8 @@ the sentence away; otherwise the model decides:
   ``tools/train_words.py``): a weight for each word, each pair of words, each group of letters and
   each word's meaning (a word vector, folded into nine numbers);
 - distress: what people say when they need help now (:mod:`miburi.senses.distress`);
-- sentences about somebody else's feelings or past ones, left out (a language's ``elsewhere``);
+- sentences about somebody else's feelings or about past feelings, which are left out (a language's
+  ``elsewhere``);
 - questions about the partner's own feelings, which do not show the speaker's (``asked.toml``);
 - what people shout when startled or as a warning (``alarms.toml``), which no data set covers;
 - word stems for Japanese (``stems-ja.toml``), for which there is no model.
@@ -48,7 +49,7 @@ LABELS = (
 )  # fmt: skip
 #: Below this probability a sentence shows nothing.
 SILENT = 0.4
-#: Characters of a sentence that are read; any more would add nothing.
+#: This many characters of a text are read; more would add nothing.
 LONGEST = 1000
 
 _NEUTRAL = LABELS.index("neutral")
@@ -152,8 +153,8 @@ def load_model() -> Model:
 def hear(text: str, usual: Language = FALLBACK) -> Impression:
     """Return the impression that somebody's words make.
 
-    Only the first ``LONGEST`` characters of ``text`` count. ``usual`` is the language assumed for a
-    text that could be in any.
+    Only the first ``LONGEST`` characters of ``text`` count. ``usual`` is the language that is
+    assumed for a text that could be in any language.
     """
     text = text[:LONGEST].encode(errors="ignore").decode()  # drop lone surrogates
     distress = judge_distress(text, usual)
@@ -180,7 +181,7 @@ def _shown(text: str, language: Language) -> Impression:
     if language == "ja":
         return stems_in(text)
     listed = smileys_alone(text)
-    if language != "en":  # its words are not known
+    if language != "en":  # the model does not know its words
         return listed or Impression(None, 0.0, "speech")
     listed = listed or alarm_in(text)
     if listed is not None:
@@ -221,9 +222,10 @@ def judge(text: str) -> tuple[list[str], Array, Array]:
 def deny(words: list[str], evidence: Array) -> Array:
     """Remove the evidence of denied words: "I am not happy" is no sign of happiness.
 
-    The negation itself counts half, because quarrels are full of negations. Of the next words, up
-    to a punctuation mark or a "but", the clearest, if clear enough, loses 1.6 times its evidence.
-    Half of that is added to ``neutral`` and, if the feeling was a glad one, half to sadness.
+    The negation itself counts half, because quarrels are full of negations. The next words are
+    searched up to a punctuation mark or a "but". The clearest of them, if it is clear enough, loses
+    1.6 times its evidence. Half of that is added to ``neutral`` and, if the feeling was a glad one,
+    half to sadness.
     """
     evidence = evidence.copy()
     for place, word in enumerate(words):
@@ -250,7 +252,7 @@ def _name_reasons(words: list[str], brought: Array) -> tuple[Brought, ...]:
     """Return the words and smileys with the most evidence for a feeling, each once."""
     most: dict[str, float] = {}
     for word, weight in zip(words, brought.tolist(), strict=True):
-        if len(word) > 1 or word in "!?" or category(word)[0] != "P":  # commas are no evidence
+        if len(word) > 1 or word in "!?" or category(word)[0] != "P":  # commas are not evidence
             most[word] = most.get(word, 0.0) + weight
     # Common words explain nothing to a reader, so they are named only if there is no other.
     clear = {word: weight for word, weight in most.items() if word not in common_words("en")}
