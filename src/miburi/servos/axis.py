@@ -13,21 +13,21 @@ from miburi.servos.voltage import dry_friction
 
 #: Time step in s; it must be below 0.4 ms to resolve the contact at the end of the backlash.
 _STEP = 1e-4
-#: Stiffness of the gears' teeth where the play ends, and of an obstacle at the horn, N·m/rad; and
-#: their damping, N·m·s/rad (our choice).
+#: The stiffness (N·m/rad) of the gears' teeth where the play ends, and of an obstacle at the horn;
+#: and their damping (N·m·s/rad); our choice.
 _STOP, _STOP_DAMPING = 200.0, 0.05
 
 
 @dataclass
 class Axis:
-    """A servo that starts at rest at angle 0; angles rad, torques N·m.
+    """A servo that starts at rest at angle 0. Angles are in rad, torques in N·m.
 
     Attributes
     ----------
     servo
         The constants.
     inertia
-        kg·m² on the horn, more than 0.
+        The inertia on the horn, in kg·m²; more than 0.
     load
         Torque on the horn from outside; it may change at any time.
     duty_limit

@@ -23,10 +23,11 @@ from miburi.servos.voltage import Array
 
 Steps = NDArray[np.int64]
 
-#: µs of one step of the model.
+#: The length of the model's time step, in µs.
 STEP = 5000
-#: The model's limits, so that its numbers fit 32 bits: 128 encoder steps in 5 ms, four turns.
-#: No servo reaches them; one without friction would, if its motor gave the greatest torque allowed.
+#: The model's limits, so that its numbers fit into 32 bits: 128 encoder steps in 5 ms, and four
+#: turns. No servo reaches them, unless it has no friction and its motor gives the greatest torque
+#: allowed.
 FASTEST, FARTHEST = 0x7FFFFF, 0x40000000
 #: The units of the coefficients, and of the share of a torque that the gears absorb.
 _ONE, _SHARE = 1 << 16, 1 << 8
@@ -42,7 +43,7 @@ class FreeServo(NamedTuple):
     friction
         The speed that dry friction takes away in a step, in 1/65536 encoder step per 5 ms.
     lost
-        Share of the motor's torque that the gears take as friction, in 1/256.
+        The share of the motor's torque that the gears absorb as friction, in 1/256.
     """
 
     pull: Steps

@@ -32,7 +32,7 @@ def set_friction(
     rows
         (8, 6), the constants of each servo: :attr:`miburi.servos.servo.Friction.row`.
     braking
-        (8,) in N·m·s/rad: the torque that back EMF takes from the motor per speed.
+        (8,) N·m·s/rad: the torque that back EMF takes from the motor, divided by the speed.
     dofs
         (8,), where each joint is in MuJoCo's arrays.
     motor

@@ -1,8 +1,8 @@
 """A servo's constants: one TOML file, checked once and loaded into an immutable ``Servo``.
 
-Every table of the file states its source, and whether its numbers are the maker's, others' or ours.
-Values that follow from the constants alone, such as the stiffness of the position control, are
-properties here; those that depend on a motor's state are in :mod:`miburi.servos.voltage`.
+Every table of the file states its source, and whether its numbers are the maker's, other people's
+or ours. Values that follow from the constants alone, such as the stiffness of the position control,
+are properties here; those that depend on a motor's state are in :mod:`miburi.servos.voltage`.
 """
 
 from importlib import resources
@@ -31,7 +31,7 @@ class Origin(Table):
 
 
 class MotorTable(Origin):
-    """The motor through its gears: N·m/A, V·s/rad, Ω and kg·m² at the horn."""
+    """The motor as seen through its gears, at the horn: N·m/A, V·s/rad, Ω and kg·m²."""
 
     torque_constant: Positive
     back_emf: NotNegative
@@ -116,7 +116,7 @@ class Loop(Origin):
 
 
 class Drive(Origin):
-    """How Miburi drives it: the P gain, and how a move's torque limit and goal are computed.
+    """How Miburi drives the servo: the P gain, and how a move's torque limit and goal are computed.
 
     The limit of a motor's torque is ``headroom`` times the torque that the move needs. After the
     acceleration, the limit is the torque that the rest of the move needs, plus the share ``room``

@@ -78,8 +78,8 @@ def required_torque(
 
     Parameters
     ----------
+    speed
         The motion's speed, rad/s; not negative.
-        Of the motion, rad/s; not negative.
     acceleration
         Along the motion, rad/s²; negative where it slows down.
     load, inertia
