@@ -31,16 +31,18 @@ class Settings:
     Parameters
     ----------
     generations, individuals, clones
-        N_gen, at least 0; N_ind and N_clones, at least 2. N_ind times N_clones is at most a
-        million. One of the clones stays the same as the original.
+        The paper's N_gen, at least 0, and its N_ind and N_clones, at least 2. N_ind times N_clones
+        is at most a million. One of the clones stays the same as the original.
     segment, transfers, transferred
-        l_bm, variables in a segment of bacterial mutation, from 1; N_inf, gene transfers in a
-        generation, from 0; l_gt, variables in a gene transfer, from 1.
+        l_bm, the number of variables in a segment of bacterial mutation, at least 1; N_inf, the
+        number of gene transfers in a generation, at least 0; and l_gt, the number of variables in a
+        gene transfer, at least 1.
     local_probability, local_iterations
-        LM_prob, 0 to 1; LM_iter, from 0.
+        LM_prob, the probability of a local search, from 0 to 1; and LM_iter, its number of
+        iterations, at least 0.
     damping, gradient_tolerance
-        γ_init, above 0: a share of the greatest curvature if ``relative``. τ, at least 0: a local
-        search ends when the norm of the gradient is at most τ.
+        γ_init, above 0; with ``relative`` it is a share of the greatest curvature. And τ, at least
+        0: a local search ends once the norm of the gradient is at most τ.
     local_search
         "printed" is Eq. 12; "gradient" learns the curvature from the gradients it meets (BFGS);
         "residual" is Levenberg-Marquardt on the residuals, (JᵀJ + γI)s = -Jᵀe, as in the paper's
@@ -49,19 +51,19 @@ class Settings:
         Whether steps measure each variable in shares of its range, and γ as a share of the
         curvature, so that no result depends on a unit. "printed" uses only absolute numbers.
     ends
-        A residual search goes on from this many clones of the point where it ended, each with one
-        variable at an end of its range; 0, as in the paper, skips them.
+        After a residual search has ended, it goes on from this many clones of its last point, each
+        with one variable at an end of its range; 0, as in the paper, leaves this out.
     local_first
         Whether a generation begins with local searches or, as in the paper, with mutation.
     first_iterations
-        Iterations of the local searches from the start and from the middle of the box, before
-        there is a population; 0, as in the paper, skips them.
+        How many iterations the local searches from the start and from the middle of the box may
+        take before there is a population; 0, as in the paper, leaves these searches out.
     target
-        The search has converged at a value not above this; ``-inf`` never stops it. None means
-        ``-inf``, or for residuals 1e-20 of the sum of squares at the start.
+        The search has converged once a value is not above this; with ``-inf`` it never converges.
+        None means ``-inf`` or, for residuals, 1e-20 of the sum of squares at the start.
     patience
-        The search counts as settled after this many consecutive local searches of the population
-        without improvement; 0, as in the paper, never stops it.
+        The search counts as settled after this many local searches of the population in a row have
+        brought no improvement; with 0, as in the paper, it never counts as settled.
 
     Raises
     ------
