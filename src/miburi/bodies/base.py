@@ -1,6 +1,7 @@
 """The interface of every body, whether physics simulates it or an Arduino card drives its motors.
 
-A body takes moves, stops and releases, and returns states. A simulated one is :class:`Touchable`.
+A body takes moves, stops and releases, and returns states. A simulated body also offers what is in
+:class:`Touchable`.
 """
 
 from dataclasses import dataclass
@@ -19,10 +20,10 @@ class BodyState:
     Attributes
     ----------
     time
-        s, on the body's clock.
+        The time in s on the body's clock.
     angles, velocities
         (8,) rad and rad/s, as the encoders measure them. Velocities are means over the last 50 or
-        60 ms, because an encoder has steps: they lag the angles by half of that.
+        60 ms, because an encoder has steps: so they lag the angles by half of that.
     phase
         Idle, moving, stopped or returning.
     stop
@@ -47,7 +48,7 @@ class Motor:
     answers
         Whether it answered the latest request for a reading.
     temperature, voltage
-        °C, and V, measured at the servo.
+        The temperature in °C and the voltage in V, both measured at the servo.
     """
 
     servo: int | None = None
@@ -67,10 +68,10 @@ class Motors:
     rule
         The contact rule in force, with its guards.
     settings
-        Checksum of a card's settings, four hexadecimal digits; None without a card.
+        The checksum of the card's settings, as four hexadecimal digits; None if there is no card.
     hottest, lowest
-        A card stops the body above this temperature, °C, and below this voltage, V; None without
-        a card.
+        The card stops the body above this temperature (°C), and below this voltage (V); None if
+        there is no card.
     """
 
     each: tuple[Motor, ...]
@@ -87,11 +88,11 @@ class Touch:
     Attributes
     ----------
     force
-        Largest force between human hand and robot, N.
+        The largest force between the human hand and the robot, in N.
     began
-        The first time in this step with a contact, on the body's clock, s; None without a contact.
+        When the first contact in this step began, in s on the body's clock; None if there was none.
     part
-        The part of the robot that was touched last; None without a contact.
+        The part of the robot that was touched last; None if none was.
     itself
         Two parts of the robot that touched each other, or None.
     """
@@ -120,7 +121,7 @@ class Touchable(Protocol):
 
     @property
     def configuration(self) -> tuple[Array, Array]:
-        """True joint angles (8,) rad, and the human hand's pose (7,): m and quaternion."""
+        """True joint angles, (8,) rad, and the hand's pose, (7,): position in m, and quaternion."""
 
     def place_hand(self, position: Array, along: Array) -> None:
         """Put the human hand somewhere. Move it in small steps, or through free space.
@@ -161,7 +162,7 @@ class Body(Protocol):
 
     @property
     def touchable(self) -> Touchable | None:
-        """The human hand and what it does to the body; None for a body that is not simulated."""
+        """The human hand, and how it touches the body; None for a body that is not simulated."""
 
     def motors(self) -> Motors:
         """Return the condition of the motors; a card updates it twice a second."""

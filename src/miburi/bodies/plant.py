@@ -252,7 +252,7 @@ class Plant:
         return setpoint - self._positions.take(self._plays) if self._plays.size else setpoint
 
     def _touch(self) -> Touch:
-        """Return the force on the hand, N, the part that it met, and two robot parts that met."""
+        """Return the force on the hand (N), the part it met, and any two robot parts that met."""
         total, part, itself = np.zeros(3), None, None
         wrench = np.zeros(6)
         for index, contact in enumerate(self.data.contact):

@@ -100,7 +100,7 @@ class Simulated:
 
     @property
     def window(self) -> Window | None:
-        """What the contact rule compared at its latest reading; None before the first."""
+        """The contact rule's figures at its latest reading; None before the first."""
         return self._controller.window
 
     @property
