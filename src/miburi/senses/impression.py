@@ -1,4 +1,4 @@
-"""The output of every sense, an impression of somebody's behaviour, and the reaction to it.
+"""What every sense returns: an impression of somebody; and how the partner reacts to it.
 
 A sense is a function from what somebody did (words, a sound, a face, a touch) to an
 :class:`Impression`: the feeling that it showed, how strongly, and why. The temperament's table

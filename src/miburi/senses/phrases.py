@@ -60,7 +60,7 @@ class _Smileys(Table):
 
     @cached_property
     def pattern(self) -> re.Pattern[str]:
-        """All signs, the longest first; a letter or digit at a sign's end is the edge of a word."""
+        """All signs, longest first; a letter or digit at a sign's end must end a word."""
         either = "|".join(
             (r"(?<!\w)" if sign[0].isalnum() else "")
             + re.escape(sign)
