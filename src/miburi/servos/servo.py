@@ -76,7 +76,7 @@ class Encoder(Origin):
 
 
 class Gains(Origin):
-    """The position control as the factory sets it: registers, PWM units, V/s."""
+    """The position control as the factory sets it, in units of the registers, PWM units and V/s."""
 
     p: NotNegative
     d: NotNegative
