@@ -22,7 +22,7 @@ from miburi.robot.specimens import Specimen
 from miburi.safety.contact import Rule
 from miburi.safety.profile import to_steps
 
-#: Period of the servos' control and of the physics, s.
+#: The period of both the servos' control and the physics, in s.
 _TURN = 0.001
 
 
@@ -43,7 +43,7 @@ class _Joint(Shaft):
     def drive(self, servo: Servo, time: float, angle: float, velocity: float) -> float | None:
         """Return the duty at which the servo drives the joint; None with torque off.
 
-        ``angle`` and ``velocity`` are the joint's, in rad and rad/s.
+        ``angle`` and ``velocity`` are those of the joint, in rad and rad/s.
         """
         settings, step = self._settings, self._step
         place = settings.zero + settings.direction * angle / step
@@ -52,11 +52,11 @@ class _Joint(Shaft):
 
 
 class _World:
-    """The physics, kept in step with the card's clock."""
+    """Keeps the physics in step with the card's clock."""
 
     def __init__(self, plant: Plant, servos: list[Servo], joints: list[_Joint]) -> None:
         self._plant, self._servos, self._joints = plant, servos, joints
-        self.touch = Touch()  # since this was last replaced
+        self.touch = Touch()  # what has touched the body since this was last replaced
 
     def advance(self, time: float) -> None:
         while (self._plant.time + _TURN) * 1e6 <= time:
@@ -96,7 +96,8 @@ class EmulatedRobot(EmulatedCard):
             Servo.new(of_joint.servo, shaft=joint, model=true.robot.servo.model)
             for of_joint, joint in zip(settings.joints, joints, strict=True)
         ]
-        # Configured as by a card, so that the body does not sag before the emulated card starts.
+        # The servos are configured as a card configures them, so that the body does not sag before
+        # the emulated card starts.
         goals = to_steps(robot, self.plant.data.ctrl).tolist()
         for servo, joint, goal in zip(servos, settings.joints, goals, strict=True):
             servo.start_delay, servo.clock = true.start_delay * 1e6, true.clock
@@ -114,7 +115,7 @@ class EmulatedBody(Card):
     """A card and eight servos in virtual time, awake and at neutral.
 
     ``rule`` is the card's contact rule, by default the robot's own. ``specimen`` is the actual
-    robot; by default it is as described.
+    robot, which may differ from its description; by default it does not.
 
     Raises
     ------
@@ -149,7 +150,7 @@ class EmulatedBody(Card):
 
     @property
     def configuration(self) -> tuple[Array, Array]:
-        """True joint angles (8,) rad, and the human hand's pose (7,): m and quaternion."""
+        """True joint angles, (8,) rad, and the hand's pose, (7,): position in m, and quaternion."""
         return self._plant.angles, self._plant.hand
 
     def place_hand(self, position: Array, along: Array) -> None:

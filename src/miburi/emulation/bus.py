@@ -26,15 +26,16 @@ from miburi.emulation.packets import (
 )  # fmt: skip
 from miburi.emulation.servos import Servo
 
-#: Bits per second for each value of Baud Rate, and the largest relative error between two ends.
+#: Bits per second for each value of the register Baud Rate, and the share by which the speeds of
+#: the two ends may differ.
 _BAUDS = (9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000)
 _BAUD_TOLERANCE = 0.03
 #: A packet interrupted for longer than this, in µs, is dropped.
 _PAUSE = 2_000
-#: The error of a servo that does not know an instruction.
+#: The error that a servo returns if it does not know an instruction.
 _INSTRUCTION_ERROR = 0x02
 
-#: When a servo's answer begins, and its bytes.
+#: When a servo's answer begins, in µs, and its bytes.
 Answer = tuple[float, bytes]
 
 
@@ -46,7 +47,7 @@ class Bus:
     servos
         The servos, in any order.
     spoil
-        Changes bytes in transit, from the card and to it.
+        A function that changes bytes in transit, both from the card and to it.
     instructions
         How many whole instruction packets the servos have heard.
     """
@@ -114,7 +115,7 @@ class Bus:
         return answers
 
     def _answer_alone(self, one: Servo, instruction: int, parameters: bytes, time: float) -> Answer:
-        # A new id or delay is still answered under the old one.
+        # A servo still answers a change of its id or delay under the old value.
         own, start, data = one.get("id"), time + self._delay(one), b""
         if instruction == READ and len(parameters) == 4:
             address, count = struct.unpack("<HH", parameters)

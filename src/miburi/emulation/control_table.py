@@ -1,7 +1,8 @@
 """The XL330-M288-T's control table as data: addresses, ranges, and what is writable.
 
 Source: ROBOTIS's e-manual of the XL330-M288-T, tables "Control Table of EEPROM Area" and "of RAM
-Area", up to the indirect addresses. A limit that another register sets is that register's name.
+Area", up to the indirect addresses. Where another register sets a limit, the limit is given as that
+register's name.
 """
 
 from dataclasses import dataclass

@@ -5,15 +5,16 @@ It follows ROBOTIS's e-manual, "Position PID Gain", in PWM units (885 is the ful
     PWM = P/p_divisor · e − D/d_divisor · v
 
 e is the error in steps, and v the speed in steps per control period. Goal PWM and PWM Limit bound
-the PWM, and the duty approaches it at the slope of the PWM. I gain and feed-forward, which a card
-sets to 0, have no effect here.
+the PWM, and the duty approaches this value at the PWM's slope. I gain and feed-forward, which a
+card sets to 0, have no effect here.
 """
 
 from miburi.emulation.table import POSITION, ControlTable
 
 #: PWM units at full voltage.
 FULL = 885
-#: The mode in which Goal PWM sets the duty; in all others but position control, the duty is 0.
+#: The operating mode in which Goal PWM sets the duty. In all other modes but position control, the
+#: duty is 0.
 _PWM = 16
 #: The factory setting of the PWM's slope, to which the servo's constants refer.
 _SLOPE = 140

@@ -19,7 +19,7 @@ from miburi.errors import BodyError
 #: The card's clock, Hz.
 _CLOCK = 16_000_000
 _CYCLES = _CLOCK // 1_000_000
-#: Longest time, µs, that the processor runs before the world around it is updated.
+#: The longest time, in µs, that the processor runs before the world around it is updated.
 _SLICE = 2_000
 _HOST, _BUS = 0, 1
 _CRASHED = 2
@@ -82,7 +82,7 @@ class Mega:
         return float(self._lib.mega_cycle(self._mega)) / _CYCLES
 
     def run(self, until: float) -> bool:
-        """Run until a time, µs, or the end of a burst on the bus; return whether a burst ended."""
+        """Run until a time (µs) or the end of a burst on the bus; return whether a burst ended."""
         result = self._lib.mega_run(self._mega, ctypes.c_uint64(ceil(until * _CYCLES)))
         if result == _CRASHED:
             raise BodyError("The emulated processor crashed; please report this.")

@@ -12,8 +12,9 @@ from miburi.servos import Servo as Model
 class Gearmotor(Shaft):
     """A shaft that a servo's motor turns; see :class:`miburi.servos.Axis`.
 
-    ``low`` and ``high`` block it as in :class:`Shaft`, and ``load`` is in N·m. ``position`` is its
-    start, in steps; ``inertia`` is the inertia of what hangs on it, kg·m².
+    ``low`` and ``high`` block it as in :class:`Shaft`, and ``load`` is in N·m. ``model`` has the
+    servo's constants, ``position`` is where the shaft is at first, in steps, and ``inertia`` is the
+    inertia of what hangs on it, in kg·m².
     """
 
     def __init__(self, model: Model, position: float = 2048.0, inertia: float = 1e-3) -> None:
@@ -22,7 +23,7 @@ class Gearmotor(Shaft):
 
     @property
     def place(self) -> float:
-        """The shaft's position, steps; a new value moves the shaft at once, as a hand would."""
+        """The shaft's position in steps; setting it moves the shaft at once, as a hand would."""
         return self._zero + self.axis.angle / self.axis.servo.step
 
     @place.setter

@@ -3,10 +3,11 @@
 They follow speed profiles as the XL330's manual describes them, and can be blocked, loaded, dead,
 deaf, hot, slow to answer, and unplugged. :class:`miburi.emulation.bus.Bus` is their wire.
 
-Times are µs on the card's clock. Positions are the shaft's, in the servo's steps; they are floats
-until a host reads them. A host counts them within one turn, that in which the servo started or its
-torque came on. The emulation has no features that a card never uses: goals other than positions
-and PWM, reverse and homing offset, profiles in time, and the servo's own protection.
+Times are µs on the card's clock. Positions are those of the shaft, in the servo's steps; they are
+floats until a host reads them. A host counts them within one turn: the turn in which the servo was
+when it started, or when its torque came on. The emulation has no features that a card never uses:
+goals other than positions and PWM, reverse and homing offset, profiles in time, and the servo's own
+protection.
 """
 
 from collections.abc import Callable
@@ -21,7 +22,7 @@ from miburi.servos import load_servo
 
 #: Steps in a turn.
 _TURN = 4096
-#: The bit in every answer's error that reports a hardware error.
+#: The bit that reports a hardware error; every answer's error has it.
 _ALERT = 0x80
 #: One unit of the servo's speed and of its acceleration, in steps/s and steps/s².
 SPEED_UNIT = 0.229 * 4096 / 60
@@ -38,9 +39,9 @@ class Shaft:
     lag
         µs.
     load
-        Offset from the trajectory while torque is on, steps.
+        How far the shaft is off its trajectory while torque is on, in steps.
     low, high
-        Steps that it cannot pass: set either to block the joint.
+        Positions, in steps, that the shaft cannot pass: set either to block the joint.
     noise
         Returns the error of a reading, in steps; it is called for every reading.
     """
@@ -77,19 +78,20 @@ class Servo:
     shaft, table
         The shaft that it turns, and its control table.
     start_delay, clock
-        Delay from an order to the start of its trajectory, µs, and the rate of the servo's clock.
+        The delay from an order to the start of its trajectory, in µs, and the rate of the servo's
+        clock.
     dead
         Unplugged, or without power: hears and says nothing.
     deaf
-        Answers, but takes no orders.
+        Answers, but ignores orders.
     delay
-        Extra µs before each answer.
+        An additional delay before each answer, in µs.
     lie
         Maps the true position to the reading, both in steps.
     alias
         The id with which it answers, if that is not its own.
     segment, before
-        The trajectory, None with torque off; and the one before it.
+        The present trajectory (None with torque off), and the trajectory before it.
     """
 
     shaft: Shaft
@@ -119,7 +121,8 @@ class Servo:
     ) -> "Servo":
         """Return a servo with an id and the bus speed of the card, and otherwise factory settings.
 
-        ``model`` is by default the shipped XL330; others identified the constants of its motor.
+        ``model`` is by default the XL330 that ships with Miburi, the constants of whose motor
+        others have identified.
         """
         made = cls(shaft or Shaft(position), ControlTable(model or load_servo("xl330-m288-t")))
         made.set("id", servo)
@@ -156,7 +159,7 @@ class Servo:
     def drive(self, time: float, place: float, speed: float) -> float | None:
         """Return the motor's duty, −1 to 1, for one period of the control; None with torque off.
 
-        ``place`` and ``speed`` are the shaft's, in steps and steps/s.
+        ``place`` and ``speed`` are the shaft's position and speed, in steps and steps/s.
         """
         goal = self.setpoint(time)
         if goal is None:

@@ -17,7 +17,7 @@ from miburi.robot import Robot
 
 #: Seconds between two updates of the card.
 _TICK = 0.005
-#: The card's clock catches up by at most this in one update, s; on a slow machine it lags.
+#: In one update the card's clock catches up by at most this, in s; on a slow machine it lags.
 _PATIENCE = 0.05
 
 

@@ -22,7 +22,7 @@ class Segment:
 
     @cached_property
     def _shape(self) -> tuple[int, float, float, float, float]:
-        """Direction; first ramp, s; cruising speed, steps/s; last ramp, s; total time, s."""
+        """Direction, first ramp (s), cruising speed (steps/s), last ramp (s) and total time (s)."""
         way, a = self.goal - self.origin, self.acceleration
         if self.speed == 0 or (way == 0 and self.initial == 0):
             return 1, 0.0, 0.0, 0.0, 0.0
@@ -30,7 +30,7 @@ class Segment:
             return (1 if way > 0 else -1), 0.0, self.speed, 0.0, abs(way) / self.speed
         sign = 1 if way > self.initial * abs(self.initial) / (2 * a) else -1
         way, u = way * sign, self.initial * sign
-        if u == 0:  # from rest; do not change this arithmetic: calibrations depend on its last bit
+        if u == 0:  # from rest; leave this arithmetic as it is: calibrations depend on its last bit
             ramp = self.speed / a
             ramp = sqrt(way / a) if self.speed * ramp > way else ramp
             return sign, ramp, a * ramp, ramp, way / (a * ramp) + ramp
