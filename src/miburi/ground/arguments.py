@@ -18,8 +18,8 @@ def real_numbers(values: Any, name: str, wanted: str) -> NDArray[np.float64]:
     Raises
     ------
     InputError
-        A value is too large, masked or not a real number (text, a date). The message contains
-        ``name`` and ``wanted``, a description of the allowed values.
+        A value is too large, masked or not a real number (text and dates are not). The message
+        contains ``name``, and ``wanted``, which describes the allowed values.
     """
     try:
         array = np.asarray(values)
@@ -34,7 +34,7 @@ def real_numbers(values: Any, name: str, wanted: str) -> NDArray[np.float64]:
 
 
 def clock_limit(deadline: float | None) -> float:
-    """Convert a deadline, s from now and above 0, to a time on ``perf_counter``'s clock."""
+    """Convert a deadline, in seconds from now (above 0), to a time on ``perf_counter``'s clock."""
     if deadline is None:
         return np.inf
     if not isinstance(deadline, int | float | np.number) or not deadline > 0:

@@ -1,6 +1,7 @@
 """``@compiled`` makes a function fast: Numba compiles it when it is first called.
 
-The compiled code is kept on disk, so only the first start has to wait; stderr announces the wait.
+The compiled code is kept on the disk, so that only the first start has to wait; a line on standard
+error announces the wait.
 """
 
 import atexit
@@ -22,8 +23,8 @@ import miburi
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 # Division by zero gives infinity instead of an exception, which is faster. NaN and infinity keep
-# their meaning; a product and a sum may become one instruction. C code calls none of these
-# functions; without wrappers for C they compile 10 % faster.
+# their meaning; a product and a sum may become one instruction. No C code calls these functions, so
+# they have no wrappers for C; they compile 10 % faster that way.
 _OPTIONS: dict[str, Any] = {
     "nogil": True,
     "no_cfunc_wrapper": True,
@@ -99,7 +100,8 @@ def compiled(function: Function) -> Function:
     """Compile a function when it is first called, and keep the result on the disk.
 
     The code goes to ``NUMBA_CACHE_DIR`` if that is set, else beside the sources, else to the user's
-    cache folder. If none can be written and none holds code, every process compiles again.
+    cache folder. If none of them can be written and none holds code, every process compiles again
+    and says so.
     """
     config: Any = numba.config
     default = config.CACHE_DIR

@@ -8,7 +8,7 @@ from pathlib import Path
 
 #: The nice value of a live partner (our choice); the default is 0, the highest priority -20.
 _NICE = -10
-#: Linux shares time among sessions first; this file holds the nice value of this session.
+#: Linux first divides its time among sessions; this file holds this session's nice value.
 _AUTOGROUP = Path("/proc/self/autogroup")
 
 
@@ -21,11 +21,12 @@ def available_cores() -> int:
 
 
 def come_first(*, apart: bool = False) -> None:
-    """Give this process, and those that it starts, priority over other programs if allowed.
+    """Give this process, and the processes it starts, priority over other programs if allowed.
 
     On Linux, root and users whose ``LimitNICE`` allows it may do so. Otherwise the priority stays
-    as it is, and the partner may react late on a busy computer. A process that leaves the
-    terminal's session (``apart``) gets the share of a whole session, even without root's rights.
+    as it is, and the partner may react late on a busy computer. If the process leaves the
+    terminal's session (``apart``), Linux gives it as much processor time as a whole session, even
+    without root's rights.
     """
     with suppress(OSError, AttributeError):  # not allowed; not a Unix
         if apart:
@@ -40,7 +41,7 @@ def come_first(*, apart: bool = False) -> None:
 def coming_first() -> Iterator[None]:
     """Raise the priority of this process and its whole terminal session while the block runs.
 
-    The process stays in that session, so that it receives Ctrl-C.
+    The whole session's priority is raised because the process must stay in it to receive Ctrl-C.
     """
     usual = nice = None
     with suppress(OSError, AttributeError):

@@ -17,7 +17,7 @@ LEVELS = ("debug", "info", "warning", "error", "critical")
 VARIABLE = "MIBURI_LOG"
 _LOG = logging.getLogger(__name__)
 _FORMAT = "miburi: %(message)s"
-#: The most records that wait for the terminal, and the most kinds of error logged (our choice).
+#: How many records may wait for the terminal, and how many kinds of error are logged (our choice).
 _WAITING, _KINDS = 1000, 100
 _SEEN: set[tuple[object, ...]] = set()
 
@@ -25,9 +25,9 @@ _SEEN: set[tuple[object, ...]] = set()
 def log_to_stderr(level: str | None = None, *, apart: bool = False) -> None:
     """Write log records at or above a level to stderr; a second call changes the level.
 
-    ``level`` is one of :data:`LEVELS`; None takes it from :data:`VARIABLE`, or else ``warning``.
-    With ``apart``, a separate thread writes, so that a blocked terminal never blocks the caller;
-    records that do not fit its queue are dropped.
+    ``level`` is one of :data:`LEVELS`; None means the level in the environment variable
+    :data:`VARIABLE` or, without one, ``warning``. With ``apart``, a separate thread writes, so that
+    a blocked terminal never blocks the caller; records that do not fit its queue are dropped.
 
     Raises
     ------

@@ -11,7 +11,7 @@ Entry = TypeVar("Entry")
 def newer(kept: deque[Entry], than: int, number: Callable[[Entry], int]) -> list[Entry]:
     """Return the entries with a number above ``than``, oldest first; numbers rise along the queue.
 
-    Another thread may append meanwhile.
+    Another thread may append entries meanwhile.
     """
     if not kept or number(kept[-1]) <= than:
         return []

@@ -1,4 +1,8 @@
-"""Read TOML files into strict, immutable pydantic models."""
+"""Read TOML files into strict, immutable pydantic models.
+
+A subclass of :class:`Table` reads a file into a checked object, or raises a
+:class:`~miburi.errors.DescriptionError` that names every wrong key.
+"""
 
 import codecs
 import tomllib
