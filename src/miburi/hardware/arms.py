@@ -2,7 +2,7 @@
 
 Each is made for a left arm, in its link's frame (x forward, y outwards, z up, in mm; the origin
 is the link's joint); the caller mirrors it for the right arm. ``side`` says which arm's ranges the
-stops enforce, ``fit`` is the gap on each side of a pocket.
+stops enforce; ``fit`` is the gap on each side of a pocket, in mm.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ from miburi.hardware.solids import Manifold, ball, box, cut, disc, hull, join, m
 from miburi.robot import Robot
 from miburi.robot.description import Array
 
-#: Half the thickness of the arm above and below its axis, mm.
+#: How far the arm extends above and below its axis, in mm: half its thickness.
 _HALF = 9.0
 _OUTWARDS = np.array([0.0, 1.0, 0.0])
 _FORWARD = np.array([1.0, 0.0, 0.0])

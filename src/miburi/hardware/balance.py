@@ -20,11 +20,11 @@ from miburi.robot.description import Array
 from miburi.robot.loads import GRAVITY, loads
 from miburi.robot.shape import BASE
 
-#: Mass of the Arduino Mega with its wires, kg.
+#: The mass of the Arduino Mega with its wires, in kg.
 _CARD = 0.06
-#: kg/mm³ of loose steel shot, nuts or washers (our choice).
+#: The density of loose steel shot, nuts or washers, in kg/mm³ (our choice).
 _BALLAST = 4.3e-6
-#: kg of screws and cables for each servo (our choice).
+#: The mass of screws and cables for each servo, in kg (our choice).
 _SMALL = 0.004
 
 
@@ -87,7 +87,7 @@ def ballast(robot: Robot) -> float:
 
 
 def description_masses(table: Sequence[Weight]) -> dict[str, float]:
-    """Return ``[masses]`` for the robot's file, as summed from the weights, kg."""
+    """Return the table ``[masses]`` for the robot's file: sums of the weights, in kg."""
     links = {
         "torso": "torso",
         "upper_arm": "left_upper_arm",
@@ -122,7 +122,7 @@ def zero_moment_radius(
         (masses * (upright * here[..., axis] - pull[..., axis] * here[..., 2])).sum(axis=1) / down
         for axis in (0, 1)
     ]
-    # Where nothing presses the foot down, the robot lifts off the table.
+    # If nothing presses the foot down, the robot lifts off the table.
     return float(np.where(down > 0, np.hypot(*point), np.inf).max())
 
 

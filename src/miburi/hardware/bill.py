@@ -36,9 +36,11 @@ class BillRow:
     number
         The supplier's part number.
     price, source
-        Price of one piece, with its currency, and where and when it was seen; empty if unknown.
+        The price of one piece, with its currency, and where and when the price was seen; both are
+        empty if nobody looked it up.
     grams, time
-        A printed part's filament and printing time; the time is the slicer's.
+        How much filament a printed part takes, in grams, and how long it prints, as the slicer
+        says.
     remark
         A note for the buyer.
     """

@@ -24,8 +24,8 @@ from miburi.robot.shape import BASE, links
 FIT = 0.25
 #: Edges shorter than this are dropped, mm: slicers store corners in single precision.
 _SMALLEST = 0.005
-#: Thickness of a part's solid skin, mm, on level and on upright faces, and the share of its inside
-#: that is filled. They were fitted to sliced parts, see :func:`printed_mass`.
+#: The thickness of a part's solid skin, in mm, on level and on upright faces; and the share of its
+#: inside that is filled. Both were fitted to sliced parts; see :func:`printed_mass`.
 _SKIN, _INFILL = (0.55, 1.4), 0.21
 
 
@@ -53,7 +53,7 @@ class Solid:
     name, link
         Its name, and the link that carries it.
     solid
-        In the frame of its link, mm.
+        Its shape in the frame of its link, in mm.
     """
 
     name: str
@@ -103,16 +103,18 @@ def printed_parts(robot: Robot, fit: float = FIT, *, engraved: bool = True) -> l
     Parameters
     ----------
     robot
-        The robot, which gives lengths, ranges of joints and the size of the phone.
+        Its description has the lengths, the joints' ranges and the size of the phone.
     fit
-        The gap on each side of a pocket, 0 to 0.6 mm; the fit gauge finds it for your printer.
+        The gap on each side of what is pushed into a pocket, from 0 to 0.6 mm. Print the fit gauge
+        to find it for your printer.
     engraved
         Whether names and numbers are cut in.
 
     Raises
     ------
     InputError
-        ``fit`` is out of range, or the lengths do not allow the parts.
+        ``fit`` is out of range, or the lengths do not allow the parts; the message says which
+        lengths.
     """
     check_fit(fit)
     if lines := misfits(robot):

@@ -32,14 +32,15 @@ from miburi.robot.geometry import arm_reach
 from miburi.robot.loads import GRAVITY
 from miburi.robot.shape import links
 
-#: A push, N: the 95th percentile over the contact trials of the largest mean force over 0.1 s.
+#: The force of a push, in N. For each contact in the trials, the largest mean force over 0.1 s was
+#: found; this is the 95th percentile.
 _PUSH = 2.6
-#: Shares of the servo's stall torque that a joint may need at rest and in motion.
+#: A joint may need at most these shares of the servo's stall torque, at rest and in motion.
 _STANDING, _MOVING = 1 / 3, 1 / 2
-#: Length of the servo maker's cable, and the part of it inside the plugs, mm; and the ratio of a
-#: cable's true length to its length as drawn.
+#: The length of the servo maker's cable, and how much of it is inside the plugs, in mm; and the
+#: ratio of a cable's true length to its length as drawn.
 _CABLE, _BENDS, _WAY = 180.0, 15.0, 1.15
-#: Share by which a mass may differ from the description's.
+#: The share by which a mass may differ from the mass in the description.
 _MASS = 0.10
 #: Points on a part at which its wall is measured.
 _POINTS = 10_000
@@ -58,7 +59,7 @@ class Finding:
     Attributes
     ----------
     check
-        The thing checked.
+        What was checked.
     ok
         Whether it is as it should be.
     words
@@ -92,7 +93,7 @@ def check(
         return
     table = meetings.by_link(bodies(robot, parts))
     poses = sum(map(len, motions.values()))
-    # The quick ones first.
+    # The quick checks come first.
     yield Finding("parts", True, f"{len(parts)} parts, each one closed solid")
     pairs = [f"{one} and {other}" for one, other in meetings.in_one_link(table)]
     yield _no("fit", pairs, "no two parts on a link overlap")

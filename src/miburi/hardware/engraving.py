@@ -16,7 +16,7 @@ from miburi.robot import Robot
 from miburi.robot.description import JOINTS
 from miburi.robot.shape import links
 
-#: How deep letters are cut in, mm.
+#: How deep letters are cut in, in mm.
 _DEPTH = 0.6
 #: Height of the letters, and the radius at which the slot over a horn's notch begins, mm.
 _HIGH, _NOTCH = 3.6, 7.6

@@ -37,7 +37,8 @@ _RELATIONS = (
 def triangles(solid: Manifold) -> tuple[Array, NDArray[np.int64]]:
     """Return the corners of a solid, (n, 3) mm, and its triangles, (m, 3) indices into them.
 
-    Corners are rounded to 0.1 µm; those that coincide are merged, triangles between them dropped.
+    Corners are rounded to 0.1 µm. Corners that coincide are merged, and triangles that this leaves
+    without an area are dropped.
     """
     mesh = solid.to_mesh64()
     rounded = np.round(np.asarray(mesh.vert_properties, dtype=np.float64)[:, :3], 4)

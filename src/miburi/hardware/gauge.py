@@ -12,11 +12,13 @@ from miburi.hardware.dimensions import dimensions
 from miburi.hardware.solids import Manifold, box, cut, disc, join, letters, moved
 from miburi.robot.shape import BASE
 
-#: Gaps on each side of a pocket, mm.
+#: The gap on each side of a pocket, in mm, for each of the three fits.
 FITS = (0.15, 0.25, 0.35)
-#: Diameters of the holes, mm: a 2 mm screw cuts its thread in four, and passes through three.
+#: Diameters of the holes, in mm: a 2 mm screw cuts its thread in the first four, and passes through
+#: the other three.
 HOLES = (1.5, 1.6, 1.7, 1.8, 2.2, 2.4, 2.6)
-#: Distance between pockets, mm, and the servo's orientation: horn up, as the neck is printed.
+#: The distance from one pocket to the next, in mm; and the servo's orientation: horn up, as in the
+#: neck when it is printed.
 PITCH = 28.8
 TURNED = np.array([[1.0, 0, 0, 0], [0, 0, -1.0, 0], [0, 1.0, 0, 0]])
 

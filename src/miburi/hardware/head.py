@@ -18,7 +18,8 @@ from miburi.hardware.trunk import NECK_SCREWS
 from miburi.robot import Robot
 from miburi.robot.description import Array
 
-#: In mm: the cradle's plate, the foam behind the phone, and how much narrower a phone may be.
+#: In mm: the thickness of the cradle's plate and of the foam behind the phone, and by how much a
+#: phone may be narrower than the cradle.
 _PLATE, _FOAM, _TRAVEL = 3.0, 1.0, 7.5
 #: Thickness of the neck's flange, mm.
 NECK_FLANGE = 3.0
@@ -37,9 +38,9 @@ class Clamp:
     back, front
         The phone's back and its screen, along x.
     low, high
-        Its lower and upper edge, along z.
+        The phone's lower and upper edge, along z.
     half
-        Half its width.
+        Half the phone's width.
     """
 
     frame: Array
@@ -120,7 +121,8 @@ def cradle(robot: Robot) -> Manifold:
     fixed_lip = box((lip, lip + 2.5), (c.half - 4.0, c.half + 3.0), (c.low - 3.0, grip))
     middle = (dimensions().servo.horn_face + dimensions().servo.idler_face) / 2
     fork = servo.cheeks(face).translate((0.0, -middle, 0.0))
-    # The bridge is as near the axle as on other forks: with a long LH2, a gap could pinch fingers.
+    # The bridge is as near the axle as on the other forks: otherwise, with a longer link LH2, the
+    # gap could pinch fingers.
     half, web = servo.fork_half_width(), dimensions().wall.web
     bridge = box((min(web, c.plate), face), (-half, half), (-10.0, 10.0))
     port = box((face, lip + 4.0), (-12.5, 12.5), (c.low - 4.0, c.low + 1.0))

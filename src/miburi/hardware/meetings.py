@@ -1,8 +1,8 @@
 """Find collisions between parts of a built robot: over each joint's range, and in every gesture.
 
 It takes a robot, its solids and poses, and yields the parts, links or joints that collide. Shapes
-are the real ones: parts, servos, phone. Overlaps of up to 0.5 mm³ do not count, because two
-touching faces give less than that.
+are the real ones: parts, servos, phone. An overlap of up to 0.5 mm³ does not count, because faces
+that merely touch overlap by less.
 """
 
 from collections.abc import Iterable, Iterator
@@ -32,7 +32,7 @@ def by_link(things: Iterable[Solid]) -> dict[str, list[Solid]]:
 
 
 def in_one_link(table: dict[str, list[Solid]]) -> Iterator[tuple[str, str]]:
-    """Yield the pairs in one link that overlap."""
+    """Yield the pairs of solids in the same link that overlap."""
     for things in table.values():
         for one, other in combinations(things, 2):
             if (one.solid ^ other.solid).volume() > _TOUCH:
@@ -54,7 +54,8 @@ def over_the_range(
 ) -> Iterator[tuple[str, float]]:
     """Yield joint and angle, rad, where a link meets the one that carries it.
 
-    Each joint turns through its range and ``beyond`` rad more at both ends, all others at neutral.
+    Each joint is turned through its range, and by ``beyond`` rad more at both ends, while all other
+    joints are at neutral.
     """
     whole = _whole(table)
     for link in links(robot):
@@ -87,7 +88,7 @@ def stops_hold(robot: Robot, table: dict[str, list[Solid]]) -> Iterator[tuple[st
 def in_poses(
     robot: Robot, table: dict[str, list[Solid]], poses: Iterable[Array]
 ) -> Iterator[tuple[str, str]]:
-    """Yield the links that meet in any of the poses, (8,) rad; each pair once.
+    """Yield the pairs of links that meet in any of the poses, (8,) rad; each pair only once.
 
     Links joined by one joint are left to :func:`over_the_range`.
     """

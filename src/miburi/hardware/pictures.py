@@ -33,7 +33,7 @@ Picture = NDArray[np.uint8]
 _WIDTH, _HEIGHT, _CAPTION = 1100, 730, 90
 #: Pictures are drawn at this many times their final resolution, for smooth lines.
 _FINE = 2
-#: A second difference of depth above this, m, is drawn as an edge.
+#: Where the second difference of the depth is above this, in m, an edge is drawn.
 _BEND = 0.0007
 _COLOURS = {
     "new": (0.96, 0.62, 0.50),
@@ -54,12 +54,13 @@ class BuildStep:
     title
         What is done, as the picture's heading.
     adds
-        The added parts by name, each with the offset at which it is drawn, mm in its link's frame.
+        The added parts by name. Each has the offset from its final place at which it is drawn, in
+        mm in its link's frame.
     shows
-        The things that are there already and are shown; ``*`` for all.
+        Which of the things that are already there are shown; ``*`` for all.
     groups
-        Groups of screws that hold the added parts, each with the part whose offset it is drawn
-        with, or "" for none.
+        The groups of screws that hold the added parts. Each names the part with whose offset the
+        screws are drawn, or "" for no offset.
     words
         Other things to do or to check.
     view
@@ -67,7 +68,7 @@ class BuildStep:
     pulled
         How far the screws are shown out of their holes, mm.
     pose
-        Angles of the joints that are not in the straight pose, rad.
+        The angles, in rad, of joints that differ from the straight pose.
     cables
         The cables to draw: each one's name, and the range of its points.
     """

@@ -1,7 +1,7 @@
 """Where each servo sits, and how long the links must be for the parts to fit.
 
-Frames, (3, 4) with the origin in mm, transform a solid from a servo's own frame to the frame of the
-link (of :func:`miburi.robot.shape.links`) that holds the servo's case.
+A servo's frame, (3, 4) with the origin in mm, transforms a solid from the servo's own frame to the
+frame of the link that holds the servo's case. Links are those of :func:`miburi.robot.shape.links`.
 """
 
 from dataclasses import dataclass
@@ -16,11 +16,13 @@ from miburi.robot import Robot
 from miburi.robot.description import JOINTS, Array
 from miburi.robot.shape import BASE, links
 
-#: How far the head's servo leans back, rad, so that it clears the phone of a bowed head.
+#: How far the head's servo leans back, in rad, so that the phone's lower edge clears it when the
+#: head is bowed.
 HEAD_LEAN = 0.65
 #: Gap between a yoke's plate and the torso's side, mm.
 SIDE_GAP = 0.5
-#: mm from the robot's middle to the back of each shoulder's servo: room for plugs and wires.
+#: The distance, in mm, from the robot's middle to the back of each shoulder's servo: room for plugs
+#: and wires.
 _BACK_TO_BACK = 4.5
 
 
@@ -35,9 +37,9 @@ class Mount:
     link
         The link that carries its case.
     frame
-        (3, 4): its own frame on that link, mm.
+        The servo's own frame on that link, (3, 4), in mm.
     idler
-        Whether a fork holds it from behind, too.
+        Whether a fork also holds the servo from behind.
     centred
         The joint's angle, rad, at which the servo reads 2048. For shoulders that is the middle of
         their range, so that readings do not wrap from 4095 to 0 within it.
@@ -129,7 +131,7 @@ def range_of(robot: Robot, joint: str) -> tuple[float, float]:
 
 
 def misfits(robot: Robot) -> list[str]:
-    """Return one line for each length that is too short for the parts."""
+    """Return one line of text for each length that is too short for the parts."""
     return [
         f"{key} is {has:.1f} mm and must be {least:.1f} mm or more "
         f"(short by {least - has:.1f} mm): {why}."

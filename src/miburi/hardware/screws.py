@@ -37,7 +37,7 @@ _KINDS = {
     "M2.6x8": (1.3, 8.0, 2.6, 1.5),
     "M3x6": (1.5, 6.0, 2.75, 1.9),
 }
-#: Plastic left under a recessed screw head, mm.
+#: How much plastic is left under a recessed screw head, in mm.
 _UNDER = 1.3
 
 
@@ -52,9 +52,9 @@ class Screw:
     link
         The link in whose frame ``place`` and ``way`` are.
     place
-        (3,) mm, under its head.
+        The point under the screw's head, (3,) mm.
     way
-        (3,) unit vector in the direction that the head faces; the driver comes from there.
+        The direction in which the head faces, as a unit vector, (3,); the driver comes from there.
     """
 
     kind: str
@@ -72,7 +72,8 @@ def screws(robot: Robot) -> dict[str, list[Screw]]:
         # Each group's kind, places in the servo's frame, and whether heads face along its axle.
         groups = {"horn": ("M2x6", [(x, s.horn_face + w.plate, z) for x, z in servo.circle()], 1)}
         if mount.idler:
-            # Idlers in ROBOTIS's set come with their own screws; the head has the printed idler.
+            # The idlers in ROBOTIS's set come with their own screws; the head uses the printed
+            # idler.
             axle = "M2.6x6" if mount.joint == "head" else "M2.6x8"
             rear, far = s.idler_face - w.plate, s.case_holes_z[1]
             groups |= {

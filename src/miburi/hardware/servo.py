@@ -24,11 +24,11 @@ from miburi.hardware.solids import (
 )
 from miburi.robot.description import Array
 
-#: How much wider the fork is than horn and idler together, mm; its screws close this gap.
+#: How much wider the fork is than horn and idler together, in mm; its screws close this gap.
 _PLAY = 0.2
 #: The shoulder's stop, mm: the radius of its pin, and the pin's distance from the axle.
 _PIN, _PIN_CIRCLE = 2.2, 15.0
-#: z at which a holder's back plate begins: the idler's cheek turns below it.
+#: The z, in mm, at which a holder's back plate begins: the idler's cheek turns below it.
 _BACK_PLATE = 14.5
 
 
@@ -112,7 +112,8 @@ def driver_room(face: float, away: float, length: float) -> Manifold:
 def case_screws(rows: Sequence[float], face: float, away: float) -> list[Manifold]:
     """Return the screw holes into the case, at z in ``rows``, with countersinks for the heads.
 
-    ``face`` is the y of the case's side under the plate; 1.3 mm of plate remain under a head.
+    ``face`` is the y of the side of the case on which the plate lies; 1.3 mm of plate remain under
+    a head.
     """
     holes, x = dimensions().screws, dimensions().servo.case_holes_x
     under = 1.3
@@ -121,7 +122,8 @@ def case_screws(rows: Sequence[float], face: float, away: float) -> list[Manifol
         for side in (-x, x):
             far = face + away * 30
             head = rod((side, face + away * under, z), (side, far, z), holes.m2_head / 2)
-            # The head's room opens into the horn's window; a wall between would be too thin.
+            # The room for the screw's head opens into the horn's window; a wall between them would
+            # be too thin.
             inner = head.translate((-3.0 * side / x, 0, 3.0)) if z < 0 else head
             tools.append(rod((side, face - away, z), (side, far, z), holes.m2_clearance / 2))
             tools.append(hull(head, inner))
@@ -154,8 +156,9 @@ def pocket(fit: float) -> Manifold:
 def holder(fit: float) -> Manifold:
     """Return a sleeve for a case that is pushed in from its horn's side.
 
-    Its round end about the axle keeps the gap to a fork's bridge the same in all poses; its back
-    plate has two screws at the case's long end. The sleeve ends a wall's thickness past the case.
+    The sleeve has a round end about the axle, so that the gap to a fork's bridge is the same in all
+    poses, and a back plate with two screws at the case's long end. The sleeve ends a wall's
+    thickness past the case.
     """
     s, w = dimensions().servo, dimensions().wall
     wide = s.half_width + fit + w.shell

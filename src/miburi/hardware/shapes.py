@@ -14,9 +14,10 @@ if TYPE_CHECKING:
     from miburi.hardware.solids import Manifold
 
 
-#: How far drawn shapes may be off, mm.
+#: How far drawn shapes may be off the true ones, in mm.
 _FINE = 0.1
-#: The colours of :data:`miburi.robot.shape.COLOURS`; parts not named are cream, servos graphite.
+#: Colours, by their names in :data:`miburi.robot.shape.COLOURS`. Parts that are not listed are
+#: cream; servos are graphite.
 _COLOURED = {
     "foot": "clay", "lid": "clay", "column": "clay", "cradle": "coral", "jaw": "coral",
     "idler": "coral", "left_yoke": "coral", "right_yoke": "coral",
@@ -29,7 +30,7 @@ def shapes(robot: Robot) -> dict[tuple[str, str], "Manifold"]:
     Raises
     ------
     InputError
-        This robot cannot be built.
+        This robot cannot be built; the message says which length is too short, and by how much.
     """
     # The geometry kernel is an optional extra, so it is imported here.
     from miburi.hardware.build import PrintedPart, bodies, printed_parts

@@ -37,7 +37,7 @@ __all__ = [
 #: A point, a direction or the ends of a span.
 Numbers = Sequence[float] | Array
 
-#: Straight edges that make up a large circle: they keep a 16 mm hole round within 0.02 mm.
+#: How many straight edges make up a large circle: with these, a 16 mm hole is round within 0.02 mm.
 _ROUND = 64
 
 
@@ -78,7 +78,7 @@ def ball(middle: Numbers, radius: float) -> Manifold:
 
 
 def hull(*solids: Manifold) -> Manifold:
-    """Return the smallest convex solid around others."""
+    """Return the smallest convex solid that encloses the given solids."""
     return Manifold.batch_hull(list(solids))
 
 
@@ -105,7 +105,7 @@ def mirror_y(solid: Manifold) -> Manifold:
 def around(
     low: float, high: float, make: Callable[[float], CrossSection], step: float = 0.05
 ) -> CrossSection:
-    """Return what an outline sweeps while it turns from one angle to another, rad."""
+    """Return the area that an outline sweeps while it turns from ``low`` to ``high``, in rad."""
     count = max(2, int(np.ceil((high - low) / step)) + 1)
     return CrossSection.batch_boolean(
         [make(float(angle)) for angle in np.linspace(low, high, count)], OpType.Add

@@ -30,11 +30,12 @@ NECK_SCREWS = [(x, y) for x in (-20.0, -3.0) for y in (-20.5, 20.5)]
 _LID, _FLOOR, _ROOF, _GAP = 3.0, 4.4, 5.7, 1.2
 #: Radius of the hole in the roof, through which a slim driver reaches the waist's horn.
 _DRIVER = 9.5
-#: Screw heads lie this far in front of the chest's edge, mm, so that tips stop before the servos.
+#: The heads of the chest's screws lie this far in front of the chest's edge, in mm, so that the
+#: tips stop short of the servos.
 CHEST_SEAT = 5.5
 #: Radius at which the hub's wires (power, DATA) pass the waist, and their slot's half width, mm.
 _CABLE_CIRCLE, _CABLE = 14.9, 2.6
-#: Radius at which the waist's stops stand, and their radius.
+#: The radius of the circle on which the waist's stops stand, and the stops' own radius, in mm.
 _STOP_CIRCLE, _STOP_RADIUS = 22.0, 2.2
 
 
@@ -69,7 +70,8 @@ def column_screws(robot: Robot) -> list[tuple[float, float]]:
 def card_screws() -> list[tuple[float, float]]:
     """Return the places of the four screws of the Mega, whose USB socket faces backwards.
 
-    With components up and the USB socket at the back, the edge beside it is on the robot's left.
+    With the components up and the USB socket at the back, the edge beside the socket is on the
+    robot's left.
     """
     m = dimensions().mega
     return [(x - m.length / 2, m.width / 2 - y) for x, y in m.holes]
@@ -126,7 +128,7 @@ def _grooves(
 ) -> list[Manifold]:
     """Return two posts; a 1.6 mm board slides down between them, from y = -half to half.
 
-    They reach ``behind`` mm further back, to a wall that carries them.
+    The posts reach ``behind`` mm further back, to a wall that carries them.
     """
     return [
         box(
@@ -340,7 +342,7 @@ def _stop_track(robot: Robot) -> Manifold:
 def _past_the_waist(robot: Robot, flat: CrossSection, beyond: float) -> CrossSection:
     """Return the area that a part of the column sweeps in the torso, ``beyond`` degrees too far.
 
-    In the torso's frame the part of the column turns, in the opposite direction.
+    In the torso's frame, it is the part of the column that turns, in the opposite direction.
     """
     low, high = range_of(robot, "waist")
     more = beyond * pi / 180

@@ -16,7 +16,8 @@ from miburi.hardware.trunk import card_screws, foot_floor, hub_floor, lid_screws
 from miburi.robot import Array, Robot
 from miburi.robot.shape import BASE
 
-#: A point on a cable's route: the thing that it moves with, that thing's link, and x, y, z in mm.
+#: A point on a cable's route: the thing with which it moves, that thing's link, and x, y and z in
+#: mm.
 Point = tuple[str, str, Numbers]
 
 #: Radius of a cable of three wires, mm.
@@ -81,7 +82,7 @@ def _socket(robot: Robot, joint: str, side: float) -> tuple[Point, Point]:
 
 
 def cables(robot: Robot) -> dict[str, list[Point]]:
-    """Return each servo's cable, by joint, and the ``feed``, each as the points of its route."""
+    """Return the routes of each servo's cable, by joint, and of the ``feed``, as points."""
     low, roof, stands = foot_floor(robot), neck_floor(robot), hub_floor(robot)
     front = dimensions().mega.length / 2 + 2.0
     plug, free = _socket(robot, "waist", 1.0)
@@ -122,7 +123,8 @@ def _arm_cables(robot: Robot, side: str, sign: float, hub: Point) -> dict[str, l
     def at(thing: str, link: str, x: float, y: float, z: float) -> Point:
         return thing, link, (x, sign * y, z)
 
-    # The arms are mirror images, but servos are not, so their two sockets change sides.
+    # The arms are mirror images of each other, but servos are not, so their two sockets change
+    # sides.
     front, front_free = _socket(robot, shoulder, -sign)
     back, back_free = _socket(robot, shoulder, sign)
     inner, inner_free = _socket(robot, elbow, sign)
