@@ -191,7 +191,7 @@ class EmulatedCard:
             self._output += self.mega.take(_HOST)
 
     def read(self, until: float) -> bytes:
-        """Return bytes from the card once it sends some, or none if none came by ``until``, s."""
+        """Return bytes as soon as the card sends some, or no bytes if none came by ``until`` s."""
         end = _micros(until)
         while not self._output and self.mega.time < end:
             self.run(min(end, self.mega.time + _SLICE))

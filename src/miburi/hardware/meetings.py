@@ -52,7 +52,7 @@ def _meet(one: Manifold, other: Manifold) -> bool:
 def over_the_range(
     robot: Robot, table: dict[str, list[Solid]], beyond: float = 0.0
 ) -> Iterator[tuple[str, float]]:
-    """Yield joint and angle, rad, where a link meets the one that carries it.
+    """Yield the joint and the angle, in rad, at which a link meets the link that carries it.
 
     Each joint is turned through its range, and by ``beyond`` rad more at both ends, while all other
     joints are at neutral.
@@ -75,7 +75,7 @@ def _meets_parent(robot: Robot, whole: dict[str, Manifold], link: Link, angle: f
 
 
 def stops_hold(robot: Robot, table: dict[str, list[Solid]]) -> Iterator[tuple[str, float]]:
-    """Yield joint and angle, rad, where no mechanical stop is met 9° beyond the range."""
+    """Yield the joint and the angle (rad) where no mechanical stop is met 9° beyond its range."""
     whole = _whole(table)
     far = np.radians(dimensions().wall.stop + 2.5)
     for link in links(robot):
