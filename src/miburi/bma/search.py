@@ -89,7 +89,10 @@ class Optimizer:
         return SearchResult(self._x.copy(), float(self._value), *counts, status)
 
     def ask(self) -> Array:
-        """Return the points, (k, n), whose values are wanted next; an InputError after the end."""
+        """Return the points, (k, n), whose values are wanted next.
+
+        Raises InputError after the search has ended.
+        """
         if self._points is None:
             raise InputError("The search has ended; its result is in .result.")
         self._asked = True

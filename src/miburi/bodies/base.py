@@ -23,7 +23,7 @@ class BodyState:
         The time in s on the body's clock.
     angles, velocities
         (8,) rad and rad/s, as the encoders measure them. Velocities are means over the last 50 or
-        60 ms, because an encoder has steps: so they lag the angles by half of that.
+        60 ms, because an encoder has steps; so they lag the angles by half of that.
     phase
         Idle, moving, stopped or returning.
     stop

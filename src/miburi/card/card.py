@@ -156,7 +156,10 @@ class Card:
         return state
 
     def move(self, move: Move, driven: Robot | None = None) -> None:
-        """Start a move (:meth:`miburi.bodies.Body.move`); motors use the drive of ``driven``."""
+        """Start a move; see :meth:`miburi.bodies.Body.move`.
+
+        If ``driven`` is given, the motors are driven as the motors of that robot would be.
+        """
         check_move(self.robot, self.state.phase, move)
         here, (origin, velocity) = np.array(self.report.positions), self._motion_now()
         asked = driven or self.robot

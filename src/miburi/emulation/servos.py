@@ -22,7 +22,7 @@ from miburi.servos import load_servo
 
 #: Steps in a turn.
 _TURN = 4096
-#: The bit that reports a hardware error; every answer's error has it.
+#: The bit in the error of every answer that says whether there is a hardware error.
 _ALERT = 0x80
 #: One unit of the servo's speed and of its acceleration, in steps/s and steps/s².
 SPEED_UNIT = 0.229 * 4096 / 60

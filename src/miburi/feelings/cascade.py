@@ -12,8 +12,8 @@ Here x is the level, p the part that it has yet to take up, and a and b are the 
 shares. h is the level at which an emotion is held (``set_state``), or 0: the emotion is topped up
 as it fades, and each top-up acts on the slower levels like a stimulus. Support, inhibition,
 habituation and saturation are applied at once when a stimulus arrives. Between stimuli everything
-is linear and integrated exactly, so a step of an hour costs no more than a step of a millisecond. x
-+ p never exceeds 1, so every level stays in [0, 1].
+is linear and integrated exactly, so a step of an hour costs no more than a step of a millisecond.
+Every level stays in [0, 1], because x + p never exceeds 1.
 """
 
 from collections.abc import Callable, Mapping

@@ -69,7 +69,7 @@ class TakeUp(Table):
 
 
 class Habituation(Table):
-    """The share of its effect that a repeated stimulus loses, and how fast that heals (s)."""
+    """The share of effect that a repeated stimulus loses, and the time constant of recovery, s."""
 
     share: Share
     recovery: Annotated[float, Field(ge=0.1, le=86_400)]

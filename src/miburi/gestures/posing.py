@@ -25,7 +25,7 @@ _WIDE = 0.5
 #: differ by the second.
 _REACH_VARIES, _TIME_VARIES = 0.15, 0.12
 #: A beat of an arm: the hand's offset at the turning point; the times to get there and back, in s;
-#: and the time, in s, by which servos lag at the turning point (all our choice).
+#: and how long lagging servos take to reach the turning point, in s (all our choice).
 _BEAT = np.array([-0.03, 0.0, 0.3])
 _BEAT_TIMES = (0.4, 0.4)
 BEAT_LEAD = 0.44

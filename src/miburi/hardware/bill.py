@@ -39,8 +39,8 @@ class BillRow:
         The price of one piece, with its currency, and where and when the price was seen; both are
         empty if nobody looked it up.
     grams, time
-        How much filament a printed part takes, in grams, and how long it prints, as the slicer
-        says.
+        How much filament a printed part takes, in grams, and how long it prints; the time is the
+        slicer's.
     remark
         A note for the buyer.
     """

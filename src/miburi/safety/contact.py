@@ -46,8 +46,8 @@ The rule cannot see an obstacle that holds a motor back by less than its guards.
 slow, soft or near a joint's axis are noticed late (docs/safety.md has the figures).
 
 The period, the ratio and "one motor stops all" are the paper's; all else is ours. The printed rule
-compares a motor's speed with the nominal speed. A real servo ramps up, ramps down and lags, so that
-rule would stop its every free move; :mod:`miburi.safety.printed` keeps it for comparison.
+compares a motor's speed with the nominal speed. A real servo ramps up, ramps down and lags, so the
+printed rule would stop all its free moves; :mod:`miburi.safety.printed` keeps it for comparison.
 """
 
 from dataclasses import dataclass, field

@@ -66,7 +66,7 @@ YIELDS = 20
 
 
 def return_speed(usual: int, *, led: bool) -> int:
-    """Return the speed of the return: 40 % of the usual speed after a touch (our choice)."""
+    """Return the speed of the return: ``usual``, or 40 % of it after a touch (our choice)."""
     return usual * 2 // 5 if led else usual
 
 

@@ -1,4 +1,4 @@
-"""What every sense returns: an impression of somebody; and how the partner reacts to it.
+"""Impressions: what every sense returns, and how the partner reacts to them.
 
 A sense is a function from what somebody did (words, a sound, a face, a touch) to an
 :class:`Impression`: the feeling that it showed, how strongly, and why. The temperament's table

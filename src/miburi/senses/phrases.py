@@ -60,7 +60,10 @@ class _Smileys(Table):
 
     @cached_property
     def pattern(self) -> re.Pattern[str]:
-        """All signs, longest first; a letter or digit at a sign's end must end a word."""
+        """All signs, the longest first.
+
+        If a sign begins or ends with a letter or digit, a word must begin or end there.
+        """
         either = "|".join(
             (r"(?<!\w)" if sign[0].isalnum() else "")
             + re.escape(sign)
