@@ -23,7 +23,8 @@ from miburi.robot.shape import BASE
 from miburi.safety.drive import aim
 from miburi.safety.profile import Steps, to_steps
 
-#: How far parts may overlap at neutral, m: their shapes only approximate the robot's (our choice).
+#: How far parts may overlap at neutral, in m, since their shapes only approximate the robot's (our
+#: choice).
 _DEEP = 0.001
 #: The clearance between a placed hand and the trunk, in m (our choice). Both are rigid: if they
 #: touched, rounding errors alone would decide the force between them.

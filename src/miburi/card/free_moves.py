@@ -20,9 +20,10 @@ from miburi.safety.stop import Phase, StopReason
 #: move reaches that speed and comes back to rest within v²/a. On either side the joint moves no
 #: further than ``_FARTHEST`` of half its range (our choice).
 _REACH, _RUN, _FARTHEST = 0.35, 1.1, 0.97
-#: Speeds for moves of one joint, rad/s; the last is faster than any servo can go (our choice).
+#: Speeds, in rad/s, for moves of one joint; the last is faster than any servo can go (our choice).
 _SPEEDS = (0.8, 2.5, np.inf)
-#: Durations of moves of all joints, s; the last is shorter than any servo can manage (our choice).
+#: Durations, in s, of moves of all joints; the last is shorter than any servo can manage (our
+#: choice).
 _DURATIONS = (1.5, 0.8, 0.1)
 #: Slow speeds (rad/s), at which encoder steps matter most, and the distance moved at each (rad);
 #: our choice.

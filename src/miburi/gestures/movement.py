@@ -75,7 +75,7 @@ class Posture(Table):
 
 
 class Repeat(Table):
-    """The key poses from ``first`` to ``last``, counted from 1, are played ``times`` times in all.
+    """Play the key poses ``first`` to ``last``, counted from 1, ``times`` times in all.
 
     ``back`` is the time from the last pose to the first, as a share of the gesture's duration. Each
     repeat makes the gesture longer.

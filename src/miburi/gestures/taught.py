@@ -115,7 +115,7 @@ def as_toml(function: MovementFunction) -> str:
 
 
 def _apart(places: Array, other: Array) -> Array:
-    """For each moment, return how far the farthest extremity is from its other position, (n,) m."""
+    """Return how far the farthest extremity is from its place in ``other`` at each time, (n,) m."""
     return np.asarray(np.linalg.norm(places - other, axis=-1).max(axis=-1))
 
 

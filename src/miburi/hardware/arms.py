@@ -77,7 +77,7 @@ def forearm(robot: Robot) -> Manifold:
 
 
 def _range(robot: Robot, side: str, joint: str) -> tuple[float, float]:
-    """Return the limits of an elbow or fingertip, rad, as a left arm would have them."""
+    """Return the limits of an elbow or fingertip, in rad, as a left arm would have them."""
     low, high = range_of(robot, f"{side}_{joint}")
     return (low, high) if side == "left" else (-high, -low)
 

@@ -20,9 +20,9 @@ from miburi.robot.description import Array
 from miburi.robot.loads import link_poses
 from miburi.robot.shape import BASE, links
 
-#: The gap on each side of a pocket, mm, for a sliding fit; the number is from printing guides.
+#: The gap on each side of a pocket, in mm, for a sliding fit; the number is from printing guides.
 FIT = 0.25
-#: Edges shorter than this are dropped, mm: slicers store corners in single precision.
+#: Edges shorter than this, in mm, are dropped, because slicers store corners in single precision.
 _SMALLEST = 0.005
 #: The thickness of a part's solid skin, in mm, on level and on upright faces; and the share of its
 #: inside that is filled. Both were fitted to sliced parts; see :func:`printed_mass`.

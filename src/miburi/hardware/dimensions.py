@@ -84,7 +84,7 @@ class MegaBoard(Table):
 
 
 class PrintSettings(Table):
-    """How the parts are meant to be printed: mm, counts, per cent and g/cm³."""
+    """How the parts are meant to be printed, in mm, counts, per cent and g/cm³."""
 
     standing: str
     layer: float

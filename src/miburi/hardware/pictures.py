@@ -92,7 +92,7 @@ _ARM = ("left_upper_arm", "left_fingertip servo")
 _WHOLE_ARM = ("left_yoke", "left_elbow servo", "left_elbow idler", *_ARM, "left_fingertip idler")
 #: A left arm that points forwards, and a bowed head.
 _FORWARDS, _BOWED = {"left_shoulder": pi / 2}, {"head": 0.2}
-#: Offsets of the things being added, mm: outwards, upwards, forwards.
+#: Offsets, in mm, of the things being added: outwards, upwards, forwards.
 _OUT, _UP, _AHEAD = (0.0, 45.0, 0.0), (0.0, 0.0, 50.0), (45.0, 0.0, 0.0)
 
 #: The steps in order; the right arm is built like the left one.

@@ -41,8 +41,8 @@ class Mount:
     idler
         Whether a fork also holds the servo from behind.
     centred
-        The joint's angle, rad, at which the servo reads 2048. For shoulders that is the middle of
-        their range, so that readings do not wrap from 4095 to 0 within it.
+        The joint's angle, in rad, at which the servo reads 2048. For shoulders that is the middle
+        of their range, so that readings do not wrap from 4095 to 0 within it.
     """
 
     joint: str
@@ -141,7 +141,7 @@ def misfits(robot: Robot) -> list[str]:
 
 
 def _least_lengths(robot: Robot) -> dict[str, tuple[float, str]]:
-    """Return the least value of each length that the parts depend on, mm, and why."""
+    """Return the least value, in mm, of each length that the parts depend on, and why."""
     s, w = dimensions().servo, dimensions().wall
     size, shape = robot.lengths, robot.shape
     mm = 1000

@@ -26,7 +26,7 @@ from miburi.robot.description import Array
 
 #: How much wider the fork is than horn and idler together, in mm; its screws close this gap.
 _PLAY = 0.2
-#: The shoulder's stop, mm: the radius of its pin, and the pin's distance from the axle.
+#: The shoulder's stop, in mm: the radius of its pin, and the pin's distance from the axle.
 _PIN, _PIN_CIRCLE = 2.2, 15.0
 #: The z, in mm, at which a holder's back plate begins: the idler's cheek turns below it.
 _BACK_PLATE = 14.5

@@ -1,6 +1,6 @@
 """The real shapes of a robot's links, for whatever draws it.
 
-It takes a robot's description and returns solids in their links' frames, mm, by link and colour.
+It takes a robot's description and returns solids in their links' frames, in mm, by link and colour.
 The phone is not among them: it is drawn from the description.
 """
 

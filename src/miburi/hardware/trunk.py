@@ -50,7 +50,7 @@ def hub_floor(robot: Robot) -> float:
 
 
 def lid_height(robot: Robot) -> float:
-    """Return the height of the lid's top, mm: the Mega lies below."""
+    """Return the height of the lid's top, in mm; the Mega lies below it."""
     m = dimensions().mega
     return foot_floor(robot) + m.post + 1.6 + m.height + _LID
 

@@ -21,7 +21,7 @@ _SLIGHT = 1e-9
 
 
 class _Planar(NamedTuple):
-    """An arm in its own plane: lengths, limits of elbow and fingertip, both positive inwards."""
+    """An arm in its own plane: its lengths, and the limits of elbow and fingertip (inwards: +)."""
 
     upper: float  # m
     fore: float  # m
@@ -73,7 +73,7 @@ def place_body(body: Body, work: Work, waist: float) -> tuple[float, float]:
 def _place_arm(
     body: Body, work: Work, limb: int, sine: float, cosine: float
 ) -> tuple[float, float]:
-    """Write the best angles of an arm, 0 the right one, 1 the left; return error and slope.
+    """Write the best angles of an arm (0: right, 1: left); return its error and the slope.
 
     With the shoulder fixed, the arm moves in a plane. In that plane the hand can be on either side
     of the shoulder's axis, so there are two candidate shoulder angles.

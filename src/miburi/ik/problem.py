@@ -14,7 +14,7 @@ from miburi.robot import Robot
 from miburi.robot.description import Lengths
 from miburi.robot.geometry import arm_reach
 
-#: The largest coordinate of a target, m: far below those whose squares overflow.
+#: The largest coordinate of a target, in m: far below coordinates whose squares would overflow.
 FARTHEST = 1e9
 #: A target counts as reached if its residual is below this share of the arm's reach: 0.07 mm for
 #: the iphonoid.

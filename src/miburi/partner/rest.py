@@ -25,7 +25,7 @@ from miburi.robot import Array, Robot
 #: The partner's part in a conversation.
 Attention = Literal["listening", "thinking", "speaking"]
 
-#: After an interruption of this length, s, rest begins with a pause (our choice).
+#: After an interruption of at least this length, in s, rest begins with a pause (our choice).
 _ANEW = 2.0
 #: How long a turn to a face takes, in s, and the angle, in rad, up to which it is not worth making
 #: (our choice).

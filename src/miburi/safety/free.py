@@ -30,7 +30,7 @@ from miburi.servos.free import STEP, FreeServo, advance
 
 #: A motor that reaches this speed in its move, 1/256 steps/s, has the full guards (our choice).
 FAST = 512 * FINE
-#: µs until a motor that swings at a move's start has come to rest (our choice).
+#: A motor that swings at a move's start has come to rest after this long, in µs (our choice).
 SETTLES = 200_000
 
 

@@ -99,14 +99,14 @@ class ProfileTable(Origin):
 
 
 class Supply(Origin):
-    """The supply's voltage, V, and the resistance that all servos share, Ω."""
+    """The supply's voltage (V), and the resistance that all servos share (Ω)."""
 
     voltage: Annotated[float, Field(gt=0, le=50)]
     resistance: NotNegative
 
 
 class Loop(Origin):
-    """The control's rate, Hz, and its imperfections."""
+    """The control's rate (Hz) and its imperfections."""
 
     rate: Positive
     noise: NotNegative
