@@ -94,7 +94,7 @@ def replace_settings(ask: Ask, settings: CardSettings, before: CardSettings) -> 
 
 
 def save_settings(ask: Ask, wait: Callable[[float], object]) -> None:
-    """Store a card's settings in its EEPROM, which takes about 4 s; ``wait`` waits that many s.
+    """Store a card's settings in its EEPROM (about 4 s); ``wait`` lets a given time pass, in s.
 
     Raises
     ------
