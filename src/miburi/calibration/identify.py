@@ -208,8 +208,8 @@ def check(robot: Robot, found: Identified) -> None:
     Raises
     ------
     BodyError
-        A servo's stiffness is outside ``STIFFNESS``; the message names the servo and the gain to
-        set.
+        A servo's stiffness is outside ``STIFFNESS``; the message names the servo, and says what to
+        check or which gain to set.
     """
     found_stiffness = stiffness(robot, found)
     outside = (found_stiffness < STIFFNESS[0]) | (found_stiffness > STIFFNESS[1])
