@@ -201,6 +201,13 @@ def test_a_partner_with_feelings_of_its_own_is_understood(server: Server) -> Non
         assert partner.gestures()[0].feeling == "pride"
 
 
+async def _state(asker: Asker) -> None:
+    try:
+        await asker.state()
+    finally:
+        await asker.close()
+
+
 @pytest.mark.parametrize("scheme", ["http", "https"])
 def test_the_token_opens_the_door(live: Runner, certificates: Certificates, scheme: str) -> None:
     https = scheme == "https"
@@ -221,7 +228,7 @@ def test_the_token_opens_the_door(live: Runner, certificates: Certificates, sche
                     with pytest.raises(InputError, match="token.*QR code.*connect"):
                         attempt()
             with pytest.raises(InputError, match="token"):
-                asyncio.run(Asker.at(url, wrong, authority).state())
+                asyncio.run(_state(Asker.at(url, wrong, authority)))
 
 
 def test_a_program_whose_token_is_withdrawn_ends_at_once(live: Runner) -> None:
@@ -246,7 +253,7 @@ def test_without_the_authority_it_says_what_to_do(live: Runner, certificates: Ce
                 with pytest.raises(ConnectionLostError, match="does not trust.*authority=FILE"):
                     attempt()
         with pytest.raises(ConnectionLostError, match="does not trust.*MIBURI_AUTHORITY"):
-            asyncio.run(Asker.at(url, "t" * 40).state())
+            asyncio.run(_state(Asker.at(url, "t" * 40)))
 
 
 @pytest.mark.parametrize("content", [None, "nonsense"])

@@ -64,8 +64,7 @@ class Memory:
         if self.allowed and path is not None:
             self._known = read_people(path)
         self._present: Acquaintance | None = None
-        #: Facts from somebody who has not given a name; they are never written.
-        self._untold: list[Fact] = []
+        self._untold: list[Fact] = []  # from somebody without a name; never written
         self.remarks = Remarks(clock)
         #: The number of deletions; when it changes, other parts forget the conversation, too.
         self.deleted = 0
@@ -87,8 +86,7 @@ class Memory:
     @property
     def leaning(self) -> Array | None:
         """The shift of each resting mood for the person present; None without a person."""
-        person = self.present
-        return None if person is None else self.leaning_of(person)
+        return None if (person := self.present) is None else self.leaning_of(person)
 
     def leaning_of(self, person: Acquaintance) -> Array:
         """Return the shift of each resting mood, (n,), while somebody is present."""
