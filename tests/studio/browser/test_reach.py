@@ -109,9 +109,9 @@ def test_a_hand_whose_way_was_lost_on_the_wire_goes_there_all_the_same(scene: Pa
 
 
 def forget_the_arms_way(scene: Page) -> None:
-    """Wait until the page knows the arms at no place but where they have been since now."""
+    """Wait until the page, once drawn, knows the arms only where they have been since now."""
     scene.wait_for_function(
-        "since => document.querySelector('.robot-view').view.arms.trail[0].now > since",
+        "since => document.querySelector('.robot-view').view.arms.trail[0]?.now > since",
         arg=scene.evaluate("performance.now()"),
     )
 
