@@ -3,6 +3,7 @@ import ssl
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import aclosing
 from pathlib import Path
 from typing import Any
 
@@ -201,11 +202,12 @@ def test_a_partner_with_feelings_of_its_own_is_understood(server: Server) -> Non
         assert partner.gestures()[0].feeling == "pride"
 
 
-async def _state(asker: Asker) -> None:
-    try:
-        await asker.state()
-    finally:
-        await asker.close()
+async def hear_one(url: str, token: str | None, authority: Path | None) -> None:
+    async with (
+        miburi.connect_async(url, token, authority) as partner,
+        aclosing(partner.events("0")) as events,
+    ):
+        await anext(events)
 
 
 @pytest.mark.parametrize("scheme", ["http", "https"])
@@ -228,7 +230,7 @@ def test_the_token_opens_the_door(live: Runner, certificates: Certificates, sche
                     with pytest.raises(InputError, match="token.*QR code.*connect"):
                         attempt()
             with pytest.raises(InputError, match="token"):
-                asyncio.run(_state(Asker.at(url, wrong, authority)))
+                asyncio.run(hear_one(url, wrong, authority))
 
 
 def test_a_program_whose_token_is_withdrawn_ends_at_once(live: Runner) -> None:

@@ -263,5 +263,7 @@ def test_everything_is_described_with_an_example_for_each_request(
         if "requestBody" in one:
             content = one["requestBody"]["content"][JSON]["schema"]
             assert models[content["$ref"].rsplit("/", 1)[1]]["examples"], one["operationId"]
-    assert described["servers"]
+        assert {"401", "403", "426"} <= one["responses"].keys()
+        assert ("413" in one["responses"]) == ("requestBody" in one)
+    assert [one["url"] for one in described["servers"]] == ["/"], "whatever its port"
     assert described["components"]["securitySchemes"]

@@ -1,8 +1,9 @@
 """The interface for agents: MCP tools for feelings and gestures, without control of joints.
 
-An agent can make the partner feel something, request a gesture, and read events. It can stop the
-body, but only a person can release it. Only the latest of several wishes counts: they do not queue
-up. If the body is busy, paused or stopped, the answer says so in words; that is no error.
+An agent can make the partner feel something, ask it for a gesture, and see what happens. It can
+stop the body but not release it: only a person can. Only the latest of several wishes counts; they
+do not queue up. What a paused or stopped body refuses is an error with words; a gesture that is
+broken off is an answer.
 
 The tools use an :class:`~miburi.client.asker.Asker`, so they work inside the server, at ``/mcp``,
 and over standard input and output, as ``miburi mcp``, which forwards requests to a server.
@@ -194,18 +195,18 @@ def _in_words(
 def _wish(
     work: Callable[Concatenate["_Tools", Parameters], Awaitable[str]],
 ) -> Callable[Concatenate["_Tools", Parameters], Awaitable[str]]:
-    """Limit the rate of wishes; if the body refuses one now, answer why: that is no error."""
+    """Limit the rate of wishes; a refusal is a tool's error, with its reason in words."""
 
     @wraps(work)
     async def answer(
         tools: "_Tools", /, *args: Parameters.args, **kwargs: Parameters.kwargs
     ) -> str:
         if not tools.wishes.take("all"):
-            return _TOO_FAST
+            raise ToolError(_TOO_FAST)
         try:
             return await work(tools, *args, **kwargs)
         except BodyError as error:
-            return f"Nothing was done: {error} Only a person can do that."
+            raise ToolError(f"Nothing was done: {error} Only a person can do that.") from error
 
     return _in_words(answer)
 
@@ -236,7 +237,7 @@ class _Tools:
     async def say(self, words: Annotated[str, Field(min_length=1, max_length=300)]) -> str:
         """Have the partner say something; it is shown, and heard on pages with the voice on."""
         if not await asyncio.to_thread(may_be_said, words):
-            return _UNSAID
+            raise ToolError(_UNSAID)
         await self._partner.tell("/speak", SpeakIn(text=words))
         return "It is saying that."
 

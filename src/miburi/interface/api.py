@@ -141,7 +141,7 @@ def make_api(
         title="Miburi",
         version=__version__,
         description=_ABOUT,
-        servers=[{"url": "/", "description": "the partner that serves this description"}],
+        servers=[{"url": "/", "description": "where this description is served"}],
         openapi_tags=[{"name": name, "description": what} for name, what in _TAGS.items()],
         generate_unique_id_function=_route_name,
         openapi_url="/api/openapi.json",

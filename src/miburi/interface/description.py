@@ -15,6 +15,14 @@ from miburi.robot.shape import COLOURS, links, parts
 from miburi.wire.messages import Refusal
 from miburi.wire.robot import LinkOut, PartOut, RobotOut
 
+#: What the gate before every request may answer.
+_GATE = {
+    "401": "A token is needed here, or this one is wrong or was withdrawn.",
+    "403": "The request comes from a page of another site, or by a name that is not this server's.",
+    "426": "No token is accepted over plain http.",
+}
+_LONG = "The request is too long."
+
 
 def describe(runner: LivePartner) -> RobotOut:
     """Return the robot's description, from which a viewer builds the scene."""
@@ -56,6 +64,10 @@ def describe_interface(app: FastAPI) -> None:
         schema["components"]["schemas"]["Refusal"] = Refusal.model_json_schema()
         for operations in schema["paths"].values():
             for operation in operations.values():
+                for status, words in _GATE.items():
+                    operation["responses"].setdefault(status, {"description": words})
+                if "requestBody" in operation:
+                    operation["responses"].setdefault("413", {"description": _LONG})
                 for status, answer in operation["responses"].items():
                     if int(status) >= HTTPStatus.BAD_REQUEST:
                         answer.setdefault("content", refusal)
