@@ -16,7 +16,6 @@ from websockets.exceptions import ConnectionClosedError
 from websockets.sync.client import connect as open_socket
 
 import miburi
-from miburi.client.asker import Asker
 from miburi.client.connection import ConnectionLostError
 from miburi.client.remote import RemotePartner
 from miburi.errors import BodyError, InputError, OutputError
@@ -255,7 +254,7 @@ def test_without_the_authority_it_says_what_to_do(live: Runner, certificates: Ce
                 with pytest.raises(ConnectionLostError, match="does not trust.*authority=FILE"):
                     attempt()
         with pytest.raises(ConnectionLostError, match="does not trust.*MIBURI_AUTHORITY"):
-            asyncio.run(_state(Asker.at(url, "t" * 40)))
+            asyncio.run(hear_one(url, "t" * 40, None))
 
 
 @pytest.mark.parametrize("content", [None, "nonsense"])
