@@ -18,6 +18,7 @@ from typing import Self
 import httpx
 
 from miburi.client.asker import Asker
+from miburi.client.trusting import distrust
 from miburi.client.connection import ConnectionLostError
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures import Direction
@@ -92,7 +93,8 @@ class AsyncPartner(Asker):
             except (httpx.HTTPError, ConnectionLostError) as error:
                 failure = error
             if heard is None or loop.time() - heard > patience:
-                raise ConnectionLostError(f"the partner does not answer: {failure}.") from failure
+                words = f"the partner does not answer: {failure}."
+                raise ConnectionLostError(distrust(self._url, failure) or words) from failure
             await asyncio.sleep(min(_AGAIN, patience))
 
     async def until_ended(self, wish: str, patience: float = 60.0) -> LiveEvent:
