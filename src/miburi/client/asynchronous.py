@@ -18,8 +18,8 @@ from typing import Self
 import httpx
 
 from miburi.client.asker import Asker
-from miburi.client.trusting import distrust
 from miburi.client.connection import ConnectionLostError
+from miburi.client.trusting import distrust
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures import Direction
 from miburi.live.attention import Turn
