@@ -46,7 +46,7 @@ class ReportHistory:
         return self._reports[-1]
 
     def expect_another_clock(self, now: float) -> None:
-        """Expect that the card's clock has started anew; count its silence from ``now``, in s."""
+        """Expect the card's clock to have restarted; count its silence from ``now``, in s."""
         self._fresh, self.heard = True, now
 
     def add(self, report: Report, now: float) -> None:

@@ -82,7 +82,7 @@ class Frame:
     Attributes
     ----------
     kind
-        What the message is about, a :class:`FrameKind`.
+        The kind of message, a :class:`FrameKind`.
     sequence
         A number from 0 to 255; an answer repeats the number of its request.
     payload

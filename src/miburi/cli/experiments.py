@@ -138,7 +138,10 @@ def paper(
     check_folder("--out", out)
     from miburi.studies.paper.page import write_paper
 
-    print("This takes about twelve minutes. If it is interrupted, it begins anew.", file=sys.stderr)
+    print(
+        "This takes about twelve minutes. If you interrupt it, it starts from the beginning.",
+        file=sys.stderr,
+    )
     print(write_paper(robot_of(robot), out, partial(typer.echo, err=True)))
 
 

@@ -188,7 +188,7 @@ def tune(
 ) -> None:
     """Search for a robot's best period, ratio and guards with the Bacterial Memetic Algorithm.
 
-    What it finds is judged on fresh runs, of the next seed.
+    The rule is judged on fresh runs, with the next seed.
     """
     need("scipy", "studies")
     from miburi.calibration.file import write_calibration

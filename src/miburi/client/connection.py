@@ -28,7 +28,7 @@ PATIENCE = 10.0
 #: in s.
 _AGAIN, _STREAM_TIME = 0.5, 30.0
 _DATA = "data: "
-#: What a program is told that uses a connection after its end.
+#: The error for a program that uses a connection after closing it.
 CLOSED = "this connection is closed, or its `with` has ended: connect again."
 #: How many requests of a program's threads are open at once; others wait.
 _CONNECTIONS = 100

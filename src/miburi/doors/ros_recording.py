@@ -85,7 +85,7 @@ def convert_recording(recording: Path, robot: Robot, out: Path) -> int:
     are joint states, too, with the joints' goals and speeds. A recording that is cut off is
     converted up to that point.
 
-    Raises InputError if the recording is not one of ours; OutputError if the file cannot be
+    Raises InputError if the file is no Miburi recording; OutputError if the file cannot be
     written.
     """
     messages = read(recording)

@@ -7,7 +7,7 @@ from miburi.live.state import MotorsOut, State
 from miburi.safety.stop import StopReason
 from miburi.senses.kinds import Distress
 
-#: What is reported as the feeling if none is strong enough.
+#: The feeling that is reported if none is strong enough.
 NEUTRAL = "neutral"
 #: The name under which all partners listen for Stop.
 ALL = "all"

@@ -59,7 +59,7 @@ class Finding:
     Attributes
     ----------
     check
-        What was checked.
+        The thing that was checked.
     ok
         Whether it is as it should be.
     words

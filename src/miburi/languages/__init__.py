@@ -171,8 +171,8 @@ def _rules(language: Language) -> _Rules:
     return read(_Rules, language, "language") or _Rules()
 
 
-#: With so many of a language's commonest words, letters of another are a name or a quotation (our
-#: choice).
+#: If a text has at least this many of a language's commonest words, letters of another language in
+#: it are a name or a quotation (our choice).
 _SENTENCE = 2
 
 

@@ -68,7 +68,7 @@ class KeptHold(Hold):
         return changed
 
     def end(self, *, by_person: bool) -> By:
-        """Forget the Stop after a release; return who pressed it."""
+        """Forget the Stop after a release; return who released it."""
         self._told.put("")
         return super().end(by_person=by_person)
 

@@ -27,8 +27,8 @@ from miburi.live.events.store import EventStore
 LOGGED = 300
 _LOST = "events before this one are no longer kept"
 _UNKNOWN = (
-    "this partner does not know that event: it keeps its events in another folder, or has begun to "
-    "keep them anew"
+    "this partner does not know that event: it keeps its events in another folder, or its file of "
+    "events was lost"
 )
 #: The name of the note in the store that says whether events may contain people's words.
 _WORDS = "words"

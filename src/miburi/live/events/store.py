@@ -74,7 +74,7 @@ class EventStore:
                     raise  # no room, or no permission: the file may be good
                 path.replace(self._aside)
                 print(
-                    f"miburi: {path} cannot be used, so events are kept anew; the file is kept as "
+                    f"miburi: {path} cannot be used, so a new file was started; the old one is kept as "
                     f"{self._aside.name}: {error}.",
                     file=sys.stderr,
                 )
