@@ -1,8 +1,7 @@
-"""The Stop that outlasts the program: a file says who stopped the body, until a person releases it.
+"""A file that keeps a person's Stop over restarts, until a person releases the body.
 
-A thread writes the file, so that no Stop waits for the disk; a moment later not even a power cut
-loses it. From the start the file is as long as it will ever be, so that a full disk takes a Stop,
-too.
+A thread writes it, so no Stop waits for the disk; once it is written, a power cut does not lose the
+Stop. The file has its full length from the start, so it can be written even on a full disk.
 """
 
 import os
@@ -27,9 +26,9 @@ def _now() -> datetime:
 
 
 class KeptHold(Hold):
-    """Remembers across restarts who stopped the body, if only a person may release it.
+    """Remembers over restarts who stopped the body, if only a person may release it.
 
-    A line on stderr says if the file cannot be written, and what that means.
+    If the file cannot be written, a line on stderr says so, and what follows from that.
 
     Parameters
     ----------

@@ -74,8 +74,8 @@ class EventStore:
                     raise  # no room, or no permission: the file may be good
                 path.replace(self._aside)
                 print(
-                    f"miburi: {path} cannot be used, so a new file was started; the old one is kept as "
-                    f"{self._aside.name}: {error}.",
+                    f"miburi: {path} cannot be used, so a new file was started; the old one is "
+                    f"kept as {self._aside.name}: {error}.",
                     file=sys.stderr,
                 )
                 for suffix in ("-wal", "-shm"):
