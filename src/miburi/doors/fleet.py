@@ -179,19 +179,16 @@ async def stop_and_look(broker: Broker, name: str = ALL) -> tuple[list[str], lis
     async with listening_to(fleet):
         with suppress(TimeoutError):  # a broker may forbid the echo
             async with asyncio.timeout(_GREETING):
-                await fleet.met.wait()
-                if name == ALL:  # stopping all works even before any partner is known
-                    await fleet.stop(name)
-                await fleet.greeted.wait()
-        if name != ALL or not fleet.met.is_set():
-            await fleet.stop(name)
+                # Stopping all works even before any partner is known.
+                await (fleet.met if name == ALL else fleet.greeted).wait()
+        await fleet.stop(name)
         stopped: list[str] = []
         for _ in range(round(_PATIENCE / _LOOK)):
             partners = [one for one in fleet.news.partners if name in (ALL, one.name)]
             # A body that a contact stopped goes on by itself: that is no answer to a Stop.
             held = [one for one in partners if one.report is not None and one.report.held]
             stopped = [one.name for one in held if not one.lost]
-            if len(stopped) == sum(not one.lost for one in partners):
+            if fleet.greeted.is_set() and len(stopped) == sum(not one.lost for one in partners):
                 break
             await asyncio.sleep(_LOOK)
     where = f"the broker at {broker.host}:{broker.port}"

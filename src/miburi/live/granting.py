@@ -141,10 +141,13 @@ def _sense(wish: wishes.Sense, inside: Inside) -> Command:
         told = wish.words if inside.log.words else None
         if heard.source == "speech":
             strength = None if heard.feeling is None else heard.strength
-            inside.note("heard", feeling=heard.feeling, strength=strength, text=told)
+            inside.note(
+                "heard", feeling=heard.feeling, strength=strength, text=told, by=wish.by
+            )
             inside.attending.begin("thinking")
         if heard.distress is not None:
-            inside.speaker.attend(inside.note("distress", name=heard.distress, text=told))
+            noted = inside.note("distress", name=heard.distress, text=told, by=wish.by)
+            inside.speaker.attend(noted)
         calm = inside.speaker.distress is not None and heard.source == "speech"
         return () if calm else inside.sense(heard, wish.by)
 
