@@ -41,8 +41,8 @@ from miburi.version import __version__
 
 __all__ = ["STEP", "Runner"]
 
-#: The ``period`` of a running :class:`Partner`'s gestures, s, and the time within which a repeated
-#: refusal is logged once, s (our choice).
+#: The ``period`` of a running :class:`Partner`, in s, and the time, in s, during which a repeated
+#: refusal is logged only once (our choice).
 _PERIOD, _REPEATS = 0.5, 60.0
 _STEPS_PER_SAMPLE, _STEPS_PER_MOTORS = 5, 50
 
@@ -65,11 +65,12 @@ class Runner(LivePartner):
     repertoire, solve
         The gestures, and the inverse kinematics; by default those that ship with Miburi.
     lateness, hold
-        How late a step may be before the watchdog stops the body; ``hold`` says who may end a Stop:
-        by default, only a person may end a person's Stop, and a restart forgets it.
+        ``lateness`` says how late a step may be before the watchdog stops the body. ``hold`` says
+        who may end a Stop: by default, only a person may end a person's Stop, and a restart forgets
+        the Stop.
     events, boot
-        The store in which events survive a restart, by default none; and the id of this run, 8 hex
-        digits, by default a new one.
+        ``events`` is the store in which events survive a restart; by default there is no store.
+        ``boot`` is the id of this run, 8 hex digits; by default it is a new one.
     """
 
     recordings: Archive
@@ -144,7 +145,7 @@ class Runner(LivePartner):
 
     @property
     def read_until(self) -> float:
-        """The present time, because calls within a process leave no messages on the way."""
+        """The present time: within one process, there are no messages that may still be unread."""
         return time.monotonic()
 
     def ask(self, wish: Wish[Granted]) -> Future[Granted]:
@@ -159,7 +160,7 @@ class Runner(LivePartner):
         return self._commands.ask(run)
 
     def stop(self, press: Press = PRESSED) -> Future[None]:
-        """Stop the body until a :class:`Release`; never refused, and done before other commands."""
+        """Stop the body until a :class:`Release`, before other commands; this is never refused."""
         return self._commands.stop(press)
 
     def feelings(self) -> Future[dict[str, Any]]:
@@ -218,7 +219,7 @@ class Runner(LivePartner):
 
         ``on_failure`` is called once, from any thread, if the loop is abandoned (:attr:`failure`).
         """
-        # Compile the solver now: later, that would hold up the loop, and Stop with it, for 20 s.
+        # Compile the solver now: this takes 20 s, and would later hold up the loop and any Stop.
         neutral = self.robot.neutral
         self._solve(self.robot, forward(self.robot, neutral), neutral)
         self._pace.start(on_failure)
@@ -287,7 +288,7 @@ class Runner(LivePartner):
         self.snapshot = Snapshot(state)
 
     def _record(self, events: list[Event], stopped: StopOut | None, sampled: bool) -> None:
-        """Pass the step to the recording, if any, and note changes among the recordings."""
+        """Pass the step to any recording; log recordings that began, ended or were deleted."""
         for kind, name, reason, detail in self.recordings.news():
             self._inside.note(kind, name=name, reason=reason, detail=detail or None)
         felt, self._inside.felt, body = self._inside.felt, [], self._inside.partner.body

@@ -18,7 +18,7 @@ _PATIENCE = 5.0
 async def done(future: Future[Result], patience: float = _PATIENCE) -> Result:
     """Wait until the loop has run a command; return its result, or raise its refusal.
 
-    Raises BusyError if no step has run it within ``patience`` s.
+    Raises BusyError if no step has run the command within ``patience`` s.
     """
     try:
         return await asyncio.wait_for(asyncio.wrap_future(future), patience)
@@ -29,7 +29,7 @@ async def done(future: Future[Result], patience: float = _PATIENCE) -> Result:
 async def granted(partner: LivePartner, wish: Wish[Granted]) -> Granted:
     """Send a partner a request; return the answer, or raise the refusal.
 
-    Raises BusyError if no step has run it in time.
+    Raises BusyError if no step has run the request in time.
     """
     if not wish.slow:
         return await done(partner.ask(wish))

@@ -13,7 +13,7 @@ from miburi.live.state import DistressOut, Spoken, Tune
 #: starts nothing by itself.
 CALM = 600.0
 
-#: Sentences and tunes shorter than this, s, have no arm movements.
+#: The arms do not beat to a sentence or a tune that is shorter than this, in s.
 _SHORT = 2.0
 
 
@@ -28,7 +28,7 @@ class Speaker:
         self._calm = 0.0  # s left
         self._left: float | None = None  # s until the end of the latest sentence
         self._rhythm, self._chirp, self._long = Rhythm((), 0.0), 0.0, False
-        #: The wish for the present sentence.
+        #: The id of the wish that asked for the latest sentence, if there is one.
         self.wish: str | None = None
 
     @property
@@ -59,7 +59,7 @@ class Speaker:
     def sounds(self, number: int, rhythm: Rhythm) -> bool:
         """Keep the rhythm of a sentence's sound; return False if it is not the present sentence.
 
-        The sound begins at the end of its introductory chirp, or now if that is over.
+        The sound begins when the sentence's introductory chirp ends, or now if the chirp is over.
         """
         spoken = self.spoken
         if self._left is None or spoken is None or spoken.number != number or spoken.tune:
@@ -71,10 +71,11 @@ class Speaker:
         return True
 
     def beats(self) -> tuple[float, ...]:
-        """Return when the arms beat, in s from the latest call of ``say`` or ``sounds``, ascending.
+        """Return the times at which the arms beat, in s and in ascending order.
 
-        Beats fall on prominent syllables or on a tune's notes. There are none if the sentence is
-        short, or while the partner is calm after distress.
+        The times count from the latest call of ``say`` or ``sounds``. Beats fall on prominent
+        syllables or on a tune's notes. There are none if the sentence is short, or while the
+        partner is calm after distress.
         """
         return self._rhythm.prominent if self._long and self.distress is None else ()
 

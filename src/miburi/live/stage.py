@@ -23,7 +23,7 @@ class Act:
     Attributes
     ----------
     at
-        When it is due, in s from the performance's start.
+        When the act is due, in s from the performance's start.
     words
         The sentence; None for an act of the body.
     expression, poses
@@ -38,7 +38,7 @@ class Act:
 
 @dataclass(frozen=True)
 class Play:
-    """The acts of a performance, and the id of the wish for it."""
+    """The acts of a performance, and the id of the wish that asked for the performance."""
 
     wish: str
     acts: tuple[Act, ...]
@@ -60,7 +60,7 @@ class Stage:
     def add(self, performance: Play) -> None:
         """Queue a performance.
 
-        Raises BusyError if too many are waiting.
+        Raises BusyError if too many performances are waiting.
         """
         if len(self._waiting) >= WAITING:
             raise BusyError(f"{WAITING} performances wait already; try again when one has ended.")
@@ -116,7 +116,7 @@ class Stage:
                 self._speaks = False
 
     def finish(self) -> str | None:
-        """If all acts have ended, end the performance and return its wish's id; else None."""
+        """End the performance if all its acts have ended; return the id of its wish, or None."""
         busy = self._left or self._words or self._moves or self._speaks
         if self.current is None or busy:
             return None

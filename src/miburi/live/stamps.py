@@ -3,8 +3,8 @@
 import time
 from collections.abc import Callable
 
-#: A stamp that lags by more than this, ns, is set to the clock (our choice). A smaller lag is
-#: normal on a busy computer.
+#: A stamp that is further than this, in ns, behind the computer's clock is set to that clock (our
+#: choice). A smaller lag is normal on a busy computer.
 LATE = 1_000_000_000
 
 
@@ -12,8 +12,8 @@ class Stamps:
     """Gives each state a time on the computer's clock, which ``clock`` returns in ns since 1970.
 
     Differences between stamps equal differences on the body's clock, so that speeds computed from
-    them are right. If that clock halts or the body is replaced, the stamps are set to the
-    computer's clock. They are never ahead of the computer's clock, and go back only if it does.
+    them are right. If the body's clock halts, or the body is replaced, the stamps are set to the
+    computer's clock. Stamps are never ahead of the computer's clock, and go back only if it does.
     """
 
     def __init__(self, clock: Callable[[], int] = time.time_ns) -> None:
@@ -22,7 +22,7 @@ class Stamps:
         self._last = 0
 
     def of(self, seconds: float) -> int:
-        """Return the stamp, ns, of a state at ``seconds`` on the body's clock."""
+        """Return the stamp, in ns, of a state at ``seconds`` on the body's clock."""
         now, then = self._clock(), round(seconds * 1e9)
         earliest = max(now - LATE, self._last)
         if self._ahead is None or not earliest <= then + self._ahead <= now:

@@ -67,7 +67,7 @@ class StopOut(BaseModel):
     mood_after: Share = Field(description="The mood after the stop: a contact lowers it by 20 %.")
 
 
-#: Notes of a tune, [Hz, s].
+#: The notes of a tune, each as [frequency in Hz, duration in s].
 Tune = list[Annotated[list[float], Field(min_length=2, max_length=2)]]
 
 
@@ -245,11 +245,11 @@ class MotorsOut(BaseModel):
 
 
 class Snapshot:
-    """A state as an object and as JSON; the missing form is made once, on demand."""
+    """A state as an object and as JSON; the form that is not given is made once, when needed."""
 
     def __init__(self, state: State | None = None, json: str = "", serial: int = -1) -> None:
         self._given, self._json = state, json
-        #: The state's serial number, so that JSON need not be parsed for it.
+        #: The state's serial number, which is known even before the JSON is parsed.
         self.serial = serial if state is None else state.serial
 
     @cached_property
@@ -263,7 +263,7 @@ class Snapshot:
         return self._json or self.state.model_dump_json()
 
     def at_least(self, serial: int, body: BodyState, held: bool, latest: int) -> "Snapshot":
-        """Return a copy; the fields that must be right even if the observer fails are updated."""
+        """Return a copy; update the fields that must be right even if the observer fails."""
         update = {
             "serial": serial,
             "time": round(body.time, 3),

@@ -22,7 +22,7 @@ from miburi.live.wishes import Granted, Wish
 from miburi.robot import Robot
 from miburi.serving.press import PRESSED, Press
 
-#: The numbers of samples and states kept: two minutes, and five seconds.
+#: How many samples are kept (two minutes' worth), and how many states (five seconds' worth).
 _SAMPLED, _STEPPED = 1200, 250
 
 
@@ -40,7 +40,7 @@ class UnreachableError(MiburiError):
 class Recordings(Protocol):
     """The recordings of a live partner; calls may wait for the disk."""
 
-    #: The largest total size of all recordings, bytes.
+    #: The largest total size of all recordings, in bytes.
     limit: int
 
     @property
@@ -71,7 +71,8 @@ class LivePartner(ABC):
     robot, repertoire, recordings
         The robot's description, the gestures, and the recordings.
     own_temperament, temperaments
-        Its first temperament; and the names to choose from: Miburi's temperaments, and its first.
+        ``own_temperament`` is the partner's first temperament. ``temperaments`` holds the names of
+        all that can be chosen: Miburi's temperaments, and the partner's first.
     history
         The log of events, which survives restarts.
     snapshot
@@ -99,11 +100,11 @@ class LivePartner(ABC):
         return self.snapshot.state.body
 
     def samples_after(self, serial: int) -> list[tuple[int, Sample]]:
-        """Return the samples after a step, each with its serial."""
+        """Return the samples after the step ``serial``, each with its step's serial number."""
         return newer(self._samples, serial, itemgetter(0))
 
     def steps_after(self, serial: int) -> list[Snapshot]:
-        """Return the states after a serial, the oldest first."""
+        """Return the states after the step ``serial``, the oldest first."""
         return newer(self._steps, serial, attrgetter("serial"))
 
     @property
@@ -114,7 +115,7 @@ class LivePartner(ABC):
     @property
     @abstractmethod
     def read_until(self) -> float:
-        """The time up to which all messages have been read, s, on the clock of all processes."""
+        """The time up to which all messages have been read, in s; all processes share its clock."""
 
     @abstractmethod
     def ask(self, wish: Wish[Granted]) -> Future[Granted]:
@@ -125,4 +126,4 @@ class LivePartner(ABC):
 
     @abstractmethod
     def stop(self, press: Press = PRESSED) -> Future[None]:
-        """Stop the body until a :class:`Release`; never refused, and done before other commands."""
+        """Stop the body until a :class:`Release`, before other commands; this is never refused."""

@@ -31,14 +31,14 @@ USUAL = Lateness()
 class Watchdog:
     """Waits for the beats of a loop, one every ``period`` s.
 
-    It calls ``late`` once in each delay longer than ``lateness.stop``, and ``dead`` only once, in a
-    delay longer than ``lateness.give_up``.
+    It calls ``late`` once in each delay that is longer than ``lateness.stop``. It calls ``dead``
+    only once, in the first delay that is longer than ``lateness.give_up``.
 
     Parameters
     ----------
     apart
-        Whether the beats come from another process. The time for which this process sleeps, as on a
-        closed laptop, is then no delay.
+        Whether the beats come from another process. If they do, the time for which this process
+        sleeps, as on a closed laptop, does not count as a delay.
     """
 
     def __init__(

@@ -60,14 +60,14 @@ class Lean(Wish[None]):
 
 @dataclass(frozen=True)
 class See(Wish[None]):
-    """Turn to a face at ``x``, from 0 at a picture's left to 1; None without a face."""
+    """Turn to a face at ``x``, from 0 (a picture's left edge) to 1; None means no face."""
 
     x: float | None
 
 
 @dataclass(frozen=True)
 class Attend(Wish[None]):
-    """Face somebody who is about to speak or waits for an answer; repeat it while that lasts."""
+    """Face somebody who is about to speak or waits for an answer; repeat this wish meanwhile."""
 
     turn: Turn
 
@@ -84,8 +84,8 @@ class NoteTalk(Wish[LiveEvent]):
 class Speak(Wish[str]):
     """Say a text, coloured by the present feeling; the answer is the wish's id.
 
-    A new sentence replaces the previous one. A ``tune`` of [Hz, s] notes is played instead of the
-    words. ``why`` is for the log.
+    A new sentence replaces the previous one. If there is a ``tune``, it is played instead of the
+    words; each note is [frequency in Hz, duration in s]. ``why`` is for the log.
     """
 
     text: str
@@ -96,7 +96,7 @@ class Speak(Wish[str]):
 
 @dataclass(frozen=True)
 class KeepTime(Wish[None]):
-    """Beat with the arms to sentence ``number``, whose sound begins soon and has this rhythm."""
+    """Beat time with the arms to sentence ``number``, whose sound begins soon in this rhythm."""
 
     number: int
     rhythm: Rhythm
@@ -104,7 +104,10 @@ class KeepTime(Wish[None]):
 
 @dataclass(frozen=True)
 class Perform(Wish[str]):
-    """Perform a gesture or key poses once, not while paused; the answer is the wish's id."""
+    """Perform a gesture or key poses once; the answer is the wish's id.
+
+    The request is refused while the partner is paused.
+    """
 
     expression: Expression | None
     poses: Sequence[KeyPose] | None = None
@@ -134,13 +137,14 @@ class AllowWords(Wish[LiveEvent]):
 
 @dataclass(frozen=True)
 class Release(Wish[None]):
-    """Let a stopped body return to neutral as soon as it has come to rest, and go on.
+    """Let a stopped body return to neutral once it is at rest; then let the partner go on.
 
     A person who looks at the body (``by_person``) may end any stop at any time. A program may not
     end a person's Stop, nor the pause after a contact. The release is refused if Stop was pressed
-    after the state with the serial ``seen``. Without ``seen``, it is refused if Stop was pressed
-    after ``came``, which is when this request arrived (in s, on the clock that all processes
-    share); None stands for the earliest possible time, :attr:`LivePartner.read_until`.
+    after the state with the serial ``seen``. Without ``seen``, the release is refused if Stop was
+    pressed after ``came``. This is the time at which the request arrived, in s on the clock that
+    all processes share; if it is None, :attr:`LivePartner.read_until`, the earliest possible time,
+    is taken.
     """
 
     by_person: bool = False
@@ -150,7 +154,7 @@ class Release(Wish[None]):
 
 @dataclass(frozen=True)
 class Pause(Wish[None]):
-    """Rest at neutral, or go on."""
+    """Rest at neutral if ``paused``; otherwise go on."""
 
     paused: bool = True
     by: By = "person"
