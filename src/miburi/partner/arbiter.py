@@ -20,7 +20,7 @@ from miburi.partner.rest import Company, Rest, may_go_on
 from miburi.partner.shown import ShownEmotion
 from miburi.robot import Robot
 
-#: A beat may begin this much later than it should, s (our choice).
+#: A beat may begin this much later than it should, in s (our choice).
 _LATE = 0.05
 #: The number of the random stream from which gestures are chosen.
 _CHOICES = 1
@@ -35,13 +35,13 @@ class Arbiter:
     Attributes
     ----------
     company
-        The people around it; set its attributes at any time.
+        The people around the partner; set this object's attributes at any time.
     facing
         The direction to which gestures are turned, in rad to the robot's left.
     asked
         The performance that somebody asked for, until it begins.
     asked_at
-        When the request was made, s.
+        When the request was made, in s on the body's clock.
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class Arbiter:
         self.asked, self.asked_at, self._interrupts = asked, time, interrupts
 
     def speak(self, time: float, strokes: Sequence[float]) -> None:
-        """Note when a sentence's prominent syllables come: ascending, in seconds after ``time``."""
+        """Note the ascending times of a sentence's prominent syllables, in s after ``time``."""
         within = [at for at in strokes if at >= gestures.BEAT_LEAD]
         chosen = [] if self._rest is None else self._rest.choose(within)
         self._strokes = deque(time + at for at in chosen)
@@ -114,7 +114,10 @@ class Arbiter:
         return self.asked is not None or self._is_new(self._felt(time))
 
     def choose(self, time: float, turned: float) -> Performance | None:
-        """Return the performance that begins now, if any; the waist is ``turned`` left, in rad."""
+        """Return the performance that begins now, if any.
+
+        ``turned`` is how far the waist is turned to the left, in rad.
+        """
         chosen = self._chosen(time, turned)
         if chosen is not None:
             self.facing = chosen.turn
@@ -164,7 +167,7 @@ class Arbiter:
         return None if time < self._beats_until and self._emotion.shown else left
 
     def _drop_strokes(self, time: float) -> None:
-        """Drop the strokes that a beat begun now would reach too late; in distress, drop all."""
+        """Drop strokes that a beat can no longer meet; drop all if somebody is in distress."""
         soonest = np.inf if self.company.calm else time + gestures.BEAT_LEAD - _LATE
         while self._strokes and self._strokes[0] < soonest:
             self._strokes.popleft()

@@ -1,4 +1,4 @@
-"""The loop that joins the parts: feelings choose, gestures shape, kinematics solve, a body moves.
+"""The loop that joins the parts: feelings choose a gesture, kinematics solve it, a body moves.
 
 A :class:`Partner` takes an emotional model and a body. Each ``step`` lets time pass in both, sends
 the body its next move, and returns what happened as events.
@@ -56,12 +56,13 @@ class Partner:
         5: 2 s). A gesture that is longer than a period skips the multiples that it covers. With
         ``life``, a new emotion shows at once, in at most three gestures.
     solve
-        The inverse kinematics: a function that takes the robot, the target, (9,) m, and the present
-        angles, (8,) rad, and returns a solution.
+        The inverse kinematics: a function that takes the robot, the target of shape (9,) in m, and
+        the present angles of shape (8,) in rad, and returns a solution.
     life
-        A seed. With one, the partner breathes and looks around while it feels nothing
-        (:mod:`miburi.partner.rest`), and varies each gesture. With None it does neither, as in the
-        paper's experiment. The seed (0 for None) also chooses among several gestures of a feeling.
+        A seed, or None. With a seed, the partner breathes and looks around while it feels nothing
+        (:mod:`miburi.partner.rest`), and varies each gesture. With None, the partner does neither,
+        as in the paper's experiment. The seed (0 for None) also chooses among several gestures of a
+        feeling.
     """
 
     def __init__(
@@ -81,8 +82,8 @@ class Partner:
         self._lively = life is not None
         repertoire = repertoire or gestures.shipped_repertoire()
         self._arbiter = Arbiter(body.robot, feelings, repertoire, life)
-        #: The people around the partner: update its attributes as they move, speak, or are in
-        #: distress.
+        #: The people around the partner. Update this object's attributes as people move, speak, or
+        #: are in distress.
         self.company: Company = self._arbiter.company
         self._performance: Performance | None = None
         self._untold: list[Event] = []  # since the last step
@@ -97,7 +98,7 @@ class Partner:
 
     @property
     def ahead(self) -> tuple[float, float]:
-        """How far a moving head still has to turn to the robot's left and to rise, in rad."""
+        """By how much, in rad, a moving head will still turn to the robot's left, and rise."""
         return self._mover.ahead
 
     @property
@@ -135,7 +136,7 @@ class Partner:
         self._paused = False
 
     def gesticulate(self, strokes: Sequence[float]) -> None:
-        """Accompany speech with beats of the arms that turn back at some of the ``strokes``.
+        """Accompany speech with arm beats, whose turning points fall on some of the ``strokes``.
 
         A feeling's first gesture takes precedence over beats; after it, the posture shows the
         feeling. There are no beats if the partner has no ``life``, rests, or is stopped. The
@@ -160,7 +161,8 @@ class Partner:
         ----------
         expression
             The feeling, and the mood. The mood is the intensity from the first key pose to the
-            last. If it is None, the poses show no feeling, and any later request replaces them.
+            last. If ``expression`` is None, the poses show no feeling, and any later request
+            replaces them.
         poses
             Key poses to perform instead of the feeling's own gesture, such as a blend of gestures.
         wish

@@ -1,4 +1,4 @@
-"""From key poses to moves of the body: solve each pose, send it, and keep where it leads."""
+"""Turn key poses into moves: solve each pose, send its move, and remember where it leads."""
 
 from collections.abc import Callable
 
@@ -14,8 +14,8 @@ from miburi.robot import JOINTS, Array, Robot
 from miburi.safety.move import Move, plan_move, plan_on
 from miburi.safety.stop import Phase
 
-#: A partner's inverse kinematics: takes the robot, the target, (9,) m, and the present angles, (8,)
-#: rad, and returns a solution.
+#: A partner's inverse kinematics: a function that takes the robot, the target of shape (9,) in m,
+#: and the present angles of shape (8,) in rad, and returns a solution.
 Solve = Callable[[Robot, Array, Array], ik.Solution]
 
 #: The last move, back to neutral, takes at least this long, in s (our choice).
@@ -24,7 +24,7 @@ _WAIST, _HEAD = JOINTS.index("waist"), JOINTS.index("head")
 
 
 def solve_with(settings: Settings | None = None) -> Solve:
-    """Return the inverse kinematics with these settings; by default :func:`ik.solve`."""
+    """Return a solver with these settings; by default, with the settings of :func:`ik.solve`."""
     return lambda robot, target, start: ik.solve(robot, target, start=start, settings=settings)
 
 
@@ -46,12 +46,12 @@ class Mover:
 
     @property
     def turned(self) -> float:
-        """How far the latest move turns the body to its left, rad."""
+        """How far to its left the body will be turned after the latest move, in rad."""
         return float(self._angles[_WAIST])
 
     @property
     def ahead(self) -> tuple[float, float]:
-        """How far a moving head still has to turn to the robot's left and to rise, in rad."""
+        """By how much, in rad, a moving head will still turn to the robot's left, and rise."""
         state = self._body.state
         if state.phase in (Phase.STOPPED, Phase.IDLE):
             return 0.0, 0.0

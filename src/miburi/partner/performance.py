@@ -27,12 +27,12 @@ class Performance:
     asked
         Whether somebody asked for it.
     rests
-        The name of the act, if this is an act at rest, which any other performance interrupts;
-        otherwise empty.
+        The name of the act if this is an act at rest; otherwise empty. Any other performance
+        interrupts an act at rest.
     wish
         The name that the caller gave the request.
     turn
-        The angle by which all key poses are turned towards somebody, rad to the robot's left.
+        The angle, in rad, by which all key poses are turned to the robot's left, towards somebody.
     """
 
     poses: Callable[[float], Sequence[KeyPose]]
@@ -65,7 +65,7 @@ class Performance:
 
     @property
     def tells(self) -> bool:
-        """Whether its beginning and end become events; those of beats and idle acts do not."""
+        """Whether the beginning and the end cause events; those of beats and idle acts do not."""
         return self.expression is not None or self.wish is not None
 
     @property

@@ -19,16 +19,18 @@ from miburi.errors import BodyError
 from miburi.robot import Array
 from miburi.safety.stop import Stop, StopReason
 
-#: Seconds from a contact stop to the release: the first pause, and the longest (our choice).
+#: The first and the longest pause between a contact stop and the release, in s (our choice).
 FIRST_PAUSE, LONGEST_PAUSE = 1.0, 16.0
 #: A body is at rest once no motor has been faster than this speed (rad/s) for this time (s); our
 #: choice. The speed is two encoder steps in the window over which velocities are measured. The time
 #: is longer than the delay after which a stopped motor yields.
 REST_SPEED, REST_TIME = 0.1, 0.25
-#: When a hand guides the body slowly, that counts as motion once a motor has moved further than
-#: this, in rad, since it last counted as moving (our choice). It is more than one encoder step.
+#: A body that a hand leads slowly counts as moving whenever a motor is further than this, in rad,
+#: from where it was when the body last counted as moving (our choice). This is more than one
+#: encoder step.
 _MOVED_ON = 0.004
-#: A hand that moved the body has let go once the body has been still this long, s (our choice).
+#: A hand that moved the body has let go once the body has been still for this time, in s (our
+#: choice).
 LET_GO = 2.0
 
 
@@ -61,7 +63,10 @@ class Recovery:
         return new
 
     def take_in(self, stop: Stop, time: float) -> Stop:
-        """Plan the release after a new stop; return the stop, with the partner's reason if any."""
+        """Plan the release after a new stop, and return the stop.
+
+        If the partner stopped the body because the loop was late, the stop gets that reason.
+        """
         late = self.halted and stop.reason is StopReason.ASKED
         self.halted = False
         inherits, self._inherits = self._inherits and stop.reason is StopReason.ASKED, False

@@ -1,7 +1,7 @@
 """The partner at rest: while it shows no feeling, it moves like a living thing.
 
 Breaths, glances and sighs come one by one with pauses between them, not periodically; most of the
-time nothing moves. Mood shows in them: a sad partner holds its head low, and its acts are small
+time nothing moves. The acts show the mood: a sad partner holds its head low, and its acts are small
 and slow. While it attends to somebody, it faces them, breathes, and now and then looks aside, as
 people do. ``rest.toml`` has the acts and all the numbers.
 """
@@ -27,24 +27,25 @@ Attention = Literal["listening", "thinking", "speaking"]
 
 #: After an interruption of at least this length, in s, rest begins with a pause (our choice).
 _ANEW = 2.0
-#: How long a turn to a face takes, in s, and the angle, in rad, up to which it is not worth making
-#: (our choice).
+#: The duration of a turn to a face, in s, and the largest angle, in rad, for which the partner does
+#: not turn (our choice).
 _TURNING, _FACED = 1.4, 0.02
 #: All moods together make acts deeper and quicker by at most a factor of exp(this) (our choice).
 _LIVELIEST = 0.3
 #: Ranges of the factors by which the size and tempo of an act vary (our choice).
 _SIZES, _TEMPOS = (0.8, 1.2), (0.85, 1.1)
-#: The sizes of the smallest and the largest beat; how large the other hand's beat may be, as shares
-#: of the first hand's; and the share of strokes that get a beat, since nobody beats to all of them
-#: (all our choice).
+#: The sizes of the smallest and the largest beat. The sizes that the other hand's beat may have, as
+#: shares of the first hand's. The share of strokes that get a beat, since nobody beats to all of
+#: them. (All are our choice.)
 _BEATS, _OTHERS, _TRIED = (0.5, 1.5), (0.0, 0.5, 0.9), 0.8
 #: The only act while somebody is in distress or talks with the partner.
 _CALM = "breath"
 #: The name of a turn to a face.
 _TURNS = "turn"
-#: The shortest look aside, s (our choice).
+#: The shortest look aside, and the shortest wait for one, in s (our choice).
 _BRIEFEST = 0.1
-#: Indices of the head's turn and rise in ``COORDINATES``; the permutation that swaps the arms.
+#: The indices of the head's turn and rise in ``COORDINATES``, and the permutation that swaps the
+#: arms.
 _TURN, _RISE, _MIRRORED = 6, 7, [3, 4, 5, 0, 1, 2, 6, 7]
 
 _Seconds = Annotated[float, Field(gt=0, le=600)]
@@ -59,11 +60,12 @@ class Company:
     ----------
     gaze
         The direction in which the person is, in rad to the partner's left. At rest the partner
-        turns there, as far and as fast as its temperament lets it.
+        turns in this direction, as far and as fast as its temperament allows.
     calm
         Whether somebody is in distress: then the partner shows no feeling, and only breathes.
     attends
-        Its role in a conversation, in which it faces the person; None if there is no conversation.
+        The partner's role in a conversation, in which it faces the person; None if there is no
+        conversation.
     """
 
     gaze: float = 0.0
@@ -120,7 +122,7 @@ def _shipped() -> _Acts:
 class Rest:
     """Chooses what a body at rest does next, and when.
 
-    The mood shows in the acts; the temperament says how often one comes. The seed determines the
+    The acts show the mood; the temperament says how often an act begins. The seed determines the
     choice of acts, the pauses and the sizes.
     """
 
@@ -145,8 +147,8 @@ class Rest:
         allowed, calm = self._feelings.temperament.gaze, company.calm
         turn = float(np.clip(company.gaze, -allowed.turn, allowed.turn))
         if abs(turn - turned) > _FACED:
-            # It turns back from a look aside in the time given for that look, or slowly if the
-            # person has moved.
+            # The partner turns back from a look aside in the time given for that look, or slowly if
+            # the person has moved.
             back, self._back = self._back, None
             back = None if abs(turn - self._faced) > _FACED else back
             step = allowed.speed * _TURNING if back is None else np.inf
@@ -189,7 +191,7 @@ class Rest:
         return Performance(lambda _mood: poses, rests=act.name, turn=turn)
 
     def _avert(self, time: float, attends: Attention | None) -> Performance | None:
-        """Return a look aside from the person it attends to, if one is due at ``time`` s."""
+        """Return a look aside from the person whom the partner faces, if due at ``time`` s."""
         aversion = None if attends is None else _shipped().aversion.get(attends)
         if attends != self._attends:
             self._attends, self._averts = attends, float("inf")
@@ -220,7 +222,7 @@ class Rest:
     def beat(self, turn: float) -> Performance:
         """Return one beat of the arms for a body that is turned by ``turn``.
 
-        Mood shows in its size and in how the head is held.
+        The mood shows in the beat's size and in how the head is held.
         """
         lift, depth, _ = self._tone()
         size = np.exp(depth) * self._hands.uniform(*_SIZES)

@@ -17,7 +17,7 @@ _NEAR = 0.9
 
 
 class ShownEmotion:
-    """An emotion, tracked from its onset in an emotional model, which it only reads.
+    """An emotion, tracked from its onset; the emotional model is only read.
 
     Attributes
     ----------
@@ -37,7 +37,8 @@ class ShownEmotion:
         """Return the feeling that is still to be shown, if any.
 
         Of emotions that are nearly equal, the newest is shown first. For example, a fright also
-        raises an older fear, slightly above the fright itself, and yet the fright is what is new.
+        raises an older fear, to slightly above the fright itself. The fright is shown, because it
+        is newer.
         """
         emotion = self._feelings.emotion
         before, self._before = self._before, emotion.copy()
@@ -59,7 +60,7 @@ class ShownEmotion:
     def _newest(
         self, felt: Expression | None, emotion: Array, before: Array | None
     ) -> Expression | None:
-        """Return the feeling that rose last if it is nearly as strong as ``felt``, or ``felt``."""
+        """Return the feeling that rose last if nearly as strong as ``felt``; otherwise ``felt``."""
         if before is not None and (emotion - before).max() > _RISES:
             self._rose_last = int((emotion - before).argmax())
         newest = self._rose_last
