@@ -6,7 +6,7 @@
     recall       which fact answers a question
     attachment   how somebody has treated the partner, over weeks
 
-None of it is in the experiment, nor in the library's default partner.
+The experiment uses none of these modules, and neither does the library's default partner.
 """
 
 from miburi.people.memory import Memory

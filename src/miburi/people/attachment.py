@@ -25,9 +25,9 @@ def lived(
     stimuli: Iterable[Stimulus],
     contacts: int,
 ) -> State:
-    """Return an attachment's state after ``seconds`` of real time, then stimuli and contacts.
+    """Return an attachment's state after ``seconds`` of real time followed by stimuli and contacts.
 
-    A state that this version cannot use is returned as it is, for one that can.
+    A state that this version cannot use is returned unchanged, for a version that can use it.
     """
     try:
         attachment = _load(state, temperament)
@@ -42,7 +42,7 @@ def lived(
 
 
 def leaning_of(state: State, temperament: Temperament) -> Array:
-    """Return the shift of each resting mood, (n,) in [-1, 1], in the order of ``FEELINGS``."""
+    """Return the shift of each resting mood, from -1 to 1; shape (n,), ordered as ``FEELINGS``."""
     try:
         attachment = _load(state, temperament)
     except InputError as error:

@@ -33,21 +33,22 @@ from miburi.people.remarks import STAYS, Remarks
 #: How many people are kept, and how many facts from each; beyond that, the oldest facts are dropped
 #: (our choice).
 MOST_PEOPLE, MOST_FACTS = 50, 500
-#: The share of a question's weight that a remark made in passing must match to answer it, and the
-#: share that a sure answer must match (our choice).
+#: The share of a question's weight that a remark made in passing must match to answer the question,
+#: and the share that a sure answer must match (our choice).
 _SURER, _SUREST = 0.6, 0.7
-#: The share of a correction's weight that a fact must match to be corrected, and how long after a
-#: request to remember something a correction may refer to it (both our choice).
+#: The share of a correction's weight that the corrected fact must match. Also, the time after
+#: a request to remember a fact during which a correction may refer to that fact. Both are our
+#: choice.
 _SAME, _JUST = 0.25, timedelta(minutes=1)
-#: How many of the latest facts answer a question for all of them (our choice).
+#: How many facts, the latest, answer a question about everything that was told (our choice).
 _LATEST = 3
 
 
 class Memory:
     """What one partner knows about people, and who is present.
 
-    If the disk takes nothing more, the partner knows what it is told until it ends, but it deletes
-    and corrects nothing that would stay on the disk: that raises OutputError.
+    If the file can no longer be written, the partner remembers what it is told only until it ends.
+    Deleting or correcting what would then stay on the disk raises OutputError.
 
     Parameters
     ----------
@@ -89,7 +90,7 @@ class Memory:
         return None if (person := self.present) is None else self.leaning_of(person)
 
     def leaning_of(self, person: Acquaintance) -> Array:
-        """Return the shift of each resting mood, (n,), while somebody is present."""
+        """Return the shift of each resting mood, shape (n,), while this person is present."""
         return leaning_of(person.attachment, self._temperament)
 
     def allow(self, allowed: bool) -> None:
@@ -109,7 +110,7 @@ class Memory:
     def meet(self, name: str) -> Acquaintance:
         """Set who is present from now on; return what is known about them.
 
-        Raises InputError if the name is empty or too long, or it knows too many people.
+        Raises InputError if the name is empty or too long, or the partner knows too many people.
         """
         name, now = " ".join(name.split()), self._clock()
         if not 0 < len(name) <= LONGEST_NAME:
@@ -145,7 +146,10 @@ class Memory:
         *,
         more: bool = False,
     ) -> None:
-        """Keep a remark for this conversation; its statement gets the person that "he" means."""
+        """Keep a remark for this conversation.
+
+        If its first statement says "he" or "she", the person, if known, is put before it.
+        """
         if told:
             first, about = told[0], self.remarks.about if more else None
             named = self.with_whom(first, language)
@@ -154,7 +158,7 @@ class Memory:
         self.remarks.note(said, told, more=more)
 
     def with_whom(self, told: str, language: Language) -> str:
-        """Return a sentence, preceded by the person that "he" or "she" means, if known."""
+        """Return a sentence; put the person whom "he" or "she" means, if known, before it."""
         named = fits("naming", told, language)
         return with_whom(told, self.remarks.sentences(named=named), language)
 
@@ -172,7 +176,7 @@ class Memory:
             away = max(0.0, (now - person.seen).total_seconds())
             attachment = lived(person.attachment, self._temperament, away, stimuli, contacts)
             self._until = now + STAYS
-            # A small computer's clock may start in 1970; it must not seem an absence of decades.
+            # A small computer's clock may start in 1970; that must not count as decades of absence.
             seen = now if now >= person.since else person.seen
             changes = {"seen": seen, "attachment": attachment}
             self._replace(person, person.model_copy(update=changes))
@@ -185,7 +189,7 @@ class Memory:
         *,
         asked: bool = False,
     ) -> Fact | None:
-        """Keep a fact for the person present, or else until somebody gives a name."""
+        """Keep a fact for the person present; if there is none, until somebody gives a name."""
         text, told = " ".join(text.split())[:LONGEST_FACT], self._clock()
         with self._lock:
             facts = self._facts_now()
@@ -201,9 +205,9 @@ class Memory:
         return fact
 
     def recall(self, question: str, language: Language, *, surely: bool = False) -> str | None:
-        """Return what the person present has told that answers a question, if anything.
+        """Answer a question from what the person present has told; return None if nothing fits.
 
-        With ``surely``, it must match the question more closely.
+        With ``surely``, the answer must match the question more closely.
         """
         facts = [fact for fact in self._facts_now() if fact.language == language]
         if facts and fits("everything", question, language):
@@ -254,7 +258,7 @@ class Memory:
         return just[-1] if just else None
 
     def kept(self, language: Language, most: int = _LATEST) -> str | None:
-        """Return the latest facts that this person asked it to remember, oldest first, if any."""
+        """Return the latest facts that this person asked to be remembered, oldest first, if any."""
         known = (fact for fact in self._facts_now() if fact.language == language)
         asked = [fact.text for fact in known if fact.asked]
         return _together(asked[-most:], language) or None
@@ -267,7 +271,10 @@ class Memory:
         return self._untold
 
     def due(self, now: datetime, but: Set[Fact] = frozenset()) -> tuple[Acquaintance, Fact] | None:
-        """Return the person present, and a fact due today by now that is not in ``but``."""
+        """Return the person present, and a fact that has fallen due today; None if there is none.
+
+        Facts in ``but`` are left out.
+        """
         person = self.present
         if person is None:
             return None
@@ -326,10 +333,10 @@ class Memory:
             self._replace(person, person.model_copy(update={"facts": facts}), sure=sure)
 
     def _replace(self, old: Acquaintance, new: Acquaintance | None, *, sure: bool = False) -> None:
-        """Put somebody, or nobody, in somebody's place: first in the file, and then here.
+        """Replace a person's record, or delete it if ``new`` is None: first in the file, then here.
 
-        If the file cannot be written, this raises OutputError if ``sure``, or else changes what
-        is known here alone.
+        If the file cannot be written, this raises OutputError if ``sure``; otherwise it changes
+        only what is known here.
         """
         people = (new if each is old else each for each in self._known.people)
         known = People(people=[*filter(None, people)])
@@ -346,7 +353,7 @@ class Memory:
 
 
 def _most_telling(facts: list[Fact], language: Language) -> list[str]:
-    """Return the latest facts in the order of telling, preferring those asked to be kept."""
+    """Select the latest facts, preferably facts to be remembered; return them in order."""
     ranked = sorted(facts, key=lambda fact: (fact.asked, fits("own", fact.text, language)))
     return [fact.text for fact in sorted(ranked[-_LATEST:], key=lambda fact: fact.number)]
 

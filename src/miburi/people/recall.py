@@ -32,12 +32,13 @@ ENOUGH = 0.45
 _STEM, _UNTOLD = 6, 0.3
 #: The sentences of a remark that are written as questions.
 _ASKED = re.compile(r"[^.!?。！？]+[?？]")
-#: For a language without spaces: characters other than hiragana, which mostly spell endings; and a
-#: single ideogram, which is a word or part of one.
+#: For a language without spaces: a run of characters other than hiragana, which mostly spell
+#: endings; and a single ideogram, which is a word or a part of a word.
 _WRITTEN, _IDEOGRAM = re.compile(r"[^\s\u3040-\u309f]+"), re.compile(r"[\u4e00-\u9fff]")
 #: The ending of a word, which may differ between question and fact.
 _ENDING = re.compile(r"(?<=\w{4})(ing|ed|es|e|s)$|(?<=\w{2})s$")
-#: The last clause of a question, and how many words are enough for a question (our choice).
+#: The last clause of a question. The clause is itself taken for a question if it has more words
+#: than this number (our choice).
 _LAST = re.compile(r"(?<=[,、])[^,、.!?。！？]+[?？]?\s*$")
 _SOME = 4
 
@@ -95,9 +96,10 @@ def recall(
 
 
 def ways_to_ask(question: str, earlier: Iterable[str], language: Language) -> Iterator[str]:
-    """Yield a question: as it is, with the person that it means, in parts, and its last clause.
+    """Yield a question in several forms, from the whole question to its last clause.
 
-    ``earlier`` has the sentences before it, the newest first.
+    The second form names the person whom the question means. The next are single sentences with a
+    question mark. ``earlier`` has the sentences before the question, the newest first.
     """
     yield question
     if whom := whom_of(question, earlier, language):

@@ -71,7 +71,7 @@ def read_people(path: Path) -> People:
 
 
 def write_people(path: Path, people: People | None) -> None:
-    """Write a file of people, or delete it, with what was put aside, if ``people`` is None.
+    """Write a file of people; if ``people`` is None, delete it and any file that was put aside.
 
     Raises OutputError if the disk does not allow it.
     """

@@ -8,8 +8,9 @@ from itertools import takewhile
 
 #: How long after last speaking somebody counts as present (our choice).
 STAYS = timedelta(hours=2)
-#: How many remarks are kept; to how many of the latest a pronoun can refer, and a name; and for how
-#: long (our choice).
+#: How many remarks are kept. How many of the latest remarks a pronoun can refer to, and how many if
+#: the words also give a name. The age up to which a pronoun can refer to a remark. (All are our
+#: choice.)
 _KEPT, _FEW, _SOME, _MEANT = 60, 3, 12, timedelta(minutes=5)
 #: A remark of at most this many characters is repeated whole, a longer one sentence by sentence
 #: (our choice).
@@ -48,7 +49,7 @@ class Remarks:
         return [(said, told) for when, said, told in few if when >= since]
 
     def latest_told(self) -> str | None:
-        """Return the latest statements among a few remarks, but none from before an empty one."""
+        """Return the latest statements; search a few remarks, and none before an empty remark."""
         few = takewhile(lambda one: one[0], self._latest())
         return next((" ".join(told) for _, told in few if told), None)
 
@@ -74,7 +75,7 @@ class Remarks:
         return said
 
     def amend(self, old: str, new: str) -> None:
-        """Put a corrected sentence in the place of what it corrects."""
+        """Replace the statements that make up ``old`` by the corrected statement ``new``."""
         for n, (when, said, told) in enumerate([*self._all]):
             if old in (" ".join(told), *told):
                 rest = [each for each in told if each not in old]
