@@ -22,16 +22,16 @@ _ANGLE_TOLERANCE = 1e-7
 def inverse(robot: Robot, target: ArrayLike, tolerance: float = 1e-6) -> Array:
     """Return all poses inside the limits that put hands and head on ``target``.
 
-    ``target`` is (9,) m: right x y z, left x y z, head x y z in the base frame. ``tolerance`` is
-    how far an extremity may be from its target, in m.
+    ``target`` has the shape (9,), in m: right x y z, left x y z, head x y z in the base frame.
+    ``tolerance`` is how far an extremity may be from its target, in m.
 
     Returns
     -------
     (k, 8) rad, where k is from 0 (out of reach) to 32. The paper expects a single solution. But if
-    a fingertip angle is below 0.174 rad, the arm with the mirrored elbow is inside the limits too;
-    and if the head can tilt by more than a quarter of a turn, so is the pose with the waist turned
-    by π. If a hand lies on the shoulder axis, any shoulder angle solves it; the neutral one is
-    returned.
+    a fingertip angle is below 0.174 rad, the arm with the mirrored elbow is inside the limits, too.
+    If the head can tilt by more than a quarter of a turn, the pose with the waist turned by π is
+    also inside the limits. If a hand lies on the shoulder axis, any shoulder angle is a solution;
+    the neutral shoulder angle is returned.
 
     Raises
     ------
@@ -53,7 +53,7 @@ def inverse(robot: Robot, target: ArrayLike, tolerance: float = 1e-6) -> Array:
 
 
 def _solutions(robot: Robot, goal: Array) -> Array:
-    """Return all solutions, (32, 8) rad, limits not applied."""
+    """Return all solutions, (32, 8) in rad; the joint limits are not applied."""
     size = robot.lengths
     head = goal[6:9]
     bearing = np.arctan2(head[1], head[0])
@@ -68,7 +68,7 @@ def _solutions(robot: Robot, goal: Array) -> Array:
 
 
 def _poses(robot: Robot, goal: Array, waist: float, nod: float) -> list[list[float]]:
-    """Return the poses with this waist and nod, limits not applied."""
+    """Return the poses with this waist and nod; the joint limits are not applied."""
     turned_left = np.array([-np.sin(waist), np.cos(waist), 0.0])
     fwd = np.array([np.cos(waist), np.sin(waist), 0.0])
     right_arms = _arm_solutions(robot, goal[0:3], -turned_left, fwd, robot.neutral[1])
@@ -82,7 +82,7 @@ def _poses(robot: Robot, goal: Array, waist: float, nod: float) -> list[list[flo
 def _arm_solutions(
     robot: Robot, hand: Array, lat: Array, fwd: Array, free_shoulder: float
 ) -> list[tuple[float, float, float]]:
-    """Return the angles (S, E, F) of an arm; E and F are positive inwards, limits not applied."""
+    """Return an arm's angles (S, E, F), with E and F positive inwards; no limits are applied."""
     size = robot.lengths
     along = hand @ lat - size.L12
     ahead, height = hand @ fwd, hand[2] - size.L01

@@ -89,7 +89,10 @@ def _servo(value: object, info: ValidationInfo) -> object:
 
 
 class ServoTable(Table):
-    """The servo of every joint, and what is asked of it, in rad/s, rad/s² and N·m at the horn."""
+    """The servo of every joint, and the speed, acceleration and torque that are asked of it.
+
+    The units are rad/s, rad/s², and N·m at the horn.
+    """
 
     model: Annotated[Servo, BeforeValidator(_servo)]
     max_speed: Annotated[float, Field(gt=0, le=20)]

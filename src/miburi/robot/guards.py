@@ -27,14 +27,17 @@ CARD_STEP = 2 * np.pi / 4096
 
 
 class Unit(NamedTuple):
-    """A unit: its SI name (files, wire), the integer unit (rule, card), and the ``struct`` code."""
+    """A unit: the SI name for files and wire, the integer unit for rule and card, the struct code.
+
+    The last is a format character of the module ``struct``.
+    """
 
     si: str
     whole: str
     code: str
 
     def size(self, step: float) -> float:
-        """Return the integer unit's size in SI; ``step`` is the angle of an encoder step, rad."""
+        """Return the integer unit in SI units; ``step`` is the angle of an encoder step, in rad."""
         return step if self.whole == "steps" else 1e-6
 
 

@@ -55,7 +55,9 @@ def forward(robot: Robot, angles: ArrayLike) -> Array:
 
 
 def jacobian(robot: Robot, angles: ArrayLike) -> Array:
-    """Return the derivatives of :func:`forward` at one pose: (9, 8) m/rad for ``angles``, (8,) rad.
+    """Return the derivatives of :func:`forward` at one pose, in m/rad; the shape is (9, 8).
+
+    ``angles`` is the pose, in rad; its shape is (8,).
 
     Raises
     ------

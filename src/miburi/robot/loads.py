@@ -1,7 +1,7 @@
 """The loads that the robot's own parts put on its motors: weight and inertia, in closed form.
 
-The masses come from the description; each is centred in its part. The loads serve to aim goals high
-enough that a sagging joint ends where it should, to compute the torque that a move needs, and to
+The masses come from the description; each is centred in its part. The loads are used to aim goals
+so high that a sagging joint ends where it should, to compute the torque that a move needs, and to
 predict motions.
 """
 
@@ -49,8 +49,8 @@ class _Solids(NamedTuple):
 def link_poses(robot: Robot, angles: Array) -> tuple[Array, Array]:
     """Return each link's rotation, (..., 8, 3, 3), and its joint's position, (..., 8, 3) m.
 
-    Both are in the base frame, in the order of :func:`~miburi.robot.shape.links`; ``angles``
-    (..., 8) rad.
+    Both are in the base frame, in the order of :func:`~miburi.robot.shape.links`. ``angles`` has
+    the shape (..., 8) and is in rad.
     """
     body = _solids(robot.lengths, robot.masses, robot.shape)
     turns = _turns(body.axes, angles[..., body.order])
@@ -78,7 +78,7 @@ def loads(robot: Robot, angles: Array) -> Loads:
     u, v, w = np.moveaxis(centres[..., None, :, :] - axles[..., None, :], -1, 0)
     up = x * v - y * u  # how far a turn of the joint lifts the part, m/rad
     far = (y * w - z * v) ** 2 + (z * u - x * w) ** 2 + up**2
-    # A part's own extent adds its mean square distance from the axis through its middle.
+    # A part's own extent adds the mean square distance of its mass from an axis through its middle.
     seen = np.einsum("...ki,...pij->...kpj", axes, turns[..., body.links, :, :])
     along = np.einsum("...kpi,pij,...kpj->...kp", seen, body.spreads, seen)
     far += np.trace(body.spreads, axis1=1, axis2=2) - along
@@ -90,7 +90,7 @@ def loads(robot: Robot, angles: Array) -> Loads:
 
 @lru_cache(maxsize=64)
 def _solids(lengths: Lengths, masses: Masses, shape: Shape) -> _Solids:
-    # ``links`` and ``parts`` use no other tables of a robot.
+    # ``links`` and ``parts`` use only these three tables of a robot.
     robot = Robot.model_construct(lengths=lengths, masses=masses, shape=shape)
     table = links(robot)
     names = [link.name for link in table]
@@ -144,7 +144,10 @@ def _spread(part: Part) -> Array:
 
 
 def _turns(axes: Array, angles: Array) -> Array:
-    """Return rotations by ``angles`` (..., n) about unit ``axes`` (n, 3): (..., n, 3, 3)."""
+    """Return rotation matrices, of shape (..., n, 3, 3).
+
+    They turn by ``angles``, of shape (..., n), about unit ``axes``, of shape (n, 3).
+    """
     (x, y, z), zero = axes.T, np.zeros(len(axes))
     cross = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(2, 0, 1)
     sine, rest = np.sin(angles)[..., None, None], (1 - np.cos(angles))[..., None, None]

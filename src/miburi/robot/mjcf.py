@@ -23,9 +23,9 @@ PLAY = "play_"
 TIMESTEP = 0.002
 #: Side length of the face on the screen, in pixels.
 FACE_PIXELS = 192
-#: Position of the human hand while nobody reaches for the robot, m.
+#: Position of the human hand while nobody reaches for the robot, in m.
 HAND_AWAY = (0.45, -0.35, 0.10)
-#: The human hand is a capsule: its radius, and half of its length (a finger or two), m.
+#: The human hand is a capsule, a finger or two: its radius, and half of its length, both in m.
 HAND_SIZE = (0.016, 0.045)
 #: Mass of the sprung hand, in kg: the mass of a hand in ISO/TS 15066's body model.
 HAND_MASS = 0.6

@@ -25,8 +25,8 @@ def drawing_backend(
 ) -> str | None:
     """Return MuJoCo's name for a graphics backend that works here without a screen, or None.
 
-    On Linux that is EGL or else OSMesa. If neither works, it is ``off``: physics runs, but drawing
-    pictures raises an error.
+    On Linux, the backend is EGL, or else OSMesa. If neither works, the name is ``off``: physics
+    runs, but drawing pictures raises an error.
     """
     if platform != "linux":
         return None

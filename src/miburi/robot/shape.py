@@ -96,12 +96,12 @@ class Part:
 
     @property
     def of_the_phone(self) -> bool:
-        """Whether the part belongs to the phone; others can be drawn with their printed shapes."""
+        """Whether it is a part of the phone; other parts can be drawn with their printed shapes."""
         return self.name.startswith(("phone", "screen"))
 
     @property
     def middle(self) -> Point:
-        """Its centre of mass, in the link's frame, m."""
+        """The part's centre of mass, in m in the link's frame."""
         if self.end is None:
             return self.position
         (a, b, c), (d, e, f) = self.position, self.end
@@ -135,7 +135,7 @@ def _point(place: Array) -> Point:
 
 
 def extremities(robot: Robot) -> dict[str, tuple[str, Point]]:
-    """Return, for right, left and head, its link and the point on it that is its position."""
+    """Return, for right, left and head, the link and the extremity's position on it, in m."""
     size = robot.lengths
     return {
         "right": ("right_forearm", (0, -size.L34, 0)),
@@ -145,7 +145,7 @@ def extremities(robot: Robot) -> dict[str, tuple[str, Point]]:
 
 
 def frames(moved: Sequence[Link], angles: Sequence[float]) -> list[LinkFrame]:
-    """Return the frame of each link; ``angles`` (8,) rad, as in ``JOINTS``."""
+    """Return each link's frame for ``angles``, (8,) in rad, in the order of ``JOINTS``."""
     turns = dict(zip(JOINTS, angles, strict=True))
 
     def turn(link: Link) -> tuple[float, float, float, float]:
@@ -244,7 +244,7 @@ def _slab(
 ) -> list[Part]:
     """Return a box with round corners, tilted like the phone: two crossing boxes and four discs.
 
-    Its centre is ``ahead`` in front of the phone's centre; ``corner`` is the corners' radius.
+    The box's centre is ``ahead`` m in front of the phone's; ``corner`` is its corners' radius in m.
     """
     tilt = -robot.shape.phone_level
     deep, wide, high = half

@@ -47,7 +47,7 @@ def specimens(
     """Return robots that were built from a description; the same ones for the same seed.
 
     Every other robot divides its P gain by half the description's divisor, which doubles its
-    stiffness: for the XL330, others identified a divisor of 256, while the e-manual says 128.
+    stiffness: other people measured a divisor of 256 on the XL330, while the e-manual says 128.
     ``play`` is the play of the gears in all robots, in rad; by default each robot has its own play,
     up to half a degree.
     """
