@@ -40,7 +40,7 @@ of the iphonoid's right shoulder; a step is 0.088°.
    its goal.
 
 Guards 4 and 5 widen with the speed of the move. A lag varies from move to move by up to
-``LAG_DOUBT`` = 2 ms, which at 3000 steps/s, a top speed, adds 6 steps.
+``LAG_DOUBT`` = 2 ms, which adds 6 steps at a top speed of 3000 steps/s.
 
 The rule cannot see an obstacle that holds a motor back by less than its guards. Contacts that are
 slow, soft or near a joint's axis are noticed late (docs/safety.md has the figures).
@@ -76,7 +76,10 @@ _READINGS = np.arange(20, dtype=np.int64) * (SECOND // 100)
 
 @dataclass(frozen=True)
 class Loading:
-    """How the loads act on the motors in one move, along each motor's direction, (8,) 1/256 steps.
+    """How the loads act on the motors in one move.
+
+    All values but ``velocity`` are in 1/256 steps. All have the shape (8,), and count along each
+    motor's direction.
 
     Attributes
     ----------
@@ -225,7 +228,8 @@ class Watch:
     profile
         The commanded motion of the eight motors.
     start, direction
-        (8,) positions in steps at the latest reading before the move began; (8,) +1 or −1.
+        ``start`` holds the positions at the latest reading before the move began, (8,) in steps.
+        ``direction`` is +1 or −1 for each motor, (8,).
     loading
         The loads on the motors; the delayed profile ignores them.
     window
@@ -275,8 +279,8 @@ class Watch:
         window of a motor that turns round starts again, at its turning point: otherwise travel in
         both directions would be added up.
 
-        ``before`` is the watch over the earlier move. ``seen`` is the time from that move's start
-        to the latest reading, ``elapsed`` the time from its start to this move's start, both in µs.
+        ``before`` is the watch over the earlier move. ``seen`` and ``elapsed`` are times in µs
+        after the earlier move's start: that of the latest reading, and that of this move's start.
         """
         turned = before.direction * self.direction
         moved = (before.start - self.start) * self.direction * FINE

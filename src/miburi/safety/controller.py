@@ -27,11 +27,11 @@ on pressing (all figures are ours):
 
 A body at rest can be led by hand. If something holds a motor away from its resting place for
 ``YIELD_AFTER``, by more than the larger of its ``slack`` and its ``arrival``, the body stops with
-the reason ``TOUCHED``. All motors then hold gently where they are, give way to what displaces them
-every ``YIELD_AFTER``, and return slowly when the body is released. After yielding ``YIELDS`` times
-in a row, they yield no more until nothing displaces them. Without this limit, a motor that turns
-the wrong way would turn for ever. If a limb has been led to a place where its weight pulls harder,
-it sinks a little each time it yields.
+the reason ``TOUCHED``. All motors then hold gently where they are. Every ``YIELD_AFTER``, they give
+way to whatever displaces them; when the body is released, they return slowly. After yielding
+``YIELDS`` times in a row, the motors yield no more until nothing displaces them. Without this
+limit, a motor that turns the wrong way would turn for ever. If a limb has been led to a place where
+its weight pulls harder, it sinks a little each time it yields.
 """
 
 from dataclasses import dataclass, replace
@@ -46,7 +46,7 @@ from miburi.safety.move import Move
 from miburi.safety.profile import FINE, SECOND, Steps, plan_profile, to_steps, whole
 from miburi.safety.stop import Phase, Stop, StopReason
 
-#: The speed, on the return to neutral, of the motor that has furthest to go, in rad/s (our choice).
+#: The speed on the return to neutral, in rad/s, of the motor that has furthest to go (our choice).
 RETURN_SPEED = 0.8
 #: After a contact, the motor that met something goes back by the first angle, and no motor by more
 #: than the second (step 1 above), in rad (our choice).
@@ -55,13 +55,13 @@ GIVE_WAY, FURTHEST = 0.0245, 0.0736
 YIELD_AFTER = 150_000
 #: Travel of at most this, in steps, between two readings is noise (our choice).
 MOVES = 2
-#: A speed is computed only from two readings that are at most this far apart, and only if the
-#: latest is no older than this, in µs (our choice).
+#: A speed is computed from two readings only if the time between them, and the age of the latest
+#: reading, are at most this, in µs (our choice).
 TELLS = 60_000
 #: The largest speed that is believed, in steps/s; if a speed is higher, the reading has jumped (our
 #: choice).
 SWINGS = 4000
-#: How many times in a row a body that is led by hand yields; together 3 s (our choice).
+#: How many times in a row a body that is led by hand yields, which takes 3 s (our choice).
 YIELDS = 20
 
 
@@ -77,7 +77,7 @@ def check_move(robot: Robot, phase: Phase, move: Move) -> None:
     ------
     BodyError
         The body is stopped or returning, an angle is outside the joint limits, or a speed is above
-        the servo's.
+        the servo's limit.
     """
     if phase not in (Phase.IDLE, Phase.MOVING):
         raise BodyError(f"The body is {phase}; it takes a move only at rest or during a move.")
@@ -121,22 +121,22 @@ class Controller:
         self.latched: Stop | None = None
         #: What the rule compared at its latest reading; it is kept after the move.
         self.window: Window | None = None
-        #: Start of the profile that runs, µs.
+        #: When the present profile began, in µs.
         self.began = 0
         self._seen, self._seen_at = self.origin, -TELLS - 1
         self._moved, self._gap = np.zeros_like(self.origin), TELLS + 1
         self._yields_at: int | None = None
-        # The time since which a motor at rest has been away from its place, µs.
+        # Since when a motor at rest has been away from its place, in µs; None if none is.
         self._kept_since: int | None = None
         self._sag = np.zeros_like(self.origin)
         self._rest: Steps | None = None  # where the motors came to rest
         self._yields = 0  # how many times it may still yield; reset once nothing displaces it
         self.watch = self._plan(self.origin, self.origin, np.ones(len(JOINTS), dtype=np.int64))
-        # A rule that is still to be compiled would hold up the first move, and Stop with it.
+        # Compile the rule now: later, compiling would hold up the first move and any Stop.
         self.watch.expected_travel(SECOND)
 
     def move(self, move: Move, positions: Steps, time: int) -> None:
-        """Start ``move``, even while another one runs; it raises as :func:`check_move` does."""
+        """Start ``move``, even while another move runs; raise the errors of :func:`check_move`."""
         if self.phase is Phase.MOVING:
             self.update(positions, time)  # so that this reading is not lost
         check_move(self.robot, self.phase, move)
@@ -202,7 +202,10 @@ class Controller:
             self.watch = self._plan(self.origin, positions, np.ones_like(positions))
 
     def setpoint(self, time: Steps | int) -> Steps:
-        """Return where the profiles are, in 1/256 steps: (8,), or (n, 8) for times (n, 1)."""
+        """Return the positions on the profiles, in 1/256 steps.
+
+        Their shape is (8,), or (n, 8) for times of shape (n, 1).
+        """
         travel = self.watch.profile.position(time - self.began)
         return self.origin * FINE + self.watch.direction * travel
 
@@ -212,7 +215,7 @@ class Controller:
         return velocity
 
     def ceiling(self, time: int) -> Array:
-        """Return the motors' torque limits, (8,) N·m; a stopped body holds with less."""
+        """Return the motors' torque limits, (8,) in N·m; a stopped body has lower limits."""
         needs = self._needs
         return needs.ceiling if time - self.began < needs.eases_at else needs.cruise
 
@@ -225,8 +228,9 @@ class Controller:
     def drift(self, positions: Steps, direction: Steps, time: int) -> tuple[Steps, Steps]:
         """Return the motors' speeds, and how far they have travelled since the latest reading.
 
-        Both are 0 for motors that do not start from the position in that reading. They are (8,)
-        along ``direction``, in the units of :class:`~miburi.safety.contact.Loading`.
+        Both are 0 for motors that do not start from the position in that reading. Speeds and
+        distances have the shape (8,), count along ``direction``, and are in the units of
+        :class:`~miburi.safety.contact.Loading`.
         """
         age = time - self._seen_at
         if max(age, self._gap) > TELLS:

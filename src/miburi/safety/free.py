@@ -8,8 +8,8 @@ motor's own speed, because a motor that still swings after its last move has not
 
 The model's error grows with the speed, up to some 500 steps/s. So the guards ``slack``, ``behind``
 and ``ahead`` hold for a motor that reaches ``FAST`` in its move. A motor at rest has half of
-each guard; a slow motor has more, in proportion to its speed. Until ``SETTLES``, the speed with
-which a motor swings at the start of the move counts as well. With a slack of 10 steps::
+each guard; a slow motor has more, in proportion to its speed. Until ``SETTLES`` after the start of
+a move, the speed with which a motor swung at the start counts, too. With a slack of 10 steps::
 
     top speed in the move [steps/s]     0   128   256   384   512   1000
     slack [steps]                       5  6.25   7.5  8.75    10     10
@@ -28,7 +28,7 @@ from miburi.safety.contact import UNLOADED, Contact, Loading, Rule, Watch, lag_d
 from miburi.safety.profile import FINE, SECOND, Profile, Steps
 from miburi.servos.free import STEP, FreeServo, advance
 
-#: A motor that reaches this speed in its move, 1/256 steps/s, has the full guards (our choice).
+#: A motor that reaches this speed, in 1/256 steps/s, in its move has the full guards (our choice).
 FAST = 512 * FINE
 #: A motor that swings at a move's start has come to rest after this long, in µs (our choice).
 SETTLES = 200_000
@@ -38,17 +38,17 @@ SETTLES = 200_000
 class FreeRule(Rule):
     """The paper's period and ratio, applied to the speed of the free servo.
 
-    The lag is the one with which the model fits the servo best: 5.5 ms for the XL330 as others have
-    identified it. Half of it makes up for the model's time steps of 5 ms, since the model is early
-    by half a step; the rest is the servo's own delay.
+    The lag is the one with which the model fits the servo best: 5.5 ms for the XL330, with the
+    constants that other people have identified. Half of it makes up for the model's time steps of
+    5 ms, since the model is early by half a step; the rest is the servo's own delay.
 
     Attributes
     ----------
     servo
         The motors, as they move if nobody is in their way.
     sag
-        (8,), in units of 1/256: a factor for each motor by which it sags more or less than the
-        masses in the description predict.
+        Each motor's sag divided by the sag that the masses in the description predict, (8,) in
+        units of 1/256.
     """
 
     servo: FreeServo = field(kw_only=True)
@@ -56,7 +56,7 @@ class FreeRule(Rule):
 
     @classmethod
     def of(cls, robot: Robot) -> "FreeRule":
-        """Return the rule for a robot whose servos nobody has calibrated, with its guards."""
+        """Return the rule, with the robot's guards, if nobody has calibrated the robot's servos."""
         middle = loads(robot, (robot.lower + robot.upper) / 2)
         servo = FreeServo.of(robot.servo.model, middle.inertia)
         return cls(in_whole_units(robot.guards, robot.servo.step), servo=servo)
@@ -71,7 +71,7 @@ class FreeRule(Rule):
 
 
 def granted_share(profile: Profile, velocity: Steps | int = 0) -> Steps:
-    """Return the share of its guards that each motor is granted in this move, (8,) in 1/256."""
+    """Return what share of its guards each motor is granted in this move, as (8,) in 1/256."""
     top = np.maximum(profile.fastest, np.abs(velocity))
     share: Steps = (FINE + FINE * np.minimum(top, FAST) // FAST) // 2
     return share
@@ -113,11 +113,12 @@ class _FreeWatch(Watch):
         self._x, self._v = turned * before._x + moved * FINE, turned * before._v
         self._profile_then = turned * before._profile_then + moved
         self._model_time = before._model_time - elapsed
-        # At first a motor keeps its earlier move's wider guards: it may still be as far behind.
+        # At first a motor keeps the earlier move's guards if they are wider, since it may still be
+        # as far behind as in that move.
         self._grant(*map(np.maximum, self._granted, before._granted))
 
     def look(self, positions: Steps, time: int) -> Contact | None:
-        """Judge the positions; until ``SETTLES``, guards are wider, as motors may still swing."""
+        """Judge the positions; guards are wider until ``SETTLES``, as motors may still swing."""
         if self._swings and time >= SETTLES:
             self._swings = False
             self._grant(granted_share(self.profile), lag_doubt(self.profile))
@@ -131,8 +132,8 @@ class _FreeWatch(Watch):
             self._model_time += steps * STEP
             went = self.profile.position(self._model_time - self.rule.guards.lag)
             distance = self.profile.distance
-            # The share is in 1/256, like positions. For motors that come back from beyond the ends
-            # of their travel, the share would be outside 0 to 1.
+            # The share of the way is in 1/256, like positions. For motors that come back from
+            # beyond the ends of their travel, the share would be outside 0 to 1.
             share = np.clip(went // np.maximum(distance, 1), 0, np.where(distance > 0, FINE, 0))
             sag = loading.begin + (((loading.end - loading.begin) * share) >> 8)
             now = loading.offset + went

@@ -62,7 +62,7 @@ class Course(NamedTuple):
 
     @classmethod
     def of(cls, robot: Robot, place: Steps, velocity: Steps) -> "Course":
-        """Convert positions (8,), 1/256 steps, and velocities (8,), 1/256 steps/s, to a course."""
+        """Convert positions in 1/256 steps and velocities in 1/256 steps/s, (8,), to a course."""
         step = robot.servo.step / FINE
         return cls(np.multiply(place, step), np.multiply(velocity, step))
 
@@ -105,8 +105,8 @@ def plan_move(robot: Robot, start: Array, end: Array, duration: float) -> Move:
 def plan_on(robot: Robot, course: Course, end: Array, duration: float) -> Move:
     """Plan a move of motors that are under way, in which all arrive together.
 
-    A motor that starts with the speed u, with d to go, cruises at v: where it has to speed up,
-    v = (aT + u − √((aT + u)² − 4ad − 2u²)) / 2; where it has to slow down,
+    A motor that starts with the speed u, and still has the distance d to go, cruises at the speed
+    v. If it has to speed up, v = (aT + u − √((aT + u)² − 4ad − 2u²)) / 2. If it has to slow down,
     v = (d − u² / 2a) / (T − u / a).
 
     ``course`` gives the motors' present positions and speeds; the rest is as in :func:`plan_move`.

@@ -25,7 +25,7 @@ SECOND = 1_000_000
 
 
 def to_steps(robot: Robot, angles: Array) -> Steps:
-    """Return the encoder steps, (8,), nearest to ``angles`` (rad); zero angle is step zero."""
+    """Return the encoder steps nearest to ``angles``, (8,) in rad; the angle 0 is the step 0."""
     steps: Steps = np.rint(np.asarray(angles) / robot.servo.step).astype(np.int64)
     return steps
 
@@ -187,7 +187,10 @@ def plan_towards(
     velocity: Steps | None = None,
     before: Steps | int = 1,
 ) -> tuple[Profile, Steps]:
-    """Plan as :func:`plan_profile`; ``speed`` in 1/256 steps/s, ``acceleration`` in steps/s²."""
+    """Plan as :func:`plan_profile` does.
+
+    ``speed`` is in 1/256 steps/s, and ``acceleration`` in steps/s².
+    """
     way = goal - origin
     velocity = np.zeros_like(way) if velocity is None else velocity
     # A motor's direction depends on where it would stop.
