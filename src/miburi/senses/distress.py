@@ -3,14 +3,14 @@
 It takes a sentence and returns a kind of distress, or None. Distress is judged before the feelings,
 on text without punctuation and capitals, which speech recognisers omit.
 
-Hand-written patterns (a language's ``distress.toml``) match the plainest phrases, and others that
-show that no distress is meant. A few match words that are always worth a question. For English and
-Japanese there are two models. A small linear model (``distress.npz``, trained by
-``tools/train_distress.py`` on sentences that we and strangers wrote for it) weighs the patterns
-together with groups of words and letters. A small network (:mod:`miburi.senses.network`) weighs the
-words in their order. The geometric mean of their likelihoods counts. In other languages the
-patterns decide. No expert has reviewed the patterns or the models. This is neither an alarm nor a
-medical device.
+Hand-written patterns (a language's ``distress.toml``) match the plainest phrases of distress. Other
+patterns match phrases which show that no distress is meant, and a few patterns match words that are
+always worth a question. For English and Japanese there are two models. A small linear model
+(``distress.npz``, trained by ``tools/train_distress.py`` on sentences that we and strangers wrote
+for it) weighs the patterns together with groups of words and letters. A small network
+(:mod:`miburi.senses.network`) weighs the words in their order. What counts is the geometric mean of
+the two models' likelihoods. In other languages the patterns decide. No expert has reviewed the
+patterns or the models. This is neither an alarm nor a medical device.
 """
 
 import re
@@ -41,8 +41,8 @@ from miburi.senses.linear import groups_of, load_model, numbered
 from miburi.senses.network import agreed, load_network
 
 #: Thresholds for the likelihood of distress: above the first it is a slight sign; above the second
-#: the partner asks the person. The numbers are ours, chosen on lines on which the models were not
-#: trained.
+#: the partner asks the person. The numbers are ours; we chose them with sentences that were not
+#: used to train the models.
 _HINTS, _WONDERS = 0.45, 0.5
 #: Above this likelihood, the question names the kind of distress (our choice).
 _NAMES = 0.35
@@ -51,13 +51,13 @@ _NAMES = 0.35
 #: conversations, 8 were above 0.75 and none above 0.95, before the models were trained on them.
 _WORRIES, _SURE = 0.75, 0.95
 #: Thresholds for asking and for reporting in a long text without any explicit word. The part with
-#: the highest score counts, and among many parts one scores high by chance. The third number is how
-#: many parts count as many. For Japanese there is no such rule: even a plain sentence has several
-#: parts there, so that cries for help were lost (our choice).
+#: the highest score counts, and among many parts one scores high by chance. The third number says
+#: from how many parts on the thresholds apply. They do not apply to Japanese: there, even a plain
+#: sentence has several parts, and cries for help were lost (our choice).
 _CHATTERS, _SURE_OF_CHATTER, _MANY = 0.65, 0.9, 5
-#: Lengths of the longest text that is not split, of the parts of a longer one, and of the step to
-#: the next part, in words and in characters (our choice). In a minute's chatter, a cry for help has
-#: little weight.
+#: The length of the longest text that is not split; the length of the parts of a longer text; and
+#: the distance from one part's beginning to the next. First in words, then in characters (our
+#: choice). In a minute's chatter, a cry for help has little weight.
 _LONG_WORDS, _LONG_LETTERS = (24, 14, 4), (34, 24, 6)
 _LATIN = re.compile(r"[A-Za-z][A-Za-z'’]*")
 #: Each pattern that matches counts as this many features, since a single feature would hardly weigh
@@ -170,7 +170,7 @@ def _features(said: str, language: Language, fitting: _Fitting) -> list[int]:
 
 
 def _parts(said: str, language: Language) -> list[str]:
-    """Split a text so long that a cry for help would be lost in it into overlapping parts."""
+    """Split a long text, in which a cry for help would be lost, into overlapping parts."""
     spaced = is_spaced(language)
     longest, size, step = _LONG_WORDS if spaced else _LONG_LETTERS
     units = said.split() if spaced else list(said)
@@ -249,7 +249,7 @@ def judge_distress(text: str, usual: Language = FALLBACK) -> Heard | None:
 
 
 def _by_language(text: str, usual: Language) -> Iterator[tuple[str, Language]]:
-    """Yield a text and, if it mixes two scripts, the part in each, with their languages."""
+    """Yield a text and its language; if it mixes two scripts, also the part in each script."""
     language = language_of(text, usual)
     yield text, language
     words, rest = _LATIN.findall(text), _LATIN.sub(" ", text)
@@ -273,10 +273,10 @@ def _judge(text: str, language: Language) -> Heard | None:
 
 
 def _at_least_asked(heard: Heard | None, said: str, language: Language) -> Heard | None:
-    """Return what the models heard, or a question where the words are always worth one.
+    """Return what the models heard, or a question if the words are always worth a question.
 
-    Where the models heard distress but no pattern knows its kind, these words tell the kind, unless
-    it is about a child.
+    If the models heard distress, but no pattern matches its kind, those words determine the kind,
+    unless the models heard distress about a child.
     """
     sure = heard is not None and heard.doubt is not Doubt.SLIGHT_SIGN
     if heard is not None and (heard.words or (sure and heard.kind == "child")):
@@ -290,7 +290,7 @@ def _at_least_asked(heard: Heard | None, said: str, language: Language) -> Heard
 
 
 def _fitting(said: str, language: Language) -> _Fitting:
-    """Return the words that fit each kind's patterns, idioms left out, and the excuses that fit."""
+    """Return the words outside idioms that fit each kind's patterns, and the excuses that fit."""
     compiled = _compiled(language)
     if compiled is None:
         return {}, set()
