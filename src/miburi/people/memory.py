@@ -40,7 +40,8 @@ _SURER, _SUREST = 0.6, 0.7
 #: a request to remember a fact during which a correction may refer to that fact. Both are our
 #: choice.
 _SAME, _JUST = 0.25, timedelta(minutes=1)
-#: How many facts, the latest, answer a question about everything that was told (our choice).
+#: A question about everything that was told is answered with this many facts, the latest (our
+#: choice).
 _LATEST = 3
 
 
@@ -146,10 +147,7 @@ class Memory:
         *,
         more: bool = False,
     ) -> None:
-        """Keep a remark for this conversation.
-
-        If its first statement says "he" or "she", the person, if known, is put before it.
-        """
+        """Keep a remark for this conversation; if it says "he", put the person meant before it."""
         if told:
             first, about = told[0], self.remarks.about if more else None
             named = self.with_whom(first, language)
@@ -189,7 +187,7 @@ class Memory:
         *,
         asked: bool = False,
     ) -> Fact | None:
-        """Keep a fact for the person present; if there is none, until somebody gives a name."""
+        """Keep a fact for the person present; if nobody is, keep it until somebody gives a name."""
         text, told = " ".join(text.split())[:LONGEST_FACT], self._clock()
         with self._lock:
             facts = self._facts_now()
@@ -271,10 +269,7 @@ class Memory:
         return self._untold
 
     def due(self, now: datetime, but: Set[Fact] = frozenset()) -> tuple[Acquaintance, Fact] | None:
-        """Return the person present, and a fact that has fallen due today; None if there is none.
-
-        Facts in ``but`` are left out.
-        """
+        """Return the person present and a fact, not in ``but``, that fell due today; or None."""
         person = self.present
         if person is None:
             return None

@@ -27,9 +27,9 @@ CARD_STEP = 2 * np.pi / 4096
 
 
 class Unit(NamedTuple):
-    """A unit: the SI name for files and wire, the integer unit for rule and card, the struct code.
+    """A unit: its SI name for files and wire, its integer unit for rule and card, and its code.
 
-    The last is a format character of the module ``struct``.
+    The code is the format character for :mod:`struct`.
     """
 
     si: str

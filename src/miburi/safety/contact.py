@@ -279,8 +279,8 @@ class Watch:
         window of a motor that turns round starts again, at its turning point: otherwise travel in
         both directions would be added up.
 
-        ``before`` is the watch over the earlier move. ``seen`` and ``elapsed`` are times in µs
-        after the earlier move's start: that of the latest reading, and that of this move's start.
+        ``before`` is the watch over the earlier move. ``seen`` is the time of the latest reading,
+        and ``elapsed`` the time of this move's start, both in µs after the earlier move's start.
         """
         turned = before.direction * self.direction
         moved = (before.start - self.start) * self.direction * FINE

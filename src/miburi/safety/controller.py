@@ -126,7 +126,7 @@ class Controller:
         self._seen, self._seen_at = self.origin, -TELLS - 1
         self._moved, self._gap = np.zeros_like(self.origin), TELLS + 1
         self._yields_at: int | None = None
-        # Since when a motor at rest has been away from its place, in µs; None if none is.
+        # Since when a motor at rest has been away from its place, in µs; None if no motor is.
         self._kept_since: int | None = None
         self._sag = np.zeros_like(self.origin)
         self._rest: Steps | None = None  # where the motors came to rest

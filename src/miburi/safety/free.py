@@ -71,7 +71,7 @@ class FreeRule(Rule):
 
 
 def granted_share(profile: Profile, velocity: Steps | int = 0) -> Steps:
-    """Return what share of its guards each motor is granted in this move, as (8,) in 1/256."""
+    """Return which share of its guards each motor is granted in this move, (8,) in 1/256."""
     top = np.maximum(profile.fastest, np.abs(velocity))
     share: Steps = (FINE + FINE * np.minimum(top, FAST) // FAST) // 2
     return share

@@ -2,9 +2,9 @@
 
 :class:`PrintedRule` replaces :class:`~miburi.safety.contact.Rule`. At the end of each period it
 compares, for each motor that has not arrived, the measured speed with the commanded speed. If a
-motor with the acceleration a is sent the speed v, it covers v (p − lag − v / 2a) in the first
-period p. So it passes only if lag + v / 2a is at most 0.0628 p, which is 6.28 ms. With real servos
-that sum is larger, and they brake as well, so the rule stops nearly every free move;
+motor that lags and has the acceleration a is sent the speed v, it covers v (p − lag − v / 2a) in
+the first period p. So it passes only if lag + v / 2a is at most 0.0628 p, which is 6.28 ms. With
+real servos that sum is larger, and they brake as well, so the rule stops nearly every free move;
 ``docs/paper.md`` shows the share of free moves that pass, for many lags and accelerations.
 """
 
