@@ -165,6 +165,28 @@ def test_a_card_is_stopped_while_the_loop_hangs_in_the_middle_of_a_move(
     runner.close(patience=0.0)
 
 
+def test_a_loop_that_is_late_again_in_its_next_step_has_still_stopped_the_body_itself(
+    robot: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On a busy computer the stop was taken for a person's, and lasted until somebody came."""
+    runner = attentive(robot, tmp_path)
+    runner.ask(Perform(Expression("happiness", 1.0)))
+    run_until(runner, lambda state: state.phase == "moving")
+    step = runner.body.step
+
+    def late_again(dt: float) -> BodyState:
+        runner.halt()
+        return step(dt)
+
+    runner.halt()
+    with monkeypatch.context() as patch:
+        patch.setattr(runner.body, "step", late_again)
+        runner.tick()
+    (entry,) = stops(runner)
+    assert entry.name == StopReason.LOOP_LATE
+    run_until(runner, lambda state: state.phase == "idle")
+
+
 def test_a_step_that_raises_stops_the_body_and_the_loop_goes_on(
     live: Runner, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:

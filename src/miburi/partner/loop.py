@@ -214,7 +214,8 @@ class Partner:
         Any thread may call this while another uses the body. If the halt does not reach the body,
         :meth:`make_sure` stops it.
         """
-        self._recovery.halted = self.body.state.phase is not Phase.STOPPED
+        if self.body.state.phase is not Phase.STOPPED:
+            self._recovery.halted = True
         self.body.halt()
 
     def make_sure(self) -> None:
