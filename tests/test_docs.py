@@ -30,9 +30,20 @@ PAGES = [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("bench/**/*.
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_links_and_pictures_are_there(page: Path) -> None:
-    links = re.findall(r"\]\(([^)#]+)", page.read_text(encoding="utf-8"))
-    inside = [link for link in links if "://" not in link and not link.startswith(MADE)]
-    assert [link for link in inside if not (page.parent / link).exists()] == []
+    links = re.findall(r"\]\(([^)#]*)(?:#([^)]*))?\)", page.read_text(encoding="utf-8"))
+    inside = [each for each in links if "://" not in each[0] and not each[0].startswith(MADE)]
+    assert [link for link, _ in inside if not (page.parent / link).exists()] == []
+    parts = [(page.parent / link if link else page, part) for link, part in inside if part]
+    assert [part for where, part in parts if part not in headings(where)] == []
+
+
+def headings(page: Path) -> set[str]:
+    """The anchors of a page: its own, and those of its headings, on GitHub as on the site."""
+    text = page.read_text(encoding="utf-8")
+    titles = re.findall(r"^#+ (.*)", text, re.M)
+    plain = (re.sub(r"[^\w\s-]", "", title.lower()) for title in titles)
+    made = (re.sub(r"\s+", "-", title.strip()) for title in plain)
+    return {*made, *re.findall(r"<a id=\"([^\"]+)\"", text)}
 
 
 def test_the_wheels_description_leads_nowhere_that_a_wheel_does_not_have() -> None:

@@ -141,9 +141,7 @@ def _sense(wish: wishes.Sense, inside: Inside) -> Command:
         told = wish.words if inside.log.words else None
         if heard.source == "speech":
             strength = None if heard.feeling is None else heard.strength
-            inside.note(
-                "heard", feeling=heard.feeling, strength=strength, text=told, by=wish.by
-            )
+            inside.note("heard", feeling=heard.feeling, strength=strength, text=told, by=wish.by)
             inside.attending.begin("thinking")
         if heard.distress is not None:
             noted = inside.note("distress", name=heard.distress, text=told, by=wish.by)
