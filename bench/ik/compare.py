@@ -265,23 +265,22 @@ def table(processes):
 def explanation(processes):
     loads = "; ".join(f"{a:.1f} to {b:.1f}" for a, b in (p["load"] for p in processes))
     return [
-        f"{platform.machine()}, {os.cpu_count()} cores, one thread. {PROCESSES} processes of "
-        f"{ROUNDS} rounds, in each of which every solver has its turn (the slowest have one round "
-        "in each process but the first). n is the number of targets from which a percentage "
-        "is taken. "
+        f"{platform.machine()}, {os.cpu_count()} cores, one thread. There are {PROCESSES} "
+        f"processes of {ROUNDS} rounds each. Every solver runs in every round; only the slowest "
+        "run in just one round of each process after the first. "
         f"The machine's load before and after each process: {loads}. "
-        "Times are the lesser of wall clock and processor time; *times Miburi* is the median of a "
-        "solver's turn divided by the median of Miburi's times, which are taken before it, after "
-        f"it, and every {PAUSE * 1e3:.0f} ms between its targets.",
+        "Times are the lesser of wall clock and processor time; *times Miburi* is a solver's "
+        "median time divided by Miburi's, which is measured before the solver's turn, after it, "
+        f"and every {PAUSE * 1e3:.0f} ms during it.",
         "",
-        "A solver begins at the middle of the limits. Until the residual is 0.1 mm it begins anew "
-        "at random poses, 20 starts in all. The robotics toolbox makes its own restarts; "
-        "EAIK, IK-Geo and Miburi get one call. "
-        "Out of reach, no residual can show that a search has succeeded. There a solver makes up "
+        "A solver begins at the middle of the limits. While the residual is above 0.1 mm, it "
+        "starts again from a random pose, up to 20 starts in all. The robotics toolbox makes "
+        "its own restarts; EAIK, IK-Geo and Miburi get one call. If a target is out of reach, no "
+        "residual can show that a search has succeeded. For such a target a solver makes up "
         f"to {BEYOND_STARTS} starts, and stops early if {IN_VAIN} in a row have found nothing "
         "better (by 1e-6 m). If a solver's pose is slightly outside the limits, it is moved onto "
         "them before it is judged. The columns 1e-4 and 1e-6 give the share of targets solved to "
-        "within so many metres of the exact optimum.",
+        "within that distance, in metres, of the exact optimum.",
         "",
     ]
 
@@ -308,7 +307,7 @@ def main():
         *explanation(processes),
         *table(processes),
         "",
-        "Not here: " + " ".join(processes[0]["missing"]),
+        "Some solvers are missing. " + " ".join(processes[0]["missing"]),
         "",
         "`ik.solve_batch` solves a batch of 10,000 reachable targets on all cores. By the wall "
         "clock, the median batches of five processes ran at "

@@ -200,7 +200,7 @@ def row(index, dimensions):
 
 def main():
     lines = [
-        f"Median best value over n = {SEEDS} seeds, {PER_DIMENSION} evaluations a dimension; "
+        f"Median best value over {SEEDS} seeds, {PER_DIMENSION} evaluations per dimension; "
         "bold: least, or below 1e-8.",
         "",
         "| function | separable | dimensions | " + " | ".join(SOLVERS) + " |",

@@ -99,7 +99,7 @@ def changes():
         "and from the limits": replace(OWN, generations=0),
         "and from the population (`residual_settings`)": OWN,
         "population, but not from the limits": replace(OWN, ends=0),
-        "Miburi's default: exactly, along the waist": None,
+        "Miburi's default: from where the target points, then along the waist": None,
     }
     lines = [f"| {len(targets):,} reachable targets | not solved | evaluations |", "|---|---|---|"]
     for name, settings in cases.items():

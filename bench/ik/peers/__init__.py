@@ -43,6 +43,8 @@ PEERS = {
 
 #: Peers one would expect, and why they are not here.
 MISSING = {
-    "optik": "is not in the package index that this was made with",
-    "ssik": "solves arms of six or seven joints by the subproblems that EAIK and IK-Geo solve",
+    "optik": "is not in the package index that we used",
+    "ssik": (
+        "is missing because it works like EAIK and IK-Geo, and only for arms of six or seven joints"
+    ),
 }
