@@ -1,6 +1,6 @@
 """How soon a partner reacts: from a stimulus until a hand or the head is 10 mm off its course.
 
-    python bench/reaction.py --trials 25 > bench/reaction.txt
+    python bench/reaction.py --trials 40 > bench/reaction.txt
 
 Its course is what a twin does that gets no stimulus. In the robot's own time, at the live partner's
 period and its default rest; the live loop adds up to 0.02 s. Stimuli of 0.9 come at drawn moments:

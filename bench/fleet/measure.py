@@ -5,8 +5,9 @@ every round, a stop; and each says that it is stopped when all are. Mosquitto, a
 the partners and the fleet have a process each; the fleet is the one of ``miburi fleet``, and beside
 it Paho's client counts. Slow and quick rounds take turns.
 
-    python bench/fleet/measure.py > bench/fleet/measure.txt
-    python bench/fleet/measure.py --partners 2000 --rates 0.17 >> bench/fleet/measure.txt
+    python bench/fleet/measure.py --rounds 2 > bench/fleet/measure.txt
+    python bench/fleet/measure.py --rounds 2 --partners 2000 --rates 0.2 1 >> \\
+        bench/fleet/measure.txt
 """
 
 import argparse

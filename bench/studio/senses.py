@@ -1,6 +1,6 @@
 """Whether memory stays flat while a face sees, hears and speaks.
 
-    python bench/studio/senses.py [--minutes 30] > bench/studio/senses.txt
+    python bench/studio/senses.py [--minutes 30]
 
 Starts `miburi run --voice flite` and opens its face in headless Chromium, into whose camera a
 portrait goes, and into whose microphone talk and claps; eyes, ears and voice are on. Something is
