@@ -41,7 +41,8 @@ def perform(card: Card, robot: Robot, seed: int) -> tuple[int, int]:
                 while card.step(0.02).phase is Phase.MOVING:
                     pass
                 if card.state.phase is Phase.STOPPED:
-                    print("   ", mood, feeling, card.state.stop)
+                    stop = card.state.stop
+                    print("   ", mood, feeling, stop.reason.value, stop.motor, stop.sign)
                     stops += 1
                     wake(card)
                     break
