@@ -47,12 +47,12 @@ class Impression:
         A topic that decides the answer, whatever feeling was shown: ``asked`` for questions about
         the partner's feelings.
     distress
-        The kind of distress in which they need help now, if any. In that case no feeling is looked
-        for.
+        The kind of distress in which they need help now, if any. If there is one, no feeling is
+        looked for.
     worry
         Possible distress. The partner asks about it, and no feeling is looked for.
     hint
-        A slight sign of distress. The partner asks about it if there is another one soon.
+        A slight sign of distress. The partner asks about it if another sign came shortly before.
 
     Raises
     ------

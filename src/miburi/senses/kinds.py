@@ -2,7 +2,8 @@
 
 from typing import Literal, get_args
 
-#: The kinds of distress; where patterns alone decide and several fit, the first here is taken.
+#: The kinds of distress. If patterns alone decide, and those of several kinds fit a sentence, the
+#: first of these kinds is taken.
 Distress = Literal[
     "suicide", "child", "breathing", "heart", "stroke", "poison", "fire", "gas", "abuse", "fraud",
     "lost", "fall", "injury", "help",

@@ -1,7 +1,7 @@
-"""Small linear models: from groups of words and letters (n-grams) to each meaning's likelihood.
+"""Small linear models, which turn groups of words and letters (n-grams) into meanings' likelihoods.
 
-``tools/linear_model.py`` trains them. A model is a file of arrays: the hashes by which it knows the
-groups, their weights in eight bits, and a bias for each meaning.
+``tools/linear_model.py`` trains them. A model is a file of arrays: the hashes of the groups that it
+knows, the groups' weights in eight bits, and a bias for each meaning.
 """
 
 from collections.abc import Callable, Iterable
@@ -42,20 +42,23 @@ def numbered(groups: Iterable[str]) -> list[int]:
 def find(
     keys: NDArray[np.uint32], numbers: NDArray[np.uint32]
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return which of the numbers are among the sorted keys, and their places there."""
+    """Return the indices of the numbers that are among the sorted keys, and their places there."""
     place = np.minimum(np.searchsorted(keys, numbers), len(keys) - 1)
     known = np.flatnonzero(keys[place] == numbers)
     return known, place[known]
 
 
 def softmax(score: NDArray[np.float64]) -> Likelihoods:
-    """Return likelihoods, (n,), from scores: their logarithms up to a common constant."""
+    """Return likelihoods, (n,), from scores, which are log-likelihoods up to a common constant."""
     odds = np.exp(score - score.max())
     return np.asarray(odds / odds.sum(), dtype=np.float64)
 
 
 def load_model(file: Traversable, language: Language) -> Callable[[list[int]], Likelihoods] | None:
-    """Return a function from groups' numbers to likelihoods, (n,); None where there is no model."""
+    """Return a function from the ids of groups to likelihoods, (n,).
+
+    Return None if the file has no model of the language.
+    """
     with file.open("rb") as opened:
         stored = dict(np.load(opened))
     if f"{language}_keys" not in stored:

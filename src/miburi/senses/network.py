@@ -2,8 +2,8 @@
 
 A linear model knows only what it was trained on. For English, the network starts from word vectors
 that others trained (GloVe 6B, Pennington et al. 2014, public domain), so it knows that a "forearm"
-is much like a "wrist". For Japanese, it learns vectors of characters and of pairs of them. The
-network and the linear model make different mistakes, so :func:`agreed` combines the two.
+is much like a "wrist". For Japanese, it learns vectors of characters and of pairs of characters.
+The network and the linear model make different mistakes, so :func:`agreed` combines the two.
 ``tools/train_network.py`` trains the network on the same sentences as the linear models.
 """
 
@@ -33,9 +33,10 @@ Floats = NDArray[np.float32]
 
 
 def steps_of(said: str, language: Language) -> list[list[int]]:
-    """Return the ids of the tokens at each place of normalised text.
+    """Return, for each place in normalised text, the ids of the tokens there.
 
-    Tokens are words or, in a language without spaces, characters and the pairs that they begin.
+    A place has one word or, in a language without spaces, one character and the pair of it and the
+    next character.
     """
     spaced = is_spaced(language)
     parts = said.split() if spaced else list(said)
@@ -44,7 +45,7 @@ def steps_of(said: str, language: Language) -> list[list[int]]:
 
 
 def agreed(one: Likelihoods, other: Likelihoods) -> Likelihoods:
-    """Return the likelihoods, (n,), on which two models agree: their geometric mean."""
+    """Return the normalised geometric mean of the likelihoods, (n,), from two models."""
     both = np.sqrt(one * other)
     return np.asarray(both / both.sum(), dtype=np.float64)
 
@@ -52,9 +53,10 @@ def agreed(one: Likelihoods, other: Likelihoods) -> Likelihoods:
 def load_network(
     head: str, language: Language, file: Traversable = _FILE
 ) -> Callable[[str], Likelihoods] | None:
-    """Return a function from plain words to likelihoods, (n,); None where there is no network.
+    """Return a function from plain words to likelihoods, (n,).
 
-    ``head`` names the output: ``distress`` or ``intents``.
+    ``head`` names the output: ``distress`` or ``intents``. Return None if the file has no network
+    with this output for the language.
     """
     stored = _stored(file, language)
     if f"{language}_{head}" not in stored:
@@ -82,10 +84,10 @@ def load_network(
 
 
 def _strongest(fits: Floats, biases: list[Floats]) -> list[Floats]:
-    """Return the strongest response of each filter, (n,) for each width.
+    """Return the strongest response of each filter, as an array (n,) for each filter width.
 
-    ``fits``, (places of the sentence, width × n for each width), is the response of each place of
-    each filter at each place of the sentence.
+    ``fits`` has a row for each place in the sentence. For each width it has width × n columns: the
+    response of every position in each of the n filters to the words at that place.
     """
     strongest, begin = [], 0
     for width, bias in zip(_WIDTHS, biases, strict=True):
@@ -97,7 +99,7 @@ def _strongest(fits: Floats, biases: list[Floats]) -> list[Floats]:
 
 
 def _stored(file: Traversable, language: Language) -> dict[str, NDArray[Any]]:
-    """Return a language's arrays; those of int8 are multiplied by their scales."""
+    """Return a language's arrays, with each int8 array multiplied by its scale."""
     with file.open("rb") as opened:
         arrays = np.load(opened)
         mine = {name: arrays[name] for name in arrays.files if name.startswith(f"{language}_")}

@@ -48,7 +48,7 @@ class _Asked(Table):
 
 
 class _Smileys(Table):
-    """Smileys by feeling: the strength of a smiley alone, and its log-odds next to words."""
+    """Smileys by feeling, the strength of a text of smileys only, and their weight beside words."""
 
     alone: Share
     weight: Annotated[float, Field(gt=0, le=20)]
@@ -74,7 +74,7 @@ class _Smileys(Table):
 
 
 class _Stems(Table):
-    """Parts of Japanese words by feeling, and what negates them."""
+    """Stems of Japanese words by feeling, and a pattern for denials that may follow a stem."""
 
     strength: Share
     denial: str
@@ -104,7 +104,7 @@ def alarm_in(text: str) -> Impression | None:
 
 
 def smiley_weight() -> float:
-    """Return the evidence of a smiley beside words: log-odds of each feeling against none."""
+    """Return the weight of a smiley beside words, as log-odds of its feeling against none."""
     return _shipped(_Smileys, "smileys").weight
 
 
@@ -130,7 +130,7 @@ def cut_smileys(text: str) -> tuple[str, dict[str, str]]:
 
 
 def cut_elsewhere(text: str, language: Language) -> str:
-    """Return a text without its sentences about somebody else's feelings or about past ones.
+    """Return a text without its sentences about somebody else's feelings or past feelings.
 
     >>> cut_elsewhere("My son is angry. I am sad.", "en")
     'I am sad.'

@@ -27,7 +27,7 @@ Tone = Literal["plain", "raised", "soft"]
 RAISED = "a raised voice"
 
 _RATE = 16_000
-#: Samples in a window (40 ms), and from the start of one window to the next.
+#: The length of a window (40 ms), and the step from one window to the next, in samples.
 _WINDOW, _HOP = 640, 320
 #: A window counts as speech if it is at most this many dB below the loudest window.
 _RANGE = 25.0
@@ -51,7 +51,7 @@ class Tones(Table):
 
 
 class Prosody(NamedTuple):
-    """Loudness in dB below full scale, and pitch in Hz; None where nothing is voiced."""
+    """Loudness in dB relative to full scale; pitch in Hz, or None if nothing is voiced."""
 
     loudness: float
     pitch: float | None
@@ -110,7 +110,7 @@ def _pitch(window: NDArray[np.float64]) -> float | None:
 
 
 class ToneOfVoice:
-    """Compares each utterance with those before it; it keeps two numbers for each, and no sound."""
+    """Compares each utterance with earlier ones; it keeps their loudness and pitch, but no sound."""
 
     def __init__(self) -> None:
         self._before: deque[Prosody] = deque(maxlen=_USUAL)

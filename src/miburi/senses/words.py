@@ -1,9 +1,9 @@
 """Words: turn a sentence into an impression, with each word's contribution.
 
-A sentence is judged by lists and a model. A list that finds its words decides, or cuts its part of
-the sentence away; otherwise the model decides:
+A sentence is judged by lists and a model. If the words of a list occur in the sentence, the list
+decides, or that part of the sentence is removed; otherwise the model decides. Model and lists are:
 
-- a linear model of the eight feelings and of no feeling, for English (``words.npz``, trained by
+- for English, a linear model of the eight feelings and "no feeling" (``words.npz``, trained by
   ``tools/train_words.py``): a weight for each word, each pair of words, each group of letters and
   each word's meaning (a word vector, folded into nine numbers);
 - distress: what people say when they need help now (:mod:`miburi.senses.distress`);
@@ -74,7 +74,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class WordTable:
-    """Weights by key: sorted keys (k,), int8 weights (k, 9), their scale, and idf in 1/16 (k,)."""
+    """The weights of k sorted keys.
+
+    ``weights``, (k, 9), are int8 and share one ``scale``. ``idf``, (k,), is each key's inverse
+    document frequency, in 1/16.
+    """
 
     keys: NDArray[np.uint32]
     weights: NDArray[np.int8]
@@ -82,16 +86,16 @@ class WordTable:
     idf: NDArray[np.uint8]
 
     def look_up(self, numbers: list[int]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Return which of the numbers are known, and their places in the table."""
+        """Return the indices of the numbers that are known, and their places in the table."""
         return find(self.keys, np.array(numbers, dtype=np.uint32))
 
     def row(self, place: NDArray[np.intp]) -> Array:
-        """Return the weights of some keys, (…, 9), which are stored as signed square roots."""
+        """Return the weights, (…, 9), at some places; they are stored as signed square roots."""
         root = self.weights[place] / 127.0
         return root * np.abs(root) * self.scale
 
     def evidence(self, numbers: list[int]) -> tuple[NDArray[np.intp], Array]:
-        """Return which ids are known, and the contribution of each occurrence, (known, 9).
+        """Return the indices of the ids that are known, and the contribution of each, (known, 9).
 
         The weighting is TF-IDF with sublinear counts, normalised for the sentence's length.
         """
@@ -199,7 +203,9 @@ def _shown(text: str, language: Language) -> Impression:
 
 
 def judge(text: str) -> tuple[list[str], Array, Array]:
-    """Return the n words, signs and smileys, their contributions, (n, 9), and likelihoods, (9,).
+    """Return a text's n words, signs and smileys, their contributions and the likelihoods.
+
+    The contributions, (n, 9), and the likelihoods, (9,), are in the order of ``LABELS``.
 
     The evidence of denied words is removed. Speech recognisers, and people who type in haste, leave
     out punctuation, so its absence is no evidence: a sentence without punctuation is read twice, as
@@ -224,8 +230,8 @@ def deny(words: list[str], evidence: Array) -> Array:
 
     The negation itself counts half, because quarrels are full of negations. The next words are
     searched up to a punctuation mark or a "but". The clearest of them, if it is clear enough, loses
-    1.6 times its evidence. Half of that is added to ``neutral`` and, if the feeling was a glad one,
-    half to sadness.
+    1.6 times its evidence. Half of the loss is added to ``neutral`` and, if the denied feeling was
+    a glad one, the other half to sadness.
     """
     evidence = evidence.copy()
     for place, word in enumerate(words):
@@ -254,7 +260,7 @@ def _name_reasons(words: list[str], brought: Array) -> tuple[Brought, ...]:
     for word, weight in zip(words, brought.tolist(), strict=True):
         if len(word) > 1 or word in "!?" or category(word)[0] != "P":  # commas are not evidence
             most[word] = most.get(word, 0.0) + weight
-    # Common words explain nothing to a reader, so they are named only if there is no other.
+    # Common words explain nothing to a reader, so they are named only if there are no other words.
     clear = {word: weight for word, weight in most.items() if word not in common_words("en")}
     ordered = sorted((clear or most).items(), key=lambda item: -item[1])[:_TOLD]
     return tuple(
