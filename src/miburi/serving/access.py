@@ -2,8 +2,8 @@
 
 On the loopback address anybody at this computer has access; on other addresses every path but the
 pairing and privacy pages needs a token. Requests from other sites' pages are refused unless the
-user allows their origin. If the server also serves https, it accepts no token over plain http, and
-other devices get only the pairing and privacy pages and the certificate authority there.
+user allows their origin. If the server also serves https, then over plain http it accepts no token,
+and gives other devices only the pairing and privacy pages and the certificate authority.
 """
 
 import asyncio
@@ -39,8 +39,8 @@ PAIRING, PRIVACY, AUTHORITY = "/pair", "/privacy", "/ca.pem"
 STOP = "/api/v1/stop"
 #: The path of a stream of events, which stays open as a WebSocket does.
 EVENTS = "/api/v1/events"
-#: Key in a request's state for its time of arrival, s on the clock that all processes share; set
-#: only by the reception (the process that accepts connections).
+#: Key in a request's state for its time of arrival, in s, on the clock that all processes share.
+#: Only the reception (the process that accepts connections) sets it.
 CAME = "came"
 #: The path for agents, if the partner lets them connect.
 AGENTS = "/mcp"
@@ -50,9 +50,10 @@ _REVISION = {b"mcp-protocol-version": b"2026-07-28"}
 #: An agent's call of its tool `stop`, which no limit delays either.
 _AGENTS_STOP = _REVISION | {b"mcp-method": b"tools/call", b"mcp-name": b"stop"}
 _AGENTS_LIST = _REVISION | {b"mcp-method": b"tools/list"}
-#: The largest body of a request, and the largest message on a WebSocket, bytes.
+#: The largest body of a request, and the largest message on a WebSocket, in bytes.
 LARGEST = 65_536
-#: The largest headers of a request, bytes, and the time in which they must arrive, s (our choice).
+#: The largest headers of a request, in bytes, and the time in s in which they must arrive (our
+#: choice).
 HEADERS, HEADER_TIME = 16_384, 10.0
 #: The most open connections of an address, not counting sockets (our choice).
 CONNECTIONS = 200
@@ -69,11 +70,11 @@ PAGE_BREATH = 0.05
 _PAGE_TIME = 1.0
 #: The limit on wrong tokens from one address, per second and in a burst.
 WRONG_RATE, WRONG_BURST = 0.2, 10.0
-#: The most WebSockets and streams of events that may be open.
+#: The largest number of WebSockets and streams of events that may be open at once.
 SOCKETS = 200
 #: The most keys checked per request: cookies of one name can exist for several paths.
 _LOOKED_AT = 4
-#: Interval between two checks of an open socket's key, s (our choice).
+#: The interval, in s, between two checks of an open socket's key (our choice).
 _KEY_LOOK = 1.0
 _FORGOTTEN = "this device was forgotten; pair it again."
 _PAGES = ("/", "/face")
@@ -95,12 +96,12 @@ class Gate:
     app
         The application behind the gate.
     keys
-        The accepted keys; None on the loopback address, where requests need no key, but must name a
-        loopback host (a page elsewhere could make its own name point here).
+        The accepted keys; None on the loopback address. There, requests need no key, but their host
+        must be a loopback name, as another site could make its own name point to this computer.
     clock
         Returns the time in s.
     https
-        Whether the server listens by https, too.
+        Whether the server also serves https.
     origins
         Other origins whose pages may use the interface.
     """
@@ -285,7 +286,7 @@ class Gate:
         async def guarded(message: Message) -> None:
             nonlocal began
             if received > LARGEST and not began:
-                # The application may have taken the refusal for a parse error.
+                # The application may have caught the refusal, and be reporting a parse error.
                 raise RefusedError(413, f"a request may have {LARGEST} bytes at most.")
             if message["type"] == "http.response.start":
                 began = True
@@ -308,7 +309,7 @@ def _lasts(scope: Scope) -> bool:
 
 
 def _wants_page(scope: Scope) -> bool:
-    """Whether a person is opening a page, and so cannot use an error in JSON."""
+    """Whether a person is opening a page, to whom an error in JSON would be of no use."""
     accepted = b"".join(value for name, value in scope["headers"] if name == b"accept")
     return scope.get("method") == "GET" and scope["path"] in _PAGES and b"text/html" in accepted
 
@@ -349,7 +350,7 @@ async def _refuse(scope: Scope, receive: Receive, send: Send, refused: RefusedEr
 
 
 def _instead_of_accepting(send: Send) -> Send:
-    """Return a ``send`` by which a WebSocket that was not accepted gets an answer by HTTP."""
+    """Return a ``send`` that answers a WebSocket by HTTP instead of accepting it."""
 
     async def sending(message: Message) -> None:
         await send({**message, "type": f"websocket.{message['type']}"})

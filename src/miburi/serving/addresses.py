@@ -19,7 +19,8 @@ _BACKLOG = 1024
 EVERYWHERE = ("0.0.0.0", "::", "")  # noqa: S104
 _HERE = "127.0.0.1"
 
-#: Name prefixes of interfaces that lead to virtual machines, containers and tunnels, not a phone.
+#: Prefixes of the names of interfaces that lead to virtual machines, containers and tunnels, but
+#: not to a phone.
 _VIRTUAL = (
     "br-",
     "docker",
@@ -79,7 +80,7 @@ class Listeners:
         return self.encrypted is not None or not is_loopback(self.plain[0].getsockname()[0])
 
     def addresses(self) -> list[str]:
-        """Return the addresses at which other devices reach us, the likeliest first."""
+        """Return the addresses at which other devices reach the server, the likeliest first."""
         listener = self.encrypted or self.plain[0]
         scheme = "https" if self.encrypted else "http"
         host = str(listener.getsockname()[0])

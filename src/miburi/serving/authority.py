@@ -37,7 +37,7 @@ except ModuleNotFoundError as error:
 
 #: Domains that the authority may vouch for, each with its subdomains.
 NAMES = ("local", "localhost")
-#: Networks outside the internet: private (RFC 1918, 4193), shared, as of a VPN (RFC 6598),
+#: Networks outside the internet: private (RFC 1918, 4193), shared (RFC 6598, used by VPNs, too),
 #: link-local, loopback, and for tests (RFC 5737).
 NETWORKS = tuple(
     ip_network(text)
@@ -46,9 +46,10 @@ NETWORKS = tuple(
         *("127.0.0.0/8", "192.0.2.0/24", "fd00::/8", "fe80::/10", "::1/128"),
     )
 )
-#: How long each is valid (our choice). Phones refuse a certificate of more than 398 days.
+#: How long an authority and a certificate are valid (our choice). Phones refuse a certificate that
+#: is valid for more than 398 days.
 _AUTHORITY_LASTS, _CERTIFICATE_LASTS = timedelta(days=3650), timedelta(days=396)
-#: A certificate with less time left is renewed, even while the partner runs.
+#: A certificate that expires within this time is renewed, even while the partner runs.
 _LEFT = timedelta(days=60)
 #: The clocks of two devices at home may differ by this much.
 _SKEW = timedelta(days=1)
@@ -65,8 +66,8 @@ def _usage(*, signs: bool) -> x509.KeyUsage:
 
 
 _FOR_SERVERS = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH])
-#: The extensions of our authorities, and whether each is critical; strict verifiers require that
-#: the last one is not.
+#: The extensions of our authorities, and whether each is critical. Strict verifiers require that
+#: the last extension is not critical.
 _BOUNDS = {
     x509.BasicConstraints(ca=True, path_length=0): True,
     _usage(signs=True): True,
@@ -94,7 +95,7 @@ class _Identity:
 
 
 class _UnfitError(Exception):
-    """A file is unusable; the message completes the sentence "it ..."."""
+    """A file is unusable; the message continues a sentence that begins with the file's path."""
 
 
 def is_at_home(host: str) -> bool:
@@ -171,7 +172,7 @@ def _authority(path: Path, now: datetime) -> tuple[_Identity, str | None]:
 
 def _load(path: Path) -> _Identity:
     content = path.read_bytes()
-    # Windows has no such bits; there a user's own folder is closed to others.
+    # Windows has no such permission bits; there, others cannot open a user's own folder.
     if os.name == "posix" and path.stat().st_mode & 0o077:
         raise _UnfitError("could be read by others")
     try:
@@ -196,7 +197,7 @@ def _check_authority(found: _Identity, now: datetime) -> None:
         bound = False
     if not bound:
         raise _UnfitError("is not an authority limited to this home")
-    # If it is not valid yet, the clock is wrong: a small computer's may start in 1970.
+    # An authority that is not valid yet is kept: a small computer's clock may start in 1970.
     if certificate.not_valid_after_utc < now + _CERTIFICATE_LASTS:
         raise _UnfitError("expires too soon")
 

@@ -6,7 +6,7 @@ from contextlib import AbstractAsyncContextManager, asynccontextmanager
 
 from fastapi import FastAPI
 
-#: Interval between two cancellations of a task that does not end, s (our choice).
+#: The interval, in s, between two cancellations of a task that does not end (our choice).
 _CANCELLED_AGAIN = 1.0
 
 
@@ -31,8 +31,8 @@ def live_beside(app: FastAPI, life: Callable[[], Coroutine[None, None, None]]) -
         try:
             yield
         finally:
-            # An error during the cancellation, as from a closing connection, can replace it. A task
-            # that survives errors must then be cancelled again.
+            # An error during a cancellation, such as one from a closing connection, can take the
+            # cancellation's place. A task that survives errors must then be cancelled again.
             while not task.done():
                 task.cancel()
                 await asyncio.wait({task}, timeout=_CANCELLED_AGAIN)

@@ -13,7 +13,7 @@ GRACE = 0.5
 #: The most HTTPS handshakes in progress, from all addresses: each takes 0.33 MB of the server's
 #: memory (our choice).
 HANDSHAKES = 100
-#: The most connections read from in search of one without a Stop to close.
+#: At most this many connections are read in search of one that carries no Stop and can be closed.
 _READ = 64
 
 _ByAddress = defaultdict[str, dict[Guest, None]]
@@ -25,9 +25,9 @@ class Crowd:
     Parameters
     ----------
     most
-        The most open files.
+        The largest number of open files.
     clock
-        Returns the time, s.
+        Returns the time in s.
     hear
         Reads a guest's data, which may be a Stop.
     close
@@ -89,7 +89,7 @@ class Crowd:
         self._files -= 1
 
     def make_room(self, error: OSError | None = None) -> bool:
-        """Close a connection of the busiest address, unless ``error`` is not a lack of files."""
+        """Close a connection of the busiest address, if ``error`` is a lack of files or None."""
         if error is not None and error.errno not in (errno.EMFILE, errno.ENFILE):
             return False
         return self._make_room(_largest(self._addresses))
@@ -97,12 +97,13 @@ class Crowd:
     def _make_room(self, crowd: dict[Guest, None]) -> bool:
         """Close one connection of these guests.
 
-        Silent ones that were never answered are closed first, then other silent ones, busy ones,
-        and new ones.
+        Silent connections that were never answered are closed first, then other silent connections,
+        busy ones, and new ones.
 
-        If more than half are new, somebody is flooding, and new ones are closed right after the
-        silent unknown ones, the oldest first. A connection's bytes are read before it is closed,
-        because they may contain a Stop; one whose Stop is being answered is closed last.
+        If more than half of the connections are new, somebody is flooding the server, and new ones
+        are closed right after the silent ones that were never answered, the oldest first. A
+        connection's bytes are read before it is closed, because they may contain a Stop. A
+        connection whose Stop is being answered is closed last.
         """
         now = self._clock()
         new = [g for g in crowd if g.silent and not g.known and now - g.since < GRACE]

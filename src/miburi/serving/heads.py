@@ -30,7 +30,7 @@ def headers_of(scope: Scope) -> dict[bytes, str]:
 
 
 def check_host(headers: dict[bytes, str], *, near: bool) -> None:
-    """If ``near`` (on the loopback address), refuse a host name that is not a loopback name."""
+    """Refuse a host name that is not a loopback name, if ``near`` (on the loopback address)."""
     host = headers.get(b"host", "")
     if near and not is_loopback(_split(f"//{host}").hostname or ""):
         raise RefusedError(
@@ -40,7 +40,7 @@ def check_host(headers: dict[bytes, str], *, near: bool) -> None:
 
 
 def check_site(headers: dict[bytes, str], *, encrypted: bool) -> None:
-    """Refuse a request from another site's page; ``encrypted`` if it came by https."""
+    """Refuse a request from another site's page; ``encrypted`` tells whether it came by https."""
     host, origin = headers.get(b"host", ""), headers.get(b"origin")
     # For an image or a script, a browser sends Sec-Fetch-Site, but no Origin.
     foreign = headers.get(b"sec-fetch-site", "none") not in ("same-origin", "none")

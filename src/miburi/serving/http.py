@@ -1,4 +1,4 @@
-"""How the server accepts connections, and their limits before it knows who is asking.
+"""How the server accepts connections, and limits them before it knows who is asking.
 
 Headers are limited in size, and must arrive in time. If an address has too many connections, its
 oldest silent one is closed, so nobody can shut others out by opening many connections and sending
@@ -37,10 +37,11 @@ from miburi.serving.passing import ENCRYPTED, Note, Passed, taken_in
 #: asleep. This must be shorter than the time that the server's shutdown may take.
 _FAREWELL = 0.5
 _BACKLOG = 2048
-#: After this time without an answer to a ping, s, a WebSocket's client has fallen behind, and gets
-#: nothing more until it answers; also the shortest time between two pings (our choice).
+#: If a WebSocket's client has not answered a ping after this time, in s, it has fallen behind, and
+#: gets nothing more until it answers. This is also the shortest time between two pings (our
+#: choice).
 UNREAD = 0.5
-#: Key in a request's state for what the reception knows about it.
+#: Key in a request's state for the reception's note about the request's connection.
 _NOTE = "note"
 #: How many connections are accepted before waiting requests are served.
 _AT_ONCE = 16
@@ -114,8 +115,9 @@ _CROWDS = WeakKeyDictionary()
 class _Socket(WebSocketsSansIOProtocol):
     """One WebSocket; it waits until the client has read what was sent.
 
-    The kernels on both sides and the reception may hold minutes of small messages, so that TCP
-    tells too late that a client reads none. A client answers a ping when it has read all before it.
+    The kernels on both sides and the reception may hold minutes of small messages, so TCP tells too
+    late that a client has stopped reading. A client answers a ping once it has read all messages
+    before the ping.
     """
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
@@ -179,8 +181,8 @@ class _Handshake(SSLProtocol):
 def configure(app: ASGIApp, *, lifespan: bool = True) -> uvicorn.Config:
     """Return the configuration of an application's server; all our servers use it.
 
-    ``app`` is behind its :class:`~miburi.serving.access.Gate`; with ``lifespan`` it is told of the
-    server's start and end.
+    ``app`` is behind its :class:`~miburi.serving.access.Gate`; with ``lifespan``, the application
+    is told of the server's start and end.
     """
 
     async def known(scope: Scope, receive: Receive, send: Send) -> None:

@@ -19,11 +19,11 @@ from typing import NamedTuple
 from miburi.errors import InputError, OutputError
 from miburi.ground.files import write_whole
 
-#: Lifetime of a device's key, s, and the most devices that can hold one (our choice).
+#: The lifetime of a device's key, in s, and the largest number of devices with keys (our choice).
 LIFE, MOST = 30 * 24 * 3600, 50
-#: Interval between two updates of a device's last visit, s (our choice).
+#: The interval, in s, between two updates of a device's last visit (our choice).
 _NOTED = 600.0
-#: Tolerance for a clock that was ahead when a device was paired, s (our choice).
+#: By how much, in s, the clock may have been ahead when a device was paired (our choice).
 _CLOCK = 86_400.0
 _TOKEN = re.compile(r"[A-Za-z0-9_-]{32,}")
 _KEY = re.compile(r"([0-9a-f]{8})\.([A-Za-z0-9_-]{43})")
@@ -54,7 +54,7 @@ def kept_token(path: Path) -> str:
 
     Raises OutputError if the file cannot be read or written.
     """
-    # Windows has no such bits; there a user's own folder is closed to others.
+    # Windows has no such permission bits; there, others cannot open a user's own folder.
     try:
         open_to_others = os.name == "posix" and path.is_file() and path.stat().st_mode & 0o077
         token = "" if open_to_others else _read(path)
@@ -74,7 +74,7 @@ class Device:
 
 
 class Keys:
-    """The keys in a folder; the token must be there already: see :func:`kept_token`."""
+    """The keys in a folder, which must contain the token already: see :func:`kept_token`."""
 
     def __init__(self, folder: Path) -> None:
         self._token, self._devices = folder / "token", folder / "devices"
@@ -156,7 +156,7 @@ class Keys:
         return sorted(found, key=lambda device: (device.seen, device.name), reverse=True)
 
     def forget(self, name: str | None = None) -> int:
-        """Forget a device, or all (None), and replace the token, which they may know.
+        """Forget a device (or all, for None), and replace the token, which the device may know.
 
         Return the number of devices that were forgotten.
 

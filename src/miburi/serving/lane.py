@@ -1,4 +1,4 @@
-"""The path of a Stop: from the reception to the partner's process, past the server."""
+"""The path of a Stop: from the reception directly to the partner's process, not via the server."""
 
 import math
 import time
@@ -27,8 +27,8 @@ class Lane:
     Parameters
     ----------
     partner
-        The connection to the partner's process. Each message has the time and the press of a Stop,
-        or is None as a heartbeat; None comes back once it has been handled.
+        The connection to the partner's process. A message is the time and the press of a Stop, or
+        None, which is a heartbeat. The process sends None back once it has handled a message.
     gate
         Decides who may stop the partner.
     answer

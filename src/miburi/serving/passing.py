@@ -11,14 +11,14 @@ from typing import NamedTuple
 CAN_PASS = hasattr(socket, "send_fds")
 #: A connection's protocol: http, or https.
 PLAIN, ENCRYPTED = b"p", b"e"
-#: Errors of sending when the receiver's or the kernel's buffer is full.
+#: Sending fails with one of these errors if the receiver's or the kernel's buffer is full.
 _FULL = (errno.EAGAIN, errno.EWOULDBLOCK, errno.ENOBUFS, errno.ETOOMANYREFS)
-#: The size in bytes to which every note is padded; an IPv6 address with its zone has at most 62.
+#: Every note is padded to this many bytes; an IPv6 address with its zone takes at most 62 bytes.
 _SIZE = 256
 
 
 class Note(NamedTuple):
-    """About a connection: its protocol, when its request arrived (in s), and both addresses."""
+    """A connection's protocol, the time in s when its request arrived, and both its addresses."""
 
     kind: bytes
     came: float
@@ -46,7 +46,10 @@ def pass_on(passage: socket.socket, line: int, note: Note) -> bool:
 
 
 def taken_in(passage: socket.socket, most: int) -> Iterator[Passed | None]:
-    """Yield up to ``most`` connections that wait in a socket; None once its other end is closed."""
+    """Yield up to ``most`` connections that wait in a socket.
+
+    Yield None once the other end of the socket is closed.
+    """
     for _ in range(most):
         try:
             words, lines, _, _ = socket.recv_fds(passage, _SIZE, 1)

@@ -19,8 +19,8 @@ _DRAWN = range(16, 65)
 #: Who presses: a person at a page or a terminal; a smart home; an agent (MCP); ROS; a program that
 #: uses :mod:`miburi.client.remote`; or the partner itself, when nobody can reach it.
 By = Literal["person", "home", "agent", "ros", "program", "partner"]
-#: Programs may release a Stop by one of these. They may not release a Stop by an agent or ROS,
-#: after which people expect somebody to look at the body.
+#: Programs may release a Stop that one of these pressed. They may not release a Stop that an agent
+#: or ROS pressed: after such a Stop, people expect somebody to look at the body.
 _PROGRAMS_MAY_END = ("program", "partner")
 _NAMES = {
     "person": "a person", "home": "the smart home", "agent": "an assistant", "ros": "ROS",
@@ -42,8 +42,8 @@ def who(claim: str) -> By:
 class Press(NamedTuple):
     """One press of Stop, or several that are handled as one.
 
-    A page sends each press by two routes, because one may be blocked. The second copy must not
-    count as a Stop after the person's release.
+    A page sends each press by two routes, because one may be blocked. If a person releases the body
+    in between, the second copy of the press must not stop it again.
     """
 
     by: By = "person"
@@ -84,7 +84,7 @@ class Hold:
         Whether programs may end a person's Stop, too.
     """
 
-    #: Who pressed a Stop before this start that only a person may end, and when, if that is known.
+    #: A Stop from before this start that only a person may end: who pressed it, and when, if known.
     before: tuple[By, datetime | None] | None = None
 
     def __init__(self, *, programs_may_release: bool = False) -> None:
@@ -115,7 +115,7 @@ class Hold:
         Raises
         ------
         BodyError
-            It is a program, and a person must release the body.
+            A program asks for the release, but only a person may release the body.
         """
         if self.by is not None and not (by_person or self._programs_may_release):
             raise BodyError(_HELD.format(name=_NAMES[self.by]))

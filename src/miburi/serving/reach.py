@@ -1,4 +1,4 @@
-"""The server's addresses for other devices, also as a code to scan; needs no web library."""
+"""The server's addresses for other devices, also as QR codes; this needs no web library."""
 
 from dataclasses import dataclass
 from io import StringIO
@@ -30,7 +30,8 @@ class Reach:
 def pairing_url(address: str, token: str, page: str = "/") -> str:
     """Return the address that pairs a device and opens ``page``.
 
-    The token comes after the ``#``. Browsers do not send that part, so no log can keep it.
+    The token comes after the ``#``. Browsers do not send what follows a ``#``, so no log can keep
+    the token.
     """
     return f"{address}{PAIRING}#{token}{page}"
 

@@ -1,11 +1,12 @@
 """The reception: holds all connections, answers Stop itself, and relays the rest to the server.
 
 The server may be busy, or it may hang. So a separate process accepts connections, and reads the
-head of each request over plain http. A Stop goes from here to the partner's process, past the
-server (:mod:`miburi.serving.lane`). Any other request is relayed to the server, and the answer to
-the client (:mod:`miburi.serving.relay`); this process keeps the connection. So a Stop never waits
-for the server, even over a connection that was kept open, and silent connections cost the server
-nothing. If there are too many connections, the reception closes one (:mod:`miburi.serving.crowd`).
+head of each request over plain http. A Stop goes from here directly to the partner's process, not
+via the server (:mod:`miburi.serving.lane`). Any other request is relayed to the server, and the
+answer to the client (:mod:`miburi.serving.relay`); this process keeps the connection. So a Stop
+never waits for the server, even over a connection that was kept open, and silent connections cost
+the server nothing. If there are too many connections, the reception closes one
+(:mod:`miburi.serving.crowd`).
 
 Over https only the server can read a head, so a Stop waits there like any other request.
 
@@ -34,10 +35,10 @@ from miburi.serving.lane import Lane
 from miburi.serving.passing import ENCRYPTED, PLAIN, Note, pass_on
 from miburi.serving.relay import Guest, answer_of
 
-#: The number of this process's files other than connections.
+#: How many of this process's open files are set aside for other uses than connections.
 _OWN_FILES = 64
 #: How many connections are accepted, and how many are passed on, before other connections get a
-#: turn: one of them may carry a Stop.
+#: turn, one of which may carry a Stop.
 _AT_ONCE, _PASSED_AT_ONCE = 64, 16
 _GLANCE = 0.25
 _END = re.compile(rb"\n\r?\n")
@@ -84,7 +85,7 @@ class Reception:
     gate
         Decides who may stop the partner.
     most
-        The most open files: one for each connection, and two for a relayed one.
+        The largest number of open files. A connection takes one file, a relayed connection two.
     clock
         Returns the time in s, on the clock that all processes share.
     """

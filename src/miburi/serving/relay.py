@@ -6,9 +6,9 @@ the server gets one end of a pair of Unix sockets, answers there, and closes it:
     client ══ line ══ Guest ══ relay ══ server
 
 Up to 64 KiB of a response are held back until the server has closed its side. So once a client has
-its response, the relay has ended, and the client's next request is read here. A connection whose
-request lasts, or whose end cannot be seen from here (https, WebSockets, bodies in chunks), is
-relayed as raw bytes until either side closes.
+its response, the relay has ended, and the client's next request is read here. If a request lasts (a
+stream of events), or its end cannot be seen from here (https, WebSockets, bodies in chunks), its
+connection is relayed as raw bytes until either side closes.
 """
 
 import json
@@ -36,8 +36,9 @@ Address = tuple[str, int]
 class Framing(NamedTuple):
     """How a request ends.
 
-    ``body`` is the number of bytes of its body, infinite if unknown; ``ends`` tells whether the
-    connection ends with it. ``lasts`` is true for a WebSocket or a stream of events.
+    ``body`` is the size of the request's body in bytes, or infinity if it is unknown. ``ends``
+    tells whether the connection is closed after this request. ``lasts`` is true for a WebSocket or
+    a stream of events.
     """
 
     body: float
@@ -117,7 +118,7 @@ class Guest:
         return not self._out, bool(self._back)
 
     def wait(self, head: int) -> None:
-        """Keep a head of ``head`` bytes for the server; 0 if it cannot be read."""
+        """Keep a request's head for the server; ``head`` is its size in bytes, 0 if unreadable."""
         self.head = (_receive(self.line, head) if head else None) or b""
         self.waits, self.looked, self.begun = True, False, False
 
@@ -195,7 +196,7 @@ class Guest:
 
 
 def _receive(line: socket.socket, most: int) -> bytes | None:
-    """Return received bytes, b"" at the end; None if there are none yet."""
+    """Return received bytes, b"" at the end of the connection, or None if there are none yet."""
     try:
         return line.recv(most)
     except BlockingIOError:

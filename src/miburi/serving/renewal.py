@@ -16,12 +16,12 @@ from miburi.serving.addresses import EVERYWHERE, Listeners
 from miburi.serving.keys import Keys, kept_token
 from miburi.serving.reach import Reach, pairing_url, qr_for_terminal
 
-#: Interval between two checks, s (our choice).
+#: The interval between two checks, in s (our choice).
 EVERY = 60.0
 
 
 def reach_of(listeners: Listeners, folder: Path, now: datetime) -> tuple[Reach, Path | None]:
-    """Return the addresses, with keys and authority, and with https the certificate's file.
+    """Return a server's addresses, keys and authority and, with https, its certificate's file.
 
     The token and certificates in ``folder`` are made if missing.
 
@@ -48,7 +48,8 @@ def reach_of(listeners: Listeners, folder: Path, now: datetime) -> tuple[Reach, 
 class Renewal:
     """Keeps a running server's ``reach`` (in place) and certificate up to date.
 
-    ``context``, from ``certificate``, encrypts new connections; both are None without https.
+    ``context`` encrypts new connections with the key and certificate in the file ``certificate``.
+    Both are None without https.
     """
 
     def __init__(
