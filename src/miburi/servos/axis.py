@@ -1,8 +1,8 @@
 """A detailed model of one servo with its load, in plain Python with fine time steps.
 
-It includes effects that the simulated body omits for speed: the rate of the control, rounding to
-encoder steps and the ramp of the PWM; and, as the body does, the backlash between gears and horn.
-It shows how much they matter, and it moves emulated servos.
+It includes effects that the simulated body omits to save time: the rate of the control, rounding to
+encoder steps and the ramp of the PWM. Like the simulated body, it includes the backlash between
+gears and horn. It shows how much these effects matter, and it moves emulated servos.
 """
 
 from dataclasses import dataclass
@@ -13,8 +13,8 @@ from miburi.servos.voltage import dry_friction
 
 #: Time step in s; it must be below 0.4 ms to resolve the contact at the end of the backlash.
 _STEP = 1e-4
-#: The stiffness (N·m/rad) of the gears' teeth where the play ends, and of an obstacle at the horn;
-#: and their damping (N·m·s/rad); our choice.
+#: The stiffness (N·m/rad) and the damping (N·m·s/rad) of the gears' teeth where the play ends, and
+#: of an obstacle at the horn (our choice).
 _STOP, _STOP_DAMPING = 200.0, 0.05
 
 
@@ -33,13 +33,13 @@ class Axis:
     duty_limit
         The largest duty, 0 to 1 (Goal PWM).
     angle, speed
-        The horn's angle and speed, rad and rad/s; the encoder sits on the horn.
+        The horn's angle, in rad, and its speed, in rad/s; the encoder sits on the horn.
     low, high
         The angles at which something stiff stops the horn.
     duty
         The duty that the control sets now, −1 to 1.
     current
-        The current through the motor, A.
+        The current through the motor, in A.
     """
 
     servo: Servo
@@ -61,13 +61,13 @@ class Axis:
         self._open = False
 
     def turn(self, duty: float | None, seconds: float) -> None:
-        """Let ``seconds`` pass (whole tenths of ms) at a duty; None switches the current off."""
+        """Let ``seconds``, a multiple of 0.1 ms, pass at a duty; None switches the current off."""
         self._open, self.duty = duty is None, duty or 0.0
         for _ in range(round(seconds / _STEP)):
             self._move()
 
     def advance(self, goal: float, seconds: float) -> None:
-        """Let ``seconds`` pass (whole tenths of ms) with the trajectory at ``goal`` rad."""
+        """Let ``seconds``, a multiple of 0.1 ms, pass with the trajectory at ``goal``, in rad."""
         for _ in range(round(seconds / _STEP)):
             if self._until_control == 0:
                 self._control(goal)

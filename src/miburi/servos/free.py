@@ -1,7 +1,7 @@
 """The motion of unhindered servos: a model in integers, as the Arduino card computes it.
 
-Motors are springs between their commanded profiles and their joints, with back EMF, friction and
-the weight of what they carry (:mod:`miburi.servos.voltage`). For each step of 5 ms, the model
+Motors act like springs between their commanded profiles and their joints, with back EMF, friction
+and the weight of what they carry (:mod:`miburi.servos.voltage`). For each step of 5 ms, the model
 computes
 
     motor  = a1 · (profile − x, at most ± most) − a2 · v
@@ -25,11 +25,12 @@ Steps = NDArray[np.int64]
 
 #: The length of the model's time step, in µs.
 STEP = 5000
-#: The model's limits, so that its numbers fit into 32 bits: 128 encoder steps in 5 ms, and four
-#: turns. No servo reaches them, unless it has no friction and its motor gives the greatest torque
-#: allowed.
+#: The limits of speed (128 encoder steps in 5 ms) and position (four turns) in the model, so that
+#: its numbers fit into 32 bits. No servo reaches these limits, unless it has no friction and its
+#: motor gives the greatest torque allowed.
 FASTEST, FARTHEST = 0x7FFFFF, 0x40000000
-#: The units of the coefficients, and of the share of a torque that the gears absorb.
+#: The integers that stand for 1: in the coefficients, and in the share of a torque that the gears
+#: absorb.
 _ONE, _SHARE = 1 << 16, 1 << 8
 
 
@@ -39,7 +40,8 @@ class FreeServo(NamedTuple):
     Attributes
     ----------
     pull, brake
-        a1 and a2, in 1/65536: the change of speed in a step, per position error and per speed.
+        a1 and a2, in 1/65536: the speed that a step adds for each unit of position error, and takes
+        away for each unit of speed.
     friction
         The speed that dry friction takes away in a step, in 1/65536 encoder step per 5 ms.
     lost
@@ -53,7 +55,7 @@ class FreeServo(NamedTuple):
 
     @classmethod
     def of(cls, servo: Servo, load: Array) -> "FreeServo":
-        """Return motors at nominal voltage that move ``load`` (8,) kg·m² each."""
+        """Return motors at nominal voltage that move the inertias ``load``, (8,) in kg·m²."""
         inertia = servo.motor.armature + load
         per_torque = (STEP / 1e6) ** 2 / inertia
         brake = (servo.damping + servo.control_damping) * (STEP / 1e6) / inertia
@@ -71,7 +73,7 @@ class FreeServo(NamedTuple):
         )
 
     def scaled(self, stiffness: Array, damping: Array, friction: Array) -> "FreeServo":
-        """Return motors with these constants multiplied by factors, (8,) each."""
+        """Return motors with pull, brake and friction multiplied by these factors, (8,) each."""
         times = ((self.pull, stiffness), (self.brake, damping), (self.friction, friction))
         pull, brake, dry = (np.rint(each * share).astype(np.int64) for each, share in times)
         return FreeServo(pull, brake, dry, self.lost)
@@ -90,9 +92,9 @@ def advance(
 ) -> None:
     """Advance ``x`` and ``v`` (8,) by ``steps`` steps, along with the profile.
 
-    The profile goes from ``before`` to ``now``, (8,) in 1/256 encoder step. In the same unit,
-    ``sag`` is the error needed to hold the load, and ``most`` the error at which the duty reaches
-    its limit.
+    The profile goes from ``before`` to ``now``, ``sag`` is the error needed to hold the load, and
+    ``most`` is the error at which the duty reaches its limit. All four are (8,), in 1/256 encoder
+    step.
     """
     for j in range(len(x)):
         for k in range(1, steps + 1):

@@ -25,20 +25,20 @@ def set_friction(
     row_forces: Array,
     places: NDArray[np.int64],
 ) -> None:
-    """Write the bound of dry friction until the next step, N·m, to ``bound`` (nv,).
+    """Write the bound of dry friction until the next step, in N·m, to ``bound``, shape (nv,).
 
     Parameters
     ----------
     rows
-        (8, 6), the constants of each servo: :attr:`miburi.servos.servo.Friction.row`.
+        The constants of each servo, (8, 6): see :attr:`miburi.servos.servo.Friction.row`.
     braking
-        (8,) N·m·s/rad: the torque that back EMF takes from the motor, divided by the speed.
+        The torque that back EMF takes from each motor, divided by the speed; (8,), in N·m·s/rad.
     dofs
-        (8,), where each joint is in MuJoCo's arrays.
+        The index of each joint in MuJoCo's arrays, (8,).
     motor
-        The motors' torque, (8,) N·m, without back EMF.
+        The torque of each motor without back EMF, (8,), in N·m.
     speed, bias, constraint
-        (nv,), MuJoCo's qvel, qfrc_bias and qfrc_constraint.
+        MuJoCo's qvel, qfrc_bias and qfrc_constraint, (nv,).
     row_forces, places
         MuJoCo's efc_force, and the index of each joint's friction in it, (8,). Friction is among
         the constraint forces, but is not a load, so it is subtracted.

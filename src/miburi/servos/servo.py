@@ -40,7 +40,7 @@ class MotorTable(Origin):
 
 
 class Friction(Origin):
-    """The friction in a joint: see :func:`miburi.servos.voltage.dry_friction`; N·m and rad/s."""
+    """The friction in a joint, in N·m and rad/s: see :func:`miburi.servos.voltage.dry_friction`."""
 
     dry: Positive
     stiction: NotNegative
@@ -76,7 +76,10 @@ class Encoder(Origin):
 
 
 class Gains(Origin):
-    """The position control as the factory sets it, in units of the registers, PWM units and V/s."""
+    """The factory settings of the position control.
+
+    The gains are in units of their registers, ``pwm_limit`` in PWM units and ``pwm_slope`` in V/s.
+    """
 
     p: NotNegative
     d: NotNegative
@@ -92,7 +95,7 @@ class Divisor(Origin):
 
 
 class ProfileTable(Origin):
-    """The units of the profile's registers, rad/s and rad/s²."""
+    """The units of the profile's registers, in rad/s and rad/s²."""
 
     speed_unit: Positive
     acceleration_unit: Positive
@@ -120,8 +123,8 @@ class Drive(Origin):
 
     The limit of a motor's torque is ``headroom`` times the torque that the move needs. After the
     acceleration, the limit is the torque that the rest of the move needs, plus the share ``room``
-    of the motor's torque. With ``room`` = 1 the limit does not change. ``lift`` is the share of the
-    sag under load by which goals are corrected.
+    of the motor's torque. With ``room`` = 1 the limit does not change. Goals are corrected by the
+    share ``lift`` of the sag under load.
     """
 
     gain: Positive
@@ -157,13 +160,13 @@ class Servo(Table):
 
     @property
     def duty_per_rad(self) -> float:
-        """Duty for each rad of error."""
+        """The duty per rad of position error."""
         gains = self.gains
         return self.drive.gain / self.divisor.p_divisor / gains.pwm_limit / self.step
 
     @property
     def duty_per_speed(self) -> float:
-        """The braking duty of the D gain per rad/s."""
+        """The duty by which the D gain brakes, per rad/s of speed."""
         gains = self.gains
         return gains.d / gains.d_divisor / gains.pwm_limit / self.loop.rate / self.step
 
@@ -174,7 +177,7 @@ class Servo(Table):
 
     @property
     def control_damping(self) -> float:
-        """The braking torque of the D gain at nominal voltage, N·m·s/rad."""
+        """The torque by which the D gain brakes at nominal voltage, in N·m per rad/s of speed."""
         return self.duty_per_speed * self.motor_torque
 
     @property

@@ -51,7 +51,7 @@ def dry_friction(
 
 
 def stall_torque(servo: Servo, voltage: float) -> float:
-    """Return the torque at the horn of a motor at rest with full duty, N·m."""
+    """Return the torque, in N·m, that a motor at rest gives at the horn at full duty."""
     friction = servo.friction
     motor = servo.motor_torque * voltage / servo.supply.voltage
     left = motor * (1 - friction.motor_load) - friction.dry - friction.stiction
@@ -59,9 +59,10 @@ def stall_torque(servo: Servo, voltage: float) -> float:
 
 
 def no_load_speed(servo: Servo, voltage: float) -> float:
-    """Return the speed at full duty without a load, rad/s; assumed well above the Stribeck speed.
+    """Return the speed at full duty without a load, in rad/s.
 
-    Returns infinity if there is neither back EMF nor viscous friction.
+    This speed is assumed to be well above the Stribeck speed. It is infinite if there is neither
+    back EMF nor viscous friction.
     """
     friction = servo.friction
     gears = 1 - friction.motor_load
@@ -74,17 +75,17 @@ def no_load_speed(servo: Servo, voltage: float) -> float:
 def required_torque(
     servo: Servo, speed: Numbers, acceleration: Numbers, load: Numbers, inertia: Numbers
 ) -> Numbers:
-    """Return the duty that a motion needs, as the stall torque at that duty, N·m.
+    """Return the duty that a motion needs, given as the motor's stall torque at this duty, in N·m.
 
     Parameters
     ----------
     speed
-        The motion's speed, rad/s; not negative.
+        The motion's speed, in rad/s; not negative.
     acceleration
-        Along the motion, rad/s²; negative where it slows down.
+        The acceleration along the motion, in rad/s²; negative where the motion slows down.
     load, inertia
-        Torque against the motion, N·m, negative where it helps; and inertia on the horn, kg·m²,
-        without the rotor's, which comes from ``servo``.
+        The torque against the motion, in N·m, negative where it helps the motion; and the inertia
+        on the horn, in kg·m², without the rotor's inertia, which comes from ``servo``.
     """
     friction = servo.friction
     rest = np.exp(-((speed / friction.stribeck_speed) ** friction.stribeck_shape))
