@@ -26,8 +26,8 @@ _CLOSE_UP = (17.0, 17.0 + 2 / 60)  # two minutes with a record every second
 class Episode:
     """A part of the day, from ``hour`` o'clock on, ``minutes`` long.
 
-    It has ``count`` stimuli, in turn from ``stimuli``; near its end somebody blocks ``contacts``
-    gestures.
+    It has ``count`` stimuli, taken from ``stimuli`` in turn. Near the end of the episode, somebody
+    blocks ``contacts`` gestures.
     """
 
     title: str

@@ -27,7 +27,7 @@ SHEET = Path(__file__).parent / "faces.png"
 def face(shown: Expression | None) -> NDArray[np.uint8]:
     """Return the face on the sheet nearest to an expression, (SIZE, SIZE, 3).
 
-    It is the face at rest for None, and for a feeling that is not on the sheet.
+    Return the face at rest for None, and for a feeling that is not on the sheet.
     """
     if shown is None or shown.feeling not in PAPER or shown.mood < MOODS[0] / 2:
         row = column = 0
@@ -38,7 +38,7 @@ def face(shown: Expression | None) -> NDArray[np.uint8]:
 
 
 def source_digest() -> str:
-    """Return the checksum of the sheet's sources, which the sheet stores, too."""
+    """Return the checksum of the sheet's sources; the sheet stores this checksum, too."""
     faces = json.dumps(SHIPPED.faces())
     return hashlib.sha256((SOURCE.read_text(encoding="utf-8") + faces).encode()).hexdigest()
 

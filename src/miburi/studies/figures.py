@@ -17,7 +17,7 @@ PRINT: Any = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": Fal
 def figure_file(
     path: Path, size: tuple[float, float], style: Any = None, dpi: int = 130
 ) -> Iterator[Figure]:
-    """Yield a figure, its size in inches; write it to ``path`` at the end of the block."""
+    """Yield a figure; write it to ``path`` at the end of the block. ``size`` is in inches."""
     with matplotlib.rc_context(style):
         figure = Figure(figsize=size, layout="constrained")
         yield figure

@@ -104,7 +104,7 @@ class Camera:
 
 
 def _real_shapes(robot: Robot) -> tuple[dict[tuple[str, str], str] | None, dict[str, bytes]]:
-    """Return the names and contents of the robot's shape files, if it can be built."""
+    """Return the names and contents of a robot's shape files; none if the robot can't be built."""
     solids = shapes_if_it_can_be_built(robot)
     if not solids:
         return None, {}
@@ -147,8 +147,8 @@ def write_film(
 ) -> Path:
     """Write an MP4 film of scenes with ``rate`` frames per second; ``size`` is in pixels.
 
-    Return the file: ``path`` with the suffix ``.mp4``. Without ffmpeg, it is a sheet of twelve
-    pictures instead, with the suffix ``.sheet.png``.
+    Return the file: ``path`` with the suffix ``.mp4``. Without ffmpeg, the file is a sheet of
+    twelve pictures instead, with the suffix ``.sheet.png``.
 
     Raises DrawingError if this machine cannot draw; OutputError if ffmpeg fails.
     """

@@ -4,8 +4,9 @@
 stop and gesture. The robot makes a gesture every 2 s, and a human hand blocks an arm now and then.
 The paper claims that the robot stops when, and only when, it is blocked; that each encounter lowers
 the mood by 20 %; and that the gestures after it are smaller and slower. The loss "will be able to
-be erased within some time, at the same rhythm as the mood value" (Section 4). To show that, the
-feelings can continue after the gestures, beside those of a control that nobody touched.
+be erased within some time, at the same rhythm as the mood value" (Section 4). To show this
+recovery, the feelings can continue after the gestures, beside the feelings of a control that nobody
+touched.
 """
 
 from collections import deque
@@ -40,10 +41,11 @@ from miburi.version import __version__
 STEP = 0.02
 #: A contact that no stop follows within this time, in s, counts as missed (our choice).
 PATIENCE = 0.3
-#: How much of the time before each stop the figure shows, in s, for the motor that caused it (our
+#: For the motor that caused a stop, the figure shows this much time before the stop, in s (our
 #: choice).
 _APPROACH = 0.4
-#: Healing lasts for this many time constants of the mood, and has this many samples (our choice).
+#: The mood is watched for this many of its time constants while it heals, at this many moments (our
+#: choice).
 _HEALING, _MOMENTS = 2.0, 9
 #: A film shows every third step: about 17 pictures a second.
 STEPS_PER_FRAME = 3
@@ -186,7 +188,7 @@ def conduct(
 
 
 def _heal(setup: Setup, feelings: FeelingModel) -> Healing:
-    """Continue the feelings without stimuli, with a control of the same age without contacts."""
+    """Continue the feelings without stimuli, and beside them an untouched control of equal age."""
     which = FEELINGS.index(setup.feeling)
     twin = setup.feelings()
     twin.step(feelings.time)

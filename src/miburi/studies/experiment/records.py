@@ -40,7 +40,7 @@ class GestureRecord:
 
 @dataclass(frozen=True)
 class Healing:
-    """A mood at ``times``, in s after the gestures, and the ``untouched`` mood of a control."""
+    """The mood after the gestures, at ``times`` in s, and the mood of an ``untouched`` control."""
 
     time_constant: float
     times: list[float]
@@ -50,9 +50,9 @@ class Healing:
 
 @dataclass(frozen=True)
 class WindowRecord:
-    """One motor as the contact rule saw it: its mean speed in the window, and the expected one.
+    """One motor as the contact rule saw it: its mean speed and its expected speed in a window.
 
-    Both are in rad/s.
+    Both speeds are in rad/s.
 
     ``ratio`` includes the rule's slack, so it crosses the limit where the body stops.
     """

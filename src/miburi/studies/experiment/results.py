@@ -19,7 +19,7 @@ from miburi.studies import face as faces
 from miburi.studies.experiment.chart import experiment_figure
 from miburi.studies.film import DrawingError, Scene, add_caption, camera, contact_sheet, write_film
 
-#: What only a run with a film writes.
+#: The files that only a run with a film writes.
 _FILM = {"experiment.mp4", "experiment.sheet.png", "experiment-strip.png"}
 
 
@@ -29,9 +29,10 @@ def write_experiment(
     """Conduct the experiment, write all its files or none, and return the lines of a summary.
 
     The files are ``experiment.json``, ``timing.json``, ``experiment.png``, ``experiment.mcap`` and,
-    with ``film``, ``experiment.mp4`` and ``experiment-strip.png``. If the machine cannot draw,
-    these two are left out, and the summary says so. Those of an earlier run are deleted. With
-    ``face`` they show the face on the phone.
+    with ``film``, ``experiment.mp4`` and ``experiment-strip.png``. If the machine cannot draw, film
+    and strip are left out, and the summary says so. A film and a strip that this run does not write
+    are deleted if an earlier run wrote them. With ``face``, film and strip show the face on the
+    phone.
 
     Raises OutputError if the folder cannot be written to, or ffmpeg fails.
     """

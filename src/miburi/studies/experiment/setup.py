@@ -38,7 +38,7 @@ class Setup:
     hand: bool = True  #: whether a hand gets in the way
     heal: bool = False  #: whether to watch the mood heal after the gestures
     model: type[FeelingModel] = EmotionalModel
-    #: What else was chosen on the command line, such as files by name; the report repeats it.
+    #: Other choices on the command line, such as the names of files; the report repeats them.
     chosen: Mapping[str, str | None] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

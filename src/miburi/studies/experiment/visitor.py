@@ -25,7 +25,8 @@ _DIRECTIONS = (
 )  # fmt: skip
 #: A move shorter than this, in m, ends before a hand can block it.
 _WORTH_BLOCKING = 0.05
-#: Gestures before the first visit, and between visits: minimum, and exclusive maximum (our choice).
+#: How many gestures pass before the first visit, and how many between visits: the minimum, and the
+#: exclusive maximum (our choice).
 _BEFORE, _BETWEEN = (0, 4), (1, 4)
 #: How long, in s, the hand waits for an arm that does not come.
 _PATIENCE = 2.5

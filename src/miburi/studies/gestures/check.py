@@ -81,8 +81,9 @@ def check(
 
     Every pose must be in reach and inside the limits. Mood 0 must be exactly neutral. At every mood
     the kinematics must be within 1 mm, no parts may collide, and the contact rule may not stop the
-    body. That must also hold for a partner with ``life``, which does not pause at the key poses of
-    a gesture with free flow. Space and speed must strictly rise with the mood.
+    body. The rules about collisions and contact stops also apply to a partner with ``life``, which
+    does not pause at the key poses of a gesture with free flow. Space and speed must strictly rise
+    with the mood.
     """
     yield from misfits(robot, function)
     rest = forward(robot, robot.neutral)

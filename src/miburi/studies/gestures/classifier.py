@@ -22,9 +22,9 @@ _LEARNT_MOODS = (0.5, 0.9)
 
 
 class NearestNeighbour:
-    """Names a performance after the nearest one learnt, with features scaled by their spread.
+    """Names a performance after the nearest learnt one, with each feature scaled by its spread.
 
-    It learns from ``rows`` (n, k) of features and their n ``names``.
+    It learns from the features of n performances, ``rows`` (n, k), and their n ``names``.
     """
 
     def __init__(self, rows: Array, names: Sequence[str]) -> None:

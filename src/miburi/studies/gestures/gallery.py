@@ -40,8 +40,8 @@ def write_gallery(
 ) -> Path:
     """Write a page with films, strips and hand paths of every gesture at three moods.
 
-    Return ``index.html``, with its pictures beside it; ``overview.png`` has the strips at mood 0.9,
-    at half their size.
+    Return the path of ``index.html``; its pictures are in the same folder. There, ``overview.png``
+    has the strips at mood 0.9, at half their size.
 
     Raises OutputError if the folder cannot be written to, or this machine cannot draw.
     """

@@ -42,8 +42,8 @@ class Measures:
 def measure(positions: Array, period: float) -> Measures:
     """Measure a recorded motion.
 
-    ``positions``, shape (n, 9), in m, has those of right hand, left hand and head every ``period``
-    s; n is at least 5.
+    ``positions``, shape (n, 9), in m, has the positions of right hand, left hand and head, taken
+    every ``period`` s; n is at least 5.
 
     Raises InputError if the shape is wrong, a value is not finite, or the period is not positive;
     MiburiError if SciPy is not installed.
@@ -73,7 +73,7 @@ def measure(positions: Array, period: float) -> Measures:
 
 
 def _hull_volume(points: Array) -> float:
-    """Return the volume in m³ of the convex hull of points, (n, 3) m; 0 if they are flat."""
+    """Return the volume, in m³, of the convex hull of points, (n, 3) in m; 0 if they are flat."""
     try:
         from scipy.spatial import ConvexHull, QhullError
     except ModuleNotFoundError as error:

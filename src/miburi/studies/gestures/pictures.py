@@ -18,7 +18,7 @@ from miburi.studies.figures import PRINT, figure_file
 from miburi.studies.film import Camera, Picture, Scene, camera, contact_sheet, write_film
 from miburi.studies.gestures.measures import Measures, measure
 
-#: Width and height of films and of a strip's pictures, pixels.
+#: The width and height, in pixels, of films and of a strip's pictures.
 _PIXELS = 320
 #: A film shows every third record: 16.7 pictures a second.
 _FILM_EVERY = 3
@@ -26,8 +26,8 @@ _FILM_EVERY = 3
 #: thrill at a low mood, without its repetition.
 _MOMENTS, STRIP_STEP = 12, 0.4
 _STRIP_COLUMNS = 6
-#: Each moment is blended with earlier pictures, so that a still picture shows motion: how long
-#: before it they were, in s, and their weights.
+#: Each moment is blended with earlier pictures, so that a still picture shows motion. Each row has
+#: a picture's time before the moment, in s, and its weight.
 _TRAIL = ((0.0, 0.62), (0.08, 0.19), (0.16, 0.12), (0.24, 0.07))
 #: Colours of the right hand, the left hand and the head.
 _COLOURS = ("#d9553f", "#2f6f9f", "#8a7f74")
@@ -103,8 +103,8 @@ def film(
 ) -> Path:
     """Write a film of a performance in real time; see :func:`miburi.studies.film.write_film`.
 
-    It is ``pixels`` wide and high. Every ``every``-th record becomes a frame; 1 gives 50 frames per
-    second.
+    The film is ``pixels`` wide and high. Every ``every``-th record becomes a frame; 1 gives 50
+    frames per second.
     """
     rate = 1 / (every * PERIOD)
     scenes = [Scene(angles, face=face) for angles in rehearsal.angles[::every]]

@@ -54,7 +54,7 @@ def claim(
 
 
 def holds(condition: object, weaker: object = False) -> ClaimVerdict:
-    """Return whether a claim holds, or holds with a condition if only ``weaker`` is true."""
+    """Return a verdict: holds, holds with a condition (if only ``weaker`` is true), or differs."""
     if condition:
         return ClaimVerdict.HOLDS
     return ClaimVerdict.HOLDS_IF if weaker else ClaimVerdict.DIFFERS

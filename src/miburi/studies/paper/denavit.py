@@ -17,7 +17,7 @@ _QUARTER = np.pi / 2
 
 @dataclass(frozen=True)
 class Row:
-    """One row; ``d`` and ``a`` name the lengths of the robot that add up to them."""
+    """One row of a table; ``d`` and ``a`` each name the robot's lengths that are added up."""
 
     joint: str
     sign: int

@@ -24,7 +24,7 @@ _TABLE_1 = {
     "left_fingertip": (-1.744, 0.174),
     "head": (0.174, 1.22),
 }
-#: Poses that are closer than this, rad, count as one.
+#: Poses that differ by no more than this angle, in rad, count as one.
 _ALIKE = 1e-3
 
 KINEMATICS: Claims = {}
@@ -172,7 +172,7 @@ def _within_a_second(runs: Runs) -> Finding:
 
 
 def _distinct(poses: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> int:
-    """Return how many poses differ; a turn by 2π makes no difference."""
+    """Return the number of different poses; angles that differ by a turn of 2π are the same."""
     kept: list[np.ndarray[tuple[int, ...], np.dtype[np.float64]]] = []
     for pose in poses:
         around = [np.abs(np.angle(np.exp(1j * (pose - other)))).max() for other in kept]

@@ -88,7 +88,7 @@ def safety_figure(path: Path) -> None:
     _save(figure, path)
 
 
-#: The offset of a joint's name from its axis, points.
+#: The offset of a joint's name from its axis, in points.
 _BESIDE = {
     "waist": (6, 8), "right_shoulder": (-8, 16), "right_elbow": (-30, 2),
     "right_fingertip": (-14, 4), "left_shoulder": (8, 16), "left_elbow": (30, 2),
@@ -176,7 +176,7 @@ def flow_figure(body: Body, path: Path) -> None:
         events += partner.step(0.02)
     names = [type(event).__name__ for event in events]
     follows = Counter(pairwise(names))
-    # chosen so that no arrow crosses another
+    # The places are chosen so that no arrow crosses another.
     places = {
         "GestureStarted": (0.14, 0.95, "a gesture starts:\nstrongest emotion, mood μ"),
         "MoveSent": (0.86, 0.95, "9 coordinates → 8 angles:\na move is sent"),

@@ -2,7 +2,7 @@
 
 In a move at a speed v, the servo follows a trapezoid of speed with acceleration a, delayed by a
 lag. In the first window of p = 0.1 s it covers v (p − lag − v / 2a), so it passes that window only
-if lag + v / 2a is at most 0.0628 p, 6.28 ms. A motor that has arrived is not judged.
+if lag + v / 2a is at most 0.0628 p = 6.28 ms. A motor that has arrived is not judged.
 """
 
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from miburi.safety.contact import PAPER_RATIO
 from miburi.safety.move import Move
 
 _PERIOD, _RATIO = 0.1, PAPER_RATIO / 10_000
-#: The largest lag + v / 2a with which a motor passes its first window, s.
+#: The largest lag + v / 2a, in s, with which a motor passes its first window.
 FIRST_WINDOW = (1 - _RATIO) * _PERIOD
 
 
@@ -62,7 +62,10 @@ def fastest(robot: Robot, moves: Sequence[tuple[Array, Move]]) -> list[tuple[flo
 
 
 def pass_map(moves: list[tuple[float, float]], lags: Array, ramps: Array) -> Array:
-    """Return the share of moves (distance, speed) that pass, (len(ramps), len(lags))."""
+    """Return, for each ramp (row) and lag (column), the share of moves that pass.
+
+    ``moves`` has the distance and speed of each move, as :func:`fastest` returns them.
+    """
     return np.array(
         [
             [np.mean([not is_stopped(d, v, float(ramp), float(lag)) for d, v in moves])

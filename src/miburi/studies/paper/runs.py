@@ -34,7 +34,7 @@ MOODS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
 _PLAIN_MOODS = (0.3, 0.6, 0.9)
 #: Units of length, and how many of each make a metre.
 UNITS = {"m": 1.0, "cm": 100.0, "mm": 1000.0}
-#: The promised precision of the inverse kinematics, rad (Section 3).
+#: The precision that Section 3 promises for the inverse kinematics, in rad.
 _PROMISE = 0.015
 #: How long, in s, a blocked body may take to stop, and how long it is watched afterwards.
 _PATIENCE, _WATCHED = 1.5, 1.0
@@ -90,7 +90,7 @@ class Runs:
 
     @cached_property
     def experiments(self) -> list[experiment.Experiment]:
-        """Section 5's experiment with several seeds; in the first, the mood also recovers."""
+        """The experiment of Section 5 for each seed; in the first run, the mood also recovers."""
         return [
             self._conduct(f"experiment, seed {seed}", experiment.Setup(seed=seed, heal=seed == 1))
             for seed in range(1, self.seeds + 1)
@@ -151,7 +151,7 @@ class Runs:
 
     @cached_property
     def poses(self) -> Array:
-        """Random poses inside the limits, (n, 8) rad."""
+        """Random poses inside the limits, shape (n, 8), in rad."""
         rng = np.random.default_rng(0)  # as in bench/ik
         return rng.uniform(self.robot.lower, self.robot.upper, (self.targets, 8))
 
@@ -238,7 +238,7 @@ class Runs:
         return counts
 
     def promise(self, settings: Settings, unit: str) -> float:
-        """Return the share of random targets met within 0.015 rad of the nearest valid pose."""
+        """Return the share of random targets solved by a pose within 0.015 rad of a valid pose."""
         self._progress(f"inverse kinematics, {settings.local_search}, {unit}")
         factor, size = UNITS[unit], self.robot.lengths
         scaled = {name: factor * getattr(size, name) for name in type(size).model_fields}
@@ -251,15 +251,15 @@ class Runs:
         return met / len(self.poses)
 
 
-#: The links in the order of :func:`_gaps`, and the distance at which a link counts as touching an
-#: obstacle, m: half an arm's width plus half a finger's (our choice).
+#: The links in the order of :func:`_gaps`, and the distance, in m, below which a link counts as
+#: touching an obstacle: half an arm's width plus half a finger's (our choice).
 _LINKS = ("upper_arm", "forearm", "upper_arm", "forearm", "phone")
 _SKIN = 0.02
 _OBSTACLES = 20
 
 
 def _gaps(robot: Robot, ways: Array, obstacles: Array) -> Array:
-    """Return the distances, (n, 5, k), in m, of k obstacles from the five links in n poses."""
+    """Return the distances, in m, of k obstacles from the five links in n poses, (n, 5, k)."""
     size = robot.lengths
     short = robot.model_copy(update={"lengths": size.model_copy(update={"L34": 1e-9})})
     ends, bends = forward(robot, ways), forward(short, ways)
@@ -279,7 +279,7 @@ def _turned(place: Array, angle: float) -> Array:
 
 
 def _from_line(start: Array, end: Array, points: Array) -> Array:
-    """Return the distances (n, m) of points (m, 3) from lines between (n, 3) and (n, 3)."""
+    """Return the distances, (n, m), of m points from n lines, each from ``start`` to ``end``."""
     way = end - start
     from_start = points - start[:, None]
     length = np.maximum((way**2).sum(axis=1), 1e-12)[:, None]

@@ -16,10 +16,10 @@ _NOT_BUILT = "the emulated card has not been built here (`make firmware`)"
 #: The speed in rad/s below which a motor counts as stopped, and the time in s within which it must
 #: have stopped (our choice).
 _STILL, _SOON = 0.1, 0.3
-#: Stopping is direct if all stops come within ``_LATEST`` s after the first touch, and direct with
-#: a condition if 95 % come within ``_DIRECT`` s (our thresholds).
+#: The claim that the body stops directly holds if all stops come within ``_LATEST`` s after the
+#: first touch, and holds with a condition if 95 % come within ``_DIRECT`` s (our thresholds).
 _DIRECT, _LATEST = 0.15, 0.3
-#: The weight of a person's hand, N: 0.56 % of 60 kg (de Leva 1996).
+#: The weight of a person's hand, in N: 0.56 % of the weight of 60 kg (de Leva 1996).
 _HAND = 3.3
 
 SAFETY: Claims = {}

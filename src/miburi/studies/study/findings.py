@@ -179,7 +179,7 @@ def _words(question: Question, answers: list[StudyAnswer], films: dict[str, Film
     for answer in answers:
         about = films[answer.film].feeling if answer.film is not None else ""
         counts[about][answer.value.casefold()] += 1
-    # Equal counts in alphabetical order: the same answers give the same page.
+    # Words with equal counts are in alphabetical order, so the same answers give the same page.
     return WordFindings(
         question.name,
         {
@@ -229,8 +229,8 @@ def _rating(values: list[tuple[int, float]]) -> MeanRating:
 
 def _sum(orders: list[tuple[int, float, int]]) -> PairOrder:
     right, pairs = sum(one for _, one, _ in orders), sum(one for _, _, one in orders)
-    # Each pair is replaced by the share of correctly ordered pairs in its group (one person and
-    # feeling), which leaves the sum unchanged.
+    # Each pair in a group (one person and feeling) counts as the group's share of correctly ordered
+    # pairs. This leaves the sum unchanged.
     each = [(who, one / of) for who, one, of in orders if of for _ in range(of)]
     low, high = mean_interval(_by_person(each)) or (None, None)
     low, high = (None if end is None else min(max(end, 0.0), 1.0) for end in (low, high))

@@ -18,7 +18,7 @@ class Share:
     #: The share that guessing gives: the same people's answers, dealt to their films at random.
     chance: float | None
     #: The probability of at least as many hits by guessing, corrected for the number of rows in its
-    #: table. Both are None if nobody answered; see :func:`.statistics.by_guessing`.
+    #: table. ``p`` and ``chance`` are None if nobody answered; see :func:`.statistics.by_guessing`.
     p: float | None
 
     @property
@@ -59,7 +59,7 @@ class MeanRating:
 
 @dataclass(frozen=True)
 class PairOrder:
-    """Pairs of films of one feeling and person, and how many were rated in the moods' order.
+    """Pairs of films that show one feeling to one person, and how many are in the moods' order.
 
     ``low`` and ``high`` are the share's 95 % interval, clustered by participant.
     """
@@ -71,7 +71,7 @@ class PairOrder:
 
     @property
     def share(self) -> float | None:
-        """The share of pairs in the right order; guessing gives 0.5; None if there is no pair."""
+        """The share of pairs in the right order (0.5 by guessing); None if there are no pairs."""
         return self.right / self.pairs if self.pairs else None
 
 
@@ -79,8 +79,8 @@ class PairOrder:
 class RatingFindings:
     """The findings of a question with a rating; the value of an answer is the mean of its items.
 
-    Items in ``turned`` are reversed: their values here are points + 1 - value. ``means`` (by
-    feeling and mood) and ``order`` are empty if the question is about all films.
+    Items in ``turned`` are reversed: a value given for one of them becomes points + 1 - value.
+    ``means`` (by feeling and mood) and ``order`` are empty if the question is about all films.
     """
 
     question: str
@@ -96,7 +96,7 @@ class RatingFindings:
 
 @dataclass(frozen=True)
 class WordFindings:
-    """The words in answers, the most frequent first, by feeling or about all films."""
+    """The words in answers, the most frequent first, for each feeling or for all films together."""
 
     question: str
     words: dict[str, list[tuple[str, int]]]
@@ -104,7 +104,7 @@ class WordFindings:
 
 @dataclass(frozen=True)
 class PersonFindings:
-    """What people said about themselves: how many gave each answer, or the numbers' quartiles.
+    """What people said about themselves: how many gave each answer, or the quartiles of numbers.
 
     ``silent`` is how many would rather not say.
     """

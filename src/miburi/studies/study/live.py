@@ -20,7 +20,8 @@ from miburi.safety.stop import StopReason
 
 #: How long, in s, a robot stays with an idle participant (our choice).
 IDLE = 300.0
-#: States read per second, and the most of them for one showing: half a minute (our choice).
+#: How many states are read per second, and the largest number of states for one showing: half a
+#: minute of them (our choice).
 _RATE, _LOOKS = 20, 600
 
 
@@ -67,7 +68,7 @@ def show(
 
     If the robot is making a gesture already, it finishes that one first. Nothing is requested from
     a robot that is stopped or paused: it would make the gesture later, when nobody is watching.
-    Once ``is_over`` returns true, this stops waiting.
+    Once ``is_over`` returns true, ``show`` stops waiting.
     """
     view = _View(expression, is_over)
     try:
@@ -131,7 +132,7 @@ def _stopped(stop: StopOut | None) -> Ending:
 
 
 def _judge(entries: list[LiveEvent]) -> Ending:
-    """Return the outcome from the log, which is complete, unlike the states read."""
+    """Return the outcome from the log, which is complete; states may have been missed."""
     for entry in entries:
         match entry.kind:
             case "stop":
@@ -173,7 +174,7 @@ class Turns:
             return turn
 
     def begin(self, number: int) -> Turn:
-        """Reserve the robot for a gesture, if it is free; call :meth:`end` after it."""
+        """Reserve the robot for a gesture, if it is free; call :meth:`end` after the gesture."""
         with self._lock:
             turn = self._turn(number)
             if turn is Turn.YOURS:
