@@ -110,7 +110,7 @@ def _pitch(window: NDArray[np.float64]) -> float | None:
 
 
 class ToneOfVoice:
-    """Compares each utterance with earlier ones; it keeps their loudness and pitch, but no sound."""
+    """Compares each utterance with earlier ones; it keeps their loudness and pitch, no sound."""
 
     def __init__(self) -> None:
         self._before: deque[Prosody] = deque(maxlen=_USUAL)
