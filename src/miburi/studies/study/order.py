@@ -20,9 +20,10 @@ def balanced_square(count: int) -> list[tuple[int, ...]]:
 
 
 def film_order(count: int, trials: int, participant: int, seed: int) -> tuple[int, ...]:
-    """Return which of ``count`` films a participant (1 or more) sees in each trial.
+    """Return which of ``count`` films a participant, numbered from 1, sees in each trial.
 
-    Up to ``count`` trials, the films are the beginning of a row; beyond that, the next rows follow.
+    The first ``count`` trials show the films of one row of the square; further trials continue with
+    the next rows.
     """
     rows = balanced_square(count)
     block, row = divmod(participant - 1, len(rows))

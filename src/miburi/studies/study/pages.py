@@ -63,7 +63,7 @@ def make_app(
     """Return the application with a study's pages, at ``/study/NAME``.
 
     ``films`` are the files of all films, by name; ``perform`` has the robot in the room make a
-    gesture, for a study with live ones.
+    gesture, for a study with live gestures.
 
     If ``local``, only this computer may request pages, and requests must name a loopback host, such
     as ``localhost``: a website could make its own domain name point at this computer.
@@ -174,7 +174,7 @@ class _Pages:
             self._store.keep(code, place, about, later.question.name, {"": SKIPPED})
 
     def _pace(self, who: Participant, form: Form) -> AnswerPace | None:
-        """Return how long an answer took, and how often its film was started, if that is kept."""
+        """Return how long an answer took and how often its film was started; None if not kept."""
         shown = self._shown.pop((who.number, who.step), None)
         if not self._study.times:
             return None

@@ -55,7 +55,7 @@ class Film:
 
     @property
     def name(self) -> str:
-        """The name in answers and on the disk."""
+        """The film's name in answers and in the names of files."""
         if self.file is not None:
             return Path(self.file).stem
         kind = "-live" if self.live else "-face" if self.face else ""
@@ -120,12 +120,12 @@ class Question(Table):
     name: Name
     kind: Literal["choice", "word", "rating", "pick", "number", "check"]
     ask: Text
-    #: Whether it is asked before the films, after each film, or at the end; a check comes after the
-    #: film number ``at``.
+    #: Whether the question is asked before the films, after each film, or at the end; a check comes
+    #: after the film number ``at``.
     after: Literal["start", "film", "all"] = "film"
-    #: Whether it may be left out; for a word, a pick or a number.
+    #: For a word, a pick or a number: whether participants may leave the question out.
     optional: bool = False
-    #: For a choice or a check: the feelings to choose from; default: those of all films.
+    #: For a choice or a check: the feelings to choose from, by default the feelings of all films.
     options: Annotated[tuple[FeelingName, ...], Field(strict=False)] = ()
     #: For a check: the right option, and the number of films after which it is asked.
     right: FeelingName | None = None
@@ -172,7 +172,7 @@ class Question(Table):
 
     @property
     def texts(self) -> list[dict[Language, str]]:
-        """All its own texts, by language."""
+        """All texts of the question, by language."""
         items = [text for item in self.items for text in (item.low, item.high)]
         answers = [option.words for option in self.answers]
         return [self.ask, *([self.none] if self.none else []), *items, *answers]
@@ -190,7 +190,7 @@ class Step:
 
     @property
     def practice(self) -> bool:
-        """Whether its answer is practice, and does not count."""
+        """Whether the page is for practice, so that its answer does not count."""
         return self.trial is not None and self.trial < 0
 
 
@@ -216,8 +216,8 @@ class Study(Table):
     languages: Annotated[tuple[Language, ...], Field(strict=False, min_length=1)]
     title: Text
     information: Text
-    #: The text after the thanks, which people who stop early see, too; and the address to which the
-    #: page with thanks links, such as a participant panel's.
+    #: The text after the thanks, which people who stop early see, too; and the address of the link
+    #: on the page with thanks, for instance the address of a participant panel.
     debriefing: Text | None = None
     completion: Annotated[str | None, Field(pattern=r"^https://\S+$")] = None
     #: How many films each participant sees (by default each film once), and how many for practice
@@ -268,7 +268,7 @@ class Study(Table):
         return _UNFILLED.findall(every)
 
     def options(self, question: Question) -> tuple[str, ...]:
-        """Return the options of a choice: feelings, and at the end :data:`NONE` if it has that."""
+        """Return the options of a choice: feelings, and then :data:`NONE` if it may be chosen."""
         shown = {film.feeling for film in self.films}
         options = question.options or tuple(name for name in FEELINGS if name in shown)
         return (*options, NONE) if question.none else options
@@ -311,7 +311,7 @@ class Study(Table):
         return self
 
     def _check_right(self, question: Question) -> None:
-        """Check that the right answer is an option, and among any feelings that the text quotes."""
+        """Check that the right answer is an option, and is quoted if the text quotes feelings."""
         right = question.right
         if right is None:
             return

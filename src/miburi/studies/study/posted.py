@@ -14,7 +14,7 @@ from miburi.studies.study.plan import SKIPPED, Question, Study
 
 Form = Mapping[str, str]
 
-#: The longest stored word, characters, and the largest form, bytes (our choice).
+#: The longest stored word, in characters, and the largest form, in bytes (our choice).
 LONGEST, _LARGEST = 80, 16_384
 
 _HEADERS = (
@@ -55,7 +55,7 @@ def values_of(study: Study, question: Question, form: Mapping[str, str]) -> dict
 def read_code(typed: str) -> str:
     """Return a participant's code as it was given out.
 
-    Spaces, dashes of any kind, small letters and wide ones make no difference.
+    Spaces and dashes of any kind make no difference, nor do small letters or full-width characters.
     """
     plain = unicodedata.normalize("NFKC", typed).upper()
     letters = "".join(letter for letter in plain if letter.isascii() and letter.isalnum())

@@ -29,7 +29,7 @@ def serve_study(
     ready: Callable[[int], None],
     robot: Performer | None = None,
 ) -> None:
-    """Serve a study's pages; ``ready`` is called with the port when they can be opened.
+    """Serve a study's pages; ``ready`` is called with the port when the pages can be opened.
 
     ``robot`` makes live gestures. On a loopback address only this computer can connect; on any
     other, anybody who can reach it may take part.

@@ -73,8 +73,9 @@ def right_order(moods: ArrayLike, ratings: ArrayLike) -> tuple[float, int]:
 def unbiased_hit_rates(confusion: ArrayLike) -> list[float | None]:
     """Return Wagner's unbiased hit rate H_u (1993) of each row of a square table.
 
-    It is the correct share of the row times the correct share of the column, so that always naming
-    one feeling gains nothing. It is None for an empty row, and 0 if nobody chose the column.
+    The rate is the correct share of the answers in the row times the correct share of the answers
+    in the column, so that always naming one feeling gains nothing. The rate is None for an empty
+    row, and 0 if nobody chose the column.
     """
     table = np.asarray(confusion, dtype=np.float64)
     rows, columns = table.sum(axis=1), table.sum(axis=0)
@@ -94,11 +95,13 @@ def by_guessing(
 ) -> list[tuple[float, float]]:
     """Return the share that guessing gets right, and p, for each row of a table.
 
-    ``people``, ``shown`` and ``chosen`` have a value for each answer; ``rows``, (rows, answers),
-    tells which answers belong to a row, at least one. Guessing means the same answers, each
-    person's own dealt to that person's films at random: favourite answers stay, and so does how
-    often somebody chose no feeling. p is the probability of as many right ones or more, one-sided,
-    by that many permutations, and corrected for the number of rows (Holm 1979).
+    ``people``, ``shown`` and ``chosen`` have a value for each answer. ``rows``, (rows, answers),
+    tells which answers belong to each row; a row has at least one.
+
+    Guessing gives each person's answers to that person's films in a random order. This keeps
+    people's favourite answers, and how often they chose no feeling. p is the one-sided probability
+    that guessing gets at least as many answers right. It comes from ``permutations`` random orders,
+    and is corrected for the number of rows (Holm 1979).
     """
     who, named, given, within = map(np.asarray, (people, shown, chosen, rows))
     rng = np.random.default_rng(seed)
@@ -132,9 +135,9 @@ def mean_interval(clusters: Sequence[Sequence[float]]) -> tuple[float, float] | 
 def share_interval(clusters: Sequence[Sequence[bool]]) -> tuple[float, float] | None:
     """Return the 95 % interval of a share with clustered hits; None for fewer than two clusters.
 
-    It is Wilson's (1927), for the effective number of answers (their number divided by the design
-    effect of :func:`mean_interval`'s variance, at least 1), with Student's quantile. If all answers
-    are the same, each cluster counts as one answer.
+    The interval is Wilson's (1927) with Student's quantile, for the effective number of answers:
+    the number of answers divided by the design effect of the variance in :func:`mean_interval`,
+    which counts as 1 at least. If all answers are the same, each cluster counts as one answer.
     """
     if (found := _mean_of(clusters)) is None:
         return None

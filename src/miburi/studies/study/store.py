@@ -259,7 +259,7 @@ class Store:
         return [StudyAnswer(*row) for row in rows]
 
     def counts(self, steps: int) -> Counts:
-        """Return how many participants there are; ``steps`` answered pages mean finished."""
+        """Return how many participants began, finished (answered ``steps`` pages) or withdrew."""
         (row,) = self._rows(
             "SELECT COUNT(*), (SELECT COUNT(DISTINCT participant) FROM answer WHERE step = ?), "
             "COUNT(*) - COUNT(code) FROM participant",

@@ -15,8 +15,8 @@ from miburi.studies.trials.replay import DeafRule
 from miburi.studies.trials.workshop import calibrate_servos
 
 _SLACK = np.array([20, 16, 16, 16, 16, 16, 16, 16])
-#: The narrowest guards, µs and steps, with which the rule that compares with a delayed profile
-#: hardly ever stops free moves of the simulated XL330 (our choice).
+#: The narrowest guards, in µs and in encoder steps, with which the rule that compares a motor with
+#: its delayed profile hardly ever stops free moves of the simulated XL330 (our choice).
 PROFILE_GUARDS = Guards(
     lag=np.full(8, 14_000),
     slack=_SLACK,
@@ -69,9 +69,11 @@ STATES = {
 def in_state(
     robot: Robot, name: str, seed: int, judged: Callable[[FreeRule], Rule] = RULES["miburi"]
 ) -> Subject:
-    """Return a calibrated robot with servos in one of ``STATES``, and its rule by ``judged``.
+    """Return a calibrated robot with servos in one of ``STATES``, and the rule that watches it.
 
-    Raises BodyError if it cannot be calibrated; see
+    ``judged`` makes this rule from the calibrated rule.
+
+    Raises BodyError if the robot cannot be calibrated; see
     :func:`miburi.studies.trials.workshop.calibrate_servos`.
     """
     state, servo = STATES[name], robot.servo.model

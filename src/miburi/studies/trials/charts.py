@@ -15,7 +15,7 @@ from miburi.studies.trials.summary import ISO_LIMITS
 from miburi.studies.trials.trial import Outcome, Run, TrialKind
 from miburi.studies.trials.tuning import Verdict, assess
 
-#: Periods in µs, ratios in parts per 10 000, on the map.
+#: The periods, in µs, and the ratios, in parts per 10 000, of the rules on the map.
 PERIODS = (50_000, 100_000, 150_000, 200_000)
 RATIOS = (5000, 7000, 8500, PAPER_RATIO, 9800)
 
@@ -52,7 +52,7 @@ def distributions(outcomes: Sequence[Outcome], path: Path) -> None:
 
 @dataclass(frozen=True)
 class Point:
-    """A rule on the map: period in µs, ratio in parts per 10 000, and its effect."""
+    """A rule on the map: its period in µs, its ratio in parts per 10 000, and its effect."""
 
     period: int
     ratio: int

@@ -36,7 +36,7 @@ LINKS = (
 
 @dataclass(frozen=True)
 class Person:
-    """A person in the way of a link, and where and how they are to meet."""
+    """A person in the way of a link, and where and how the person and the link are to meet."""
 
     kind: HandKind
     skin: Skin

@@ -74,7 +74,7 @@ def _across(direction: Array, roll: float) -> Array:
 
 
 def _spot(robot: Robot, person: Person) -> tuple[str, Array, Array, float]:
-    """Return the link's body, meeting point and axis in its frame, and half the link's depth."""
+    """Return the link's body, meeting point and axis in the body's frame, and half its depth."""
     shape, tips = robot.shape, extremities(robot)
     if person.link == "head":
         tilt = shape.phone_level

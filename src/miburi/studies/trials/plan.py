@@ -61,7 +61,7 @@ class Plan:
 
     @property
     def key(self) -> str:
-        """A checksum of the run: same key, same results."""
+        """A checksum of the run; runs with the same key have the same results."""
         words = hashlib.sha256(f"{__version__} {self.seed} {self.free} {self.blocked}".encode())
         for robot, rule, true, voltage in self.servos:
             servo = [robot.model_dump(), type(rule).__name__, asdict(rule)]

@@ -24,7 +24,8 @@ class Variation:
     """The differences of one trial's robot from its description (our assumptions)."""
 
     voltage: float = 5.0  #: V of the battery
-    #: Factor on the servos' dry friction and its growth with torque and load; one, or eight.
+    #: Factor on the servos' dry friction and its growth with torque and load; one number for all
+    #: servos, or eight.
     friction: float | tuple[float, ...] = 1.0
     load: float = 0.0  #: kg in each hand
     noise: float = 0.0  #: standard deviation of an encoder's reading, steps
@@ -48,9 +49,9 @@ class TrialPlant(Plant):
     it differs. Errors of its servos' clocks are not simulated. ``voltage``, in V, replaces the
     voltage of a variation.
 
-    ``touched`` is the part that met the human first, and ``touched_at`` the time of that in s.
-    ``itself`` names two parts of the robot that met each other before. All are None if there is
-    none.
+    ``touched`` is the part that met the human first, and ``touched_at`` is the time in s at which
+    they met. ``itself`` names two parts of the robot that met each other before a human touched the
+    robot. Each is None if there was no such contact.
     """
 
     def __init__(
@@ -104,7 +105,7 @@ class TrialPlant(Plant):
 
     @property
     def forces(self) -> Array:
-        """The force between human and robot at each physics step since :meth:`begin`, (n,) N."""
+        """The force between human and robot at each physics step since :meth:`begin`, (n,) in N."""
         x, y, z = np.array(self._pushes).reshape(-1, 3).T
         return np.sqrt(x * x + y * y + z * z)
 
@@ -120,11 +121,11 @@ class TrialPlant(Plant):
 
     @property
     def hand(self) -> Array:
-        """The human hand's pose, (7,): m and quaternion."""
+        """The human hand's pose, (7,): its position in m, and a quaternion."""
         return np.concatenate([self.data.qpos[self._slides], self.model.geom_quat[self._hand]])
 
     def offer_hand(self, position: Array, along: Array, velocity: Array, skin: Skin) -> None:
-        """Put a person's hand at ``position`` (3,) m, moving at ``velocity`` (3,) m/s."""
+        """Put a person's hand at ``position``, (3,) in m, with ``velocity``, (3,) in m/s."""
         model, data = self.model, self.data
         geom = self._hand
         model.jnt_stiffness[self._hand_joints] = skin.stiffness
@@ -136,9 +137,10 @@ class TrialPlant(Plant):
         self.anchor = position
 
     def path(self, body: str, local: Array, axis: Array, poses: Array) -> tuple[Array, Array]:
-        """Return the path of a point on a link, (n, 3) m, and the directions of its axis, (n, 3).
+        """Return the path of a point on a link, in m, and the link's axis along it, both (n, 3).
 
-        ``local`` and ``axis`` (3,) are in the frame of the model's ``body``; ``poses`` (n, 8) rad.
+        ``local`` and ``axis``, (3,), are the point and the axis in the frame of the model's
+        ``body``. ``poses``, (n, 8), are in rad.
         """
         points, axes = np.empty((len(poses), 3)), np.empty((len(poses), 3))
         number = self.model.body(body).id
@@ -157,7 +159,7 @@ class TrialPlant(Plant):
         return any(self._hand in (c.geom1, c.geom2) for c in self.data.contact)
 
     def grasp(self, link: str, point: Array, skin: Skin) -> None:
-        """Make the person hold on to a ``link`` at ``point`` (3,), in the link's frame, m."""
+        """Make the person hold on to a ``link`` at ``point``, (3,) in m, in the link's frame."""
         model, data = self.model, self.data
         body = model.body(link).id
         mujoco.mj_kinematics(model, data)
@@ -174,7 +176,7 @@ class TrialPlant(Plant):
         self.touched, self.touched_at = link, self.time
 
     def power(self, torque: Array | float) -> None:
-        """Power the servos; see :meth:`Plant.power`. ``torque`` is for the described motor."""
+        """Power the servos; see :meth:`Plant.power`. ``torque`` is that of the described motor."""
         super().power(torque * self._stronger)
 
     def encoders(self) -> Steps:

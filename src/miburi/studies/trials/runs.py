@@ -27,7 +27,7 @@ from miburi.studies.trials.plant import TrialPlant
 from miburi.studies.trials.trial import Outcome, TrialKind, trial
 from miburi.version import __version__
 
-#: How long to wait for a cluster's address to answer, s.
+#: How long, in s, to wait for a cluster's address to answer.
 _KNOCK = 5.0
 
 Done = tuple[Chunk, list[Outcome]]
@@ -43,10 +43,10 @@ def carry_out_plan(
 ) -> list[Outcome]:
     """Carry out all trials of a plan; return their outcomes, free trials first, by number.
 
-    They run on ``workers`` processes of this machine, 1 or more, or on the cluster at the address
-    ``ray``; ``auto`` finds a local one. ``progress`` is called with the number of finished trials
-    and the number of all trials. An interrupted run with the same Parquet file, ``out``, is
-    continued.
+    The trials run on ``workers`` processes of this machine, 1 or more, or on the cluster at the
+    address ``ray``; the address ``auto`` finds a local cluster. ``progress`` is called with the
+    number of finished trials and the number of all trials. An interrupted run with the same Parquet
+    file, ``out``, is continued.
 
     Raises InputError if ``workers`` is not positive; OutputError if ``out`` cannot be written, or
     its journal belongs to another run; MiburiError if ``ray`` is given and Ray is not installed or

@@ -13,7 +13,7 @@ from miburi.studies.trials.summary import ISO_LIMITS, LATE, MATTERS, summarise
 from miburi.studies.trials.tables import iso_sentence, rows
 from miburi.studies.trials.trial import Outcome
 
-#: The speeds in the table of forces, m/s.
+#: The speeds in the table of forces, in m/s.
 CAPS = (0.1, 0.2, 0.3, 0.5, 0.8)
 _PAGE = Path(__file__).with_suffix(".md")
 

@@ -57,13 +57,14 @@ def quantile_interval(values: Array, share: float) -> tuple[float, float | None]
 
 @dataclass(frozen=True)
 class Summary:
-    """Figures of a run; s and N.
+    """Figures of a run, in s and N.
 
     All intervals are 95 % intervals, Wilson's for counts. A figure without any trial is None.
-    ``missed`` people were pressed with 1 N or more (mean over 0.1 s) without a stop; figures above
-    2 N use the same mean, except ``missed_peak_above_2N``, for which the force reached 2 N for a
-    moment. The interval of the 99th percentile assumes no distribution. The largest value has no
-    interval, because it grows with the number of trials.
+
+    ``missed`` counts the people whom the robot pressed with 1 N or more (as a mean over 0.1 s)
+    without a stop. The figures above 2 N use the same mean, except ``missed_peak_above_2N``: there,
+    the force reached 2 N for a moment. The interval of the 99th percentile assumes no distribution.
+    The largest value has no interval, because it grows with the number of trials.
     """
 
     free: int

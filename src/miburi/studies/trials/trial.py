@@ -26,13 +26,13 @@ PATIENCE = 1.0
 #: How long, in s, the robot may still push after a stop, and for how long after that its push is
 #: measured.
 SETTLED, WATCHED = 0.3, 0.2
-#: The sustained force is a mean over this time, s, the rule's period.
+#: The sustained force is a mean over this time, in s, which is the rule's period.
 SUSTAINED = 0.1
-#: A person is in the way if a robot that does not stop presses on them with this sustained force,
-#: in N (our choice); with less it only brushes past.
+#: A person is in the way if a robot that does not stop presses on them with at least this sustained
+#: force, in N (our choice). A robot that presses less only brushes past.
 IN_THE_WAY = 1.0
 _READING_US = round(READING * SECOND)
-#: The most gestures, and people for each, that are drawn to find a meeting.
+#: How many gestures are drawn at most to find a meeting, and how many people for each gesture.
 _GESTURES, _PERSONS = 50, 25
 
 
@@ -45,7 +45,7 @@ class TrialKind(StrEnum):
 
 @dataclass(frozen=True)
 class Outcome:
-    """The measurements of one trial; s and N."""
+    """The measurements of one trial, in s and N."""
 
     kind: str
     index: int  #: within its kind
@@ -63,7 +63,7 @@ class Outcome:
     false_stop: bool  #: whether it stopped before anybody touched it
     touched: str  #: the part of the robot that met the person first
     latency: float  #: from the first touch to the stop; NaN without either
-    #: From a force of 1 N on: NaN if it was never reached, 0 if the stop came before.
+    #: From a force of 1 N to the stop: NaN if 1 N was never reached, 0 if the stop came before.
     latency_from_1N: float  # noqa: N815  (that is how the unit is written)
     peak_force: float  #: until half a second after the stop
     sustained_force: float  #: the largest mean over 0.1 s, until then

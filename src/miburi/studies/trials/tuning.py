@@ -23,8 +23,8 @@ from miburi.studies.trials.trial import PATIENCE, Run
 #: Bounds of the search: p in readings of 10 ms, the ratio, how far in rad a motor travels before it
 #: is judged, and the margin of the guards (our choice). An Arduino card accepts no ratio below 0.8.
 BOX = ((5.0, 20.0), (0.8, 0.99), (0.004, 0.05), (1.0, 2.5))
-#: How many points are tried at most; and the cost, in s, of a share of false stops that exceeds the
-#: bound by 1.
+#: How many points are tried at most; and the cost, in s, of each unit by which the share of false
+#: stops exceeds the bound.
 _BUDGET, _PENALTY = 150, 100.0
 _READING = SECOND // 100
 
@@ -43,7 +43,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Tuned:
-    """The best rule, what it does on the runs that chose it, and the number of rules tried."""
+    """The best rule, its effect on the runs it was chosen by, and the number of rules tried."""
 
     rule: FreeRule
     verdict: Verdict

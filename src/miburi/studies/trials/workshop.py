@@ -132,7 +132,7 @@ def _record_all(
 
 
 def _record(body: Simulated, here: Array, move: Move, after: int) -> Trace:
-    """Move a body from ``here`` (8,) rad until it arrives or stops; return the trace."""
+    """Move a body from ``here``, (8,) in rad, until it arrives or stops; return the trace."""
     readings = [body.encoders]
     body.move(move)
     while body.phase is Phase.MOVING:
