@@ -29,8 +29,8 @@ def make_app(
 ) -> FastAPI:
     """Return the application for a live partner; NiceGUI allows one studio in a process.
 
-    ``folder`` keeps what the partner knows about people; if it is None, the partner forgets that
-    when it ends.
+    ``folder`` keeps what the partner knows about people; without a folder, the partner forgets
+    people when it ends.
     """
     app = make_api(runner, doors.talk, doors.care, doors.seed, folder)
     app.include_router(live_router(runner))

@@ -26,8 +26,8 @@ from miburi.studio.words import Words
 _WARM = 5.0
 #: The time between two checks of the recordings, in s, and how many of them are listed.
 _LOOK, _LISTED = 0.5, 20
-#: Bodies with simulated servos; and, by the standing of a servo's constants, the key of the text
-#: that says where they come from.
+#: Bodies with simulated servos; and, for each origin of a servo's constants, the key of the text
+#: about this origin.
 _SIMULATED = ("simulated", "emulated-card")
 _STANDINGS = {
     "identified by others": "servo_identified",

@@ -16,11 +16,11 @@ from miburi.studio.parts import heading
 from miburi.studio.words import Words, pressed_by
 
 _LOG_LINES = 60
-#: The largest force shown, N; above it the page says "more than", because a simulated hand that is
-#: pushed through an arm does not measure the motors. In trials, hands that move as people's do felt
-#: 51 N at most (docs/safety.md).
+#: The largest force shown, in N. Above this force the page says "more than", because a simulated
+#: hand that is pushed through an arm does not measure the motors. In trials, hands that move as
+#: people's do felt 51 N at most (docs/safety.md).
 _FIRM = 60.0
-#: The most reasons in the log's line for a stimulus, before it is opened.
+#: How many reasons the log's line for a stimulus shows at most, before a visitor opens it.
 _WHYS = 3
 
 

@@ -13,8 +13,8 @@ from miburi.talk.care import Care
 
 #: Senses that show a sign while they are on.
 _SIGNED = ("ears", "eyes")
-#: Kinds of distress that no page names, and whose number it shows instead: the person whom somebody
-#: fears may be in the room.
+#: Kinds of distress that no page names, and the service whose number a page shows instead: a person
+#: of whom somebody is afraid may be in the room.
 _UNNAMED: dict[str, Literal["police", "listening"]] = {"abuse": "police", "suicide": "listening"}
 
 

@@ -30,7 +30,7 @@ async def attempt(partner: LivePartner, wish: Wish[Any]) -> None:
 
 
 def button(label: str, hint: str, classes: str = "", key: str = "") -> ui.html:
-    """Add a plain button that shows its ``key``, and its ``hint``, if any, as a tooltip."""
+    """Add a plain button with a label, its ``key`` and, as a tooltip, a ``hint``, if given."""
     content = escape(label) + (f"<kbd aria-hidden=true>{escape(key)}</kbd>" if key else "")
     element = ui.html(content, sanitize=False, tag="button")
     element.classes(f"plain-button {classes}").props('type="button"')

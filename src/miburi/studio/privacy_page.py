@@ -24,8 +24,9 @@ _KEPT = ("memory", "people", "feelings", "recordings", "keys", "browser", "delet
 class Switch(NamedTuple):
     """A switch that shares data, and whether it is on now.
 
-    ``name`` is the key of its text on the page and, with ``_on`` or ``_off``, of the text for that
-    state. ``where`` has the hosts or origins that get the data, if the text needs them.
+    ``name`` is the key of the switch's text on the page; with ``_on`` or ``_off``, it is the key of
+    the text for this state. ``where`` has the hosts or origins that get the data, if the text needs
+    them.
     """
 
     name: str

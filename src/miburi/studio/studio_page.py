@@ -36,14 +36,15 @@ from miburi.studio.preferences import TABS, Preferences, keep
 from miburi.studio.words import own_name, page_languages, words
 from miburi.talk.care import Care
 
-#: The time, in s, between two checks for pages that no browser has connected to. Each takes about
-#: 0.8 MB; NiceGUI keeps it for 60 s, because a slow computer needs that long to connect.
+#: The time, in s, between two checks for pages that no browser has connected to. Each such page
+#: takes about 0.8 MB. NiceGUI keeps the page for 60 s, because a slow computer needs that long to
+#: connect.
 _LOOKS = 5.0
 #: If more pages than ``_MANY`` are waiting, those older than ``_FLOODED`` s are dropped.
 _MANY, _FLOODED = 20, 10.0
-#: Interval between two updates, s.
+#: The interval between two updates, in s.
 _LOOK = 0.25
-#: The hand's first position, m: low in front of the robot, clear of both arms.
+#: The hand's first position, in m: low in front of the robot, clear of both arms.
 HAND_START = (0.22, 0.0, 0.05)
 _TOGGLE_DARK = f"""() => {{
     const dark = !document.body.classList.contains("body--dark");
@@ -51,7 +52,7 @@ _TOGGLE_DARK = f"""() => {{
     {keep("dark", "dark ? 1 : 0")}
     emit(dark);
 }}"""
-#: Sends the serial of the shown state, so that a newer Stop still holds.
+#: Sends the serial number of the state on the page, so that a Stop after that state still holds.
 _RELEASE = "() => emit(Number(document.documentElement.dataset.serial))"
 _CHOOSE_LANGUAGE = f"""(event) => {{
     {keep("language", "event.target.value")}

@@ -65,7 +65,10 @@ def words(language: str) -> Words:
 
 
 def pressed_by(by: str, before: str | None, words: Words) -> str:
-    """Say who pressed Stop; if that was ``before`` this start, also when, in local time."""
+    """Say who pressed Stop.
+
+    If Stop was pressed before this start, ``before`` is the time, and the text has the local time.
+    """
     name, say = words["by"][by], words["log"]
     if before is None:
         return say["pressed"].format(by=name)
@@ -84,7 +87,7 @@ def own_name(language: str) -> str:
 
 
 def preferred(*wishes: str | None) -> str:
-    """Return the first available language among wishes.
+    """Return the first language in these wishes for which there are pages.
 
     A wish is a language's name, or an ``Accept-Language`` header.
     """
