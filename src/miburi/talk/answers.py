@@ -25,13 +25,13 @@ UNREPEATED = 20
 #: After speaking of its own feeling, the partner does not do so again for this number of turns
 #: (ours; judges of conversations found none of 12 such answers fitting).
 _OF_OTHERS = 6
-#: For how many remarks after an act was named "do it" may refer to it (our choice).
+#: After an act was named, "do it" may refer to this act for this many remarks (our choice).
 _NAMED = 3
 #: The share of answers to a feeling that also mention the remark's topic (our choice).
 _TAKES_UP = 0.5
 #: A feeling less likely than ``_SPOKEN_OF`` changes the partner's state, but is not mentioned (our
-#: choice): nearly half of the feelings heard at 0.4 to 0.6 are wrong (bench/words.txt). Nor is joy
-#: mentioned if the remark also has bad news.
+#: choice): nearly half of the feelings heard at 0.4 to 0.6 are wrong (bench/words.txt). Joy is not
+#: mentioned either if the remark also has bad news.
 JOYS = ("happiness", "thrill")
 _GLAD, _SPOKEN_OF = (*JOYS, "surprise"), 0.6
 #: In a remark of more words than this, "supper" may be mentioned in passing, so the answer takes up
@@ -70,16 +70,16 @@ class SmallAnswer:
 def wants_stop(said: str, language: Language, *, moving: bool = False) -> bool:
     """Whether somebody tells the body to stop; checked before anything else.
 
-    While it is ``moving``, so do words such as "That hurts" and "Pack it in".
+    While the body is ``moving``, words such as "That hurts" and "Pack it in" tell it to stop, too.
     """
     return any(script(language).intents_of(said, ("moving",) if moving else (), do="stop"))
 
 
 def is_needless(worry: str, wanted: Iterable[Match]) -> bool:
-    """Whether there is a better reply to words that may mean distress than to ask about it.
+    """Whether words that may mean distress have a better reply than a question about distress.
 
-    There is if somebody only wants to see or hear something ("And now just the left one"), or if
-    the words have an answer and no particular kind of distress is suspected.
+    A better reply exists if somebody only wants to see or hear something ("And now just the left
+    one"), or if the words have an answer and no particular kind of distress is suspected.
     """
     found = [match.cue for match in wanted]
     return any(cue.shows for cue in found) or (
@@ -241,7 +241,7 @@ class Answerer:
     def _keep_to(
         self, match: Match | None, words: Script, said: str, *, felt: bool
     ) -> Match | None:
-        """Return the match, or that of an earlier turn if the words may refer to it."""
+        """Return the match, or the match of an earlier turn if the words may refer to that turn."""
         acts = match is not None and match.cue.acts
         if (before := self._stays) is not None:
             if before.cue.stays == 1:
@@ -294,7 +294,7 @@ class Answerer:
         return text or self._choose(usual, slots, always=True) or "…"
 
     def _own(self, felt: str | None) -> str | None:
-        """Return its own feeling if it may mention one now: not for some turns after the last."""
+        """Return the partner's own feeling, or None if it has mentioned its feeling lately."""
         if felt is None or self._of_others < _OF_OTHERS:
             self._of_others += 1
             return None
@@ -304,7 +304,7 @@ class Answerer:
     def _choose(
         self, lines: Iterable[str], slots: Mapping[str, str], *, always: bool = False
     ) -> str | None:
-        """Return the sentence that was said least often, but not lately; None if there is none."""
+        """Return the sentence that was said least often, but not lately; None if none is left."""
         known = [line for line in lines if slots_in(line) <= slots.keys()]
         now = self._times.total()
         recent = {line for line, when in self._when.items() if now - when <= UNREPEATED}

@@ -19,8 +19,8 @@ from miburi.senses.network import agreed, load_network
 #: The name of the intent for remarks that request nothing.
 NOTHING = "nothing"
 _INTENTS, _FACTS = (resources.files(__package__) / f"{name}.npz" for name in ("intents", "facts"))
-#: Words above this likelihood count as a fact. The number is ours: of lines by writers who are not
-#: in the training data, 79 to 90 % of the facts exceed it, and 7 to 12 % of the others.
+#: Words above this likelihood count as a fact. The number is ours: among lines by writers who are
+#: not in the training data, 79 to 90 % of the facts and 7 to 12 % of the other lines exceed it.
 _LIKELY = 0.6
 
 

@@ -1,8 +1,9 @@
 """What the partner's body does, as slots of its answers.
 
-In goes the partner's state; out come the slots ``moving``, ``paused`` and ``stopped``, each only
-while it is so. ``stopped`` says why the body has stopped, in a language's words. Some intents need
-one of them: "Pack it in" stops a body that moves, and is small talk otherwise.
+It takes the partner's state, and returns the slots ``moving``, ``paused`` and ``stopped``, each
+only while the body is in this condition. ``stopped`` says why the body has stopped, in a language's
+words. Some intents need one of these slots: "Pack it in" stops a body that moves, and is small talk
+otherwise.
 """
 
 from miburi.languages import Language

@@ -69,8 +69,8 @@ class WordsOfCare(Table):
         Advice, by kind of distress, and lines for the ten minutes afterwards, used in turn.
     ask, yes, wonder, no
         Questions about possible distress, by kind, and regular expressions for a yes; questions
-        after a slight sign, and regular expressions for a no. They are empty in a language without
-        a model of distress.
+        after a slight sign, and regular expressions for a no. All four are empty in a language
+        without a model of distress.
     follow, goes_on
         Answers to what is asked and said next, and regular expressions of other questions by
         somebody in need ("Should I …?").

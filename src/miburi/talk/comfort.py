@@ -17,12 +17,12 @@ from miburi.talk.script import script
 #: How long a "yes" or "no" counts as the answer to a question about distress (our choice).
 _ANSWERED = timedelta(minutes=2)
 #: After explicit distress, the first three answers mention it again, and then every fifth answer.
-#: If only the model heard it, just the first answer mentions it, and none after a request (our
-#: choice): in strangers' everyday conversations, the model raises a false alarm about once in 250
-#: remarks.
+#: If only the model heard the distress, just the first answer mentions it again, and no answer does
+#: so after a request (our choice): in strangers' everyday conversations, the model raises a false
+#: alarm about once in 250 remarks.
 _STAYS, _EVERY = 3, 5
-#: The partner asks about a slight sign of distress at most this many remarks after another one (our
-#: choice).
+#: The partner asks about a slight sign of distress if another sign came at most this many remarks
+#: before (our choice).
 _SOON = 5
 
 #: Kinds of real distress that people may deny, and how long a denial is ignored (our choice).
@@ -111,7 +111,7 @@ class Comfort:
     ) -> str | None:
         """Return the answer to what is asked next in the emergency that was heard or asked about.
 
-        None: it is not known, or plain words tell of another emergency.
+        Return None if no answer is known, or if plain words tell of another emergency.
         """
         if after and not self._untrue and (self._plain or not self._over):
             kind = self._kind

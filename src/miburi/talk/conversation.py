@@ -28,7 +28,7 @@ from miburi.version import __version__
 #: After this time, in s, the partner uses its own answer. It is shorter than the 10 s for which
 #: Miburi's client waits.
 PATIENCE = 8.0
-#: The largest answer of an endpoint, bytes.
+#: The largest answer of an endpoint, in bytes.
 LARGEST_REPLY = 65_536
 
 #: How long a slow request stays open, in s: as long as a model may take to load (our choice).

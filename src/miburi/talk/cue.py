@@ -44,7 +44,7 @@ class Cue(Table):
     stays
         The number of turns for which words may refer to this cue. If it is 1, a question that
         matches the script's ``again`` refers to this cue, unless the question asks for an act. If
-        it is more, words that match ``more`` do.
+        it is more than 1, words that match the script's ``more`` refer to this cue.
     broad, aside
         Whether :mod:`miburi.talk.asking` may overrule its broad patterns; whether a question or a
         request in another sentence takes priority.
@@ -67,7 +67,7 @@ class Cue(Table):
         model cannot know the answer.
     named, refers
         Regular expression of words that name this cue's act, so that a later "do it" means this
-        cue; and whether this cue is such a "do it".
+        cue; and whether this cue is itself a "do it".
     """
 
     name: Annotated[str, Field(pattern=r"^[a-z][a-z_]*$")]
@@ -100,17 +100,17 @@ class Cue(Table):
 
     @cached_property
     def shows(self) -> bool:
-        """Whether it produces a movement, a look or a tune."""
+        """Whether the cue produces a movement, a look or a tune."""
         return bool(self.move or self.show or self.look or self.tune)
 
     @cached_property
     def orders(self) -> bool:
-        """Whether it asks for a visible or audible act, or for fun that can be repeated."""
+        """Whether the cue asks for a visible or audible act, or for fun that can be repeated."""
         return self.shows or self.stays > 1
 
     @cached_property
     def brief(self) -> bool:
-        """Whether it may match a single clause of a sentence."""
+        """Whether the cue may match a single clause of a sentence."""
         return self.shows or self.do == "recall"
 
     def fits(self, filled: Container[str]) -> bool:
@@ -149,6 +149,6 @@ class Answers(
         return self
 
     def lines(self, heard: str | None, felt: str | None) -> list[str]:
-        """Return the sentences for the feeling heard and the one felt; either may be None."""
+        """Return the sentences for the feelings ``heard`` and ``felt``; either may be None."""
         row = self.root.get(heard or "none", self.root["any"])
         return row.get(felt or "any", row["any"])

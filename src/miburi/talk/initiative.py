@@ -20,8 +20,8 @@ _ABSENCE, _SILENCE = timedelta(hours=3), timedelta(minutes=45)
 #: How long a person counts as present after being noticed; and how recently somebody must have come
 #: to be greeted, or must have been noticed to be asked a question.
 _THERE, _GLIMPSED = timedelta(minutes=10), timedelta(seconds=10)
-#: The shortest time between two occasions on which the partner speaks first, and the time without
-#: an answer after which such a remark counts as ignored.
+#: The shortest time between two occasions on which the partner speaks first, and the time after
+#: which a first remark without an answer counts as ignored.
 _APART, _PATIENCE = timedelta(minutes=30), timedelta(minutes=10)
 #: The daily limit is halved each time this many first remarks in a row were ignored.
 _IGNORED = 2
@@ -69,7 +69,7 @@ class Presence:
     came: datetime | None = None
 
     def notice(self, now: datetime, *, words: bool = False) -> None:
-        """Note that somebody is present; with ``words`` if they spoke."""
+        """Note that somebody is present; ``words`` tells whether they spoke."""
         if self.seen is None or now - self.seen > _ABSENCE:
             self.came = now
         self.seen = now
@@ -95,7 +95,7 @@ class Initiative:
 
     @property
     def allowance(self) -> int:
-        """How many times it may speak first today; fewer after ignored first remarks."""
+        """How many times the partner may speak first today; fewer after ignored first remarks."""
         return max(1, self.manners.most >> (self._ignored // _IGNORED))
 
     def look(self, now: datetime, presence: Presence, due: bool) -> Reason | None:

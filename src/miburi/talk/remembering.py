@@ -6,8 +6,8 @@ from miburi.languages import is_spaced
 from miburi.talk.asking import tells_a_fact
 from miburi.talk.script import Script
 
-#: The punctuation around a sentence, and patterns for the text after the first sentence and for a
-#: clause with its punctuation.
+#: The punctuation around a sentence; a pattern for the text after the first sentence; and a pattern
+#: for a clause with its punctuation.
 SIGNS = " ,.;!?、。！？"
 _REST = re.compile(r"(?<=[.!?。！？]).+$", re.DOTALL)
 #: One-word sentences, such as "Right.", at the beginning of a fact.
@@ -16,11 +16,11 @@ _CLAUSE = re.compile(r"[^,.;!?、。！？]+[,.;!?、。！？]*")
 
 
 def told_before(said: str, words: Script) -> tuple[str, str, str]:
-    """Split a remark into the words before "remember this", that clause, and the words after it.
+    """Return the words before the clause "remember this", this clause, and the words after it.
 
-    The words after it are further sentences, or the rest of the sentence after an announcement
-    ("Remember one thing for me, ..."), unless they ask something. A part that tells too little is
-    empty, and so is the clause between two empty parts.
+    The words after the clause are further sentences, or the rest of the sentence after an
+    announcement ("Remember one thing for me, ..."), unless they ask something. If the words before
+    or after the clause tell too little, they are left empty; if both are empty, so is the clause.
     """
     clauses = _CLAUSE.findall(said)
     places = [n for n, clause in enumerate(clauses) if _asks_to_remember(clause, words)]
@@ -43,7 +43,7 @@ def told_before(said: str, words: Script) -> tuple[str, str, str]:
 def facts_in(said: str, words: Script) -> list[str]:
     """Return the sentences that tell something about the person, and ask nothing.
 
-    If no sentence does so alone, but all together do, they are returned as one.
+    If no single sentence tells something, but all sentences together do, they are returned as one.
     """
     sentences = words.told_in(said)
     facts: list[str] = []

@@ -3,7 +3,7 @@
 It turns the text that a model wrote into the words to say, a feeling and its strength. Servers that
 know the schema return one JSON object. Small local models often add reasoning, code fences or a
 second object, quote a number, invent a feeling, forget a brace, or answer in plain text. All of
-these are understood, but not a text without words.
+these are understood; only a text without words is not.
 """
 
 import ast

@@ -15,12 +15,12 @@ from miburi.talk.cue import Answers, Cue, Do, Line, Lines, Match
 from miburi.talk.initiative import Reason
 from miburi.talk.wording import Turner, as_written
 
-#: The name of the intent of a question whose intent is not known.
+#: The name of the intent that stands for all questions whose intent is not known.
 OPEN = "open"
 
-#: Least likelihoods of an intent from the model: where the answer repeats what was said, so that a
-#: wrong guess shows at once; for a wish that is not put as a question; for such an order; and where
-#: the model must be sure (our choice).
+#: The model's guess at an intent counts from these likelihoods on: where the answer repeats what
+#: was said, so that a wrong guess shows at once; for a wish that is not put as a question; for an
+#: order that is not put as a question; and where the model must be sure (our choice).
 _GUESSED, _WISHED, _ORDERED, _SURE = 0.25, 0.45, 0.5, 0.65
 #: The fewest words, and in a language without spaces the fewest letters, of an order that matches
 #: no pattern, or of a question that is answered without a known intent (our choice).
@@ -181,9 +181,10 @@ class Script(Calendar):
     ) -> Iterator[Match]:
         """Yield the intents of words that match no pattern, or only the broad pattern of ``than``.
 
-        The model must be sure if a feeling was heard (``felt``), or a topic in a remark that is not
-        clearly a question (``told``). A question without a known intent has the intent ``open``. If
-        a question may be grave, the model is not asked, and the intent is ``grave``.
+        The model must be sure if a feeling was heard (``felt``), or if a topic was heard in a
+        remark that is not clearly a question (``told``). A question without a known intent has the
+        intent ``open``. If a question may be grave, the model is not asked, and the intent is
+        ``grave``.
         """
         sentences = [*_WHOLE.findall(said[:_READ]), said[:_READ]]
         asking = [each for each in sentences if self.asks(each)]
@@ -319,7 +320,7 @@ def _is_written_as_a_question(said: str) -> bool:
 
 
 def _least(cue: Cue, *, whole: bool, tells: bool, short: bool) -> float:
-    """Return the least likelihood of a cue outside questions; 1 rules it out."""
+    """Return the likelihood above which a cue counts outside questions; 1 rules the cue out."""
     if short:
         return _SURE if cue.wish and whole else 1.0
     if cue.wish:

@@ -52,7 +52,8 @@ class Speech:
     Parameters
     ----------
     endpoint
-        The language model that thinks of its answers; None: it answers by itself.
+        The language model that thinks of the partner's answers; with None, the partner answers by
+        itself.
     care
         Chooses the words for somebody in distress.
     clock
@@ -60,8 +61,8 @@ class Speech:
     seed
         The seed for choosing among the partner's own answers.
     folder
-        The folder for what the partner knows about people; if it is None, that is lost when the
-        program ends.
+        The folder for what the partner knows about people; without a folder, the partner forgets
+        people when the program ends.
     """
 
     def __init__(
@@ -98,8 +99,8 @@ class Speech:
     def get_ready(self) -> None:
         """Load the data of answers, so that the first words do not wait for it.
 
-        They may be a cry for help. Loading takes about 1.5 s, and several times as long on a small
-        computer.
+        The first words may be a cry for help. Loading takes about 1.5 s, and several times as long
+        on a small computer.
         """
         from miburi.senses.words import hear
 
@@ -112,8 +113,8 @@ class Speech:
         """Respond to a remark in feelings and words; return the result.
 
         "Stop" stops the body before anything else. A newer remark cancels a model's pending answer.
-        Distress is answered with the help that fits. During it, and for ten minutes afterwards, no
-        language model is asked, and the partner does not mention its own feelings.
+        Distress is answered with the help that fits. During distress, and for ten minutes
+        afterwards, no language model is asked, and the partner does not mention its own feelings.
         :class:`Comfort` handles possible distress and slight signs of it.
 
         Parameters

@@ -30,7 +30,7 @@ _MOST = 9
 
 
 def sum_of(said: str, language: Language) -> str | None:
-    """Return the result of an operation on two numbers; None if there is none, or no result.
+    """Return the result of an operation on two numbers; None without an operation or a result.
 
     >>> sum_of("What's seven times eight?", "en"), sum_of("Do you know what 391 / 17 is?", "en")
     ('56', '23')

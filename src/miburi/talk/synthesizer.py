@@ -97,8 +97,8 @@ class Synthesizer:
             finally:
                 with suppress(ProcessLookupError):
                     process.kill()
-                # When the server ends, this task is cancelled twice, so it waits again for the
-                # killed process, which ends soon.
+                # When the server ends, this task is cancelled twice. So after a cancellation, it
+                # waits again for the killed process, which ends soon.
                 while process.returncode is None:
                     with suppress(asyncio.CancelledError):
                         await process.wait()

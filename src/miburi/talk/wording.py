@@ -80,7 +80,7 @@ class Turner:
         return found.group()
 
     def echo(self, said: str) -> str | None:
-        """Return the last question of a remark as the partner repeats it; None if it cannot."""
+        """Return a remark's last question in the form in which the partner repeats it, or None."""
         asked = [found.group(1) for found in self._echoed.finditer(said)]
         if not asked:
             return None
