@@ -54,7 +54,7 @@ def fields_of(given: Stimulus | Expression, kind: type[Stimulus | Expression]) -
     Raises
     ------
     InputError
-        The argument is not of that kind.
+        ``given`` is not of this kind.
     """
     if not isinstance(given, kind):
         name = kind.__name__
