@@ -1,3 +1,3 @@
-"""Miburi's version. The build and every module that states it read it from here."""
+"""Miburi's version. The build reads it from here, and so does every module that states it."""
 
 __version__ = "0.2.0"
