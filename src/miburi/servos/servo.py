@@ -31,7 +31,7 @@ class Origin(Table):
 
 
 class MotorTable(Origin):
-    """The motor as seen through its gears, at the horn: N·m/A, V·s/rad, Ω and kg·m²."""
+    """The motor as seen through its gears, at the horn, in N·m/A, V·s/rad, Ω and kg·m²."""
 
     torque_constant: Positive
     back_emf: NotNegative
@@ -62,7 +62,7 @@ class Friction(Origin):
 
 
 class DataSheet(Origin):
-    """The maker's numbers at the nominal voltage: N·m, rad/s and A."""
+    """The maker's numbers at the nominal voltage, in N·m, rad/s and A."""
 
     stall_torque: Positive
     no_load_speed: Positive
@@ -150,12 +150,12 @@ class Servo(Table):
 
     @property
     def step(self) -> float:
-        """Angle of one encoder step, rad."""
+        """The angle of one encoder step, in rad."""
         return 2 * np.pi / self.encoder.steps_per_turn
 
     @property
     def motor_torque(self) -> float:
-        """The motor's stall torque at full duty and nominal voltage, N·m; gears not included."""
+        """The motor's stall torque, in N·m, at full duty and nominal voltage, without its gears."""
         return self.supply.voltage * self.motor.torque_constant / self.motor.resistance
 
     @property
@@ -172,7 +172,7 @@ class Servo(Table):
 
     @property
     def stiffness(self) -> float:
-        """The motor's torque per rad of error at nominal voltage, N·m/rad."""
+        """The motor's torque per rad of position error at nominal voltage, in N·m/rad."""
         return self.duty_per_rad * self.motor_torque
 
     @property
@@ -182,7 +182,7 @@ class Servo(Table):
 
     @property
     def damping(self) -> float:
-        """The damping by back EMF and viscous friction, whatever the duty, N·m·s/rad."""
+        """The damping by back EMF and viscous friction, whatever the duty, in N·m·s/rad."""
         motor = self.motor
         return motor.torque_constant * motor.back_emf / motor.resistance + self.friction.viscous
 

@@ -33,7 +33,7 @@ def dry_friction(
     load: float,
     speed: float,
 ) -> float:
-    """Return the bound of dry friction, N·m: the load that it can hold, and its drag on a motion.
+    """Return the bound of dry friction in N·m: the load that it can hold, and its drag on a motion.
 
     Parameters
     ----------
