@@ -34,7 +34,7 @@ class OnDemand:
 
     @asynccontextmanager
     async def while_served(self) -> AsyncIterator[None]:
-        """End the studio, if loaded, with the server."""
+        """End the studio, if it was loaded, when the server ends."""
         async with self._served:
             yield
 

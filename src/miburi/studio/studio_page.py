@@ -156,7 +156,7 @@ class _Studio:
             ui.html(signs(self._words), sanitize=False).classes("signs")
             ended = ui.label().classes("recording-ended").props('role="status"')
             ui.element("div").classes("grow")
-            # On a phone these are behind a button, to leave room for Stop.
+            # On a phone, a button opens these controls, so that Stop has room.
             with ui.element("div").classes("bar-more").props('id="more" popover="auto"'):
                 pause = button(say["pause"], say["pause_hint"])
                 pause.on("click", self._toggle_pause)
