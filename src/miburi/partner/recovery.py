@@ -4,8 +4,8 @@ A :class:`Recovery` takes stops and gestures, and answers whether the body is to
 
 - The body is never released before it has come to rest. Otherwise the contact rule would mistake
   the end of the old motion, and the swinging of the motors' loads, for a new contact.
-- After a contact, the body is released automatically after a pause. The pause doubles with each
-  encounter until a gesture is completed without one.
+- After a contact, or a stop because the loop was late, the body is released automatically after a
+  pause. The pause doubles with each encounter until a gesture is completed without one.
 - After a hand has moved it, the body is released automatically once it has been still for a while.
 - After any other stop, and while a person holds the body, only a person can release it.
 """

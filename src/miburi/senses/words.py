@@ -229,9 +229,9 @@ def deny(words: list[str], evidence: Array) -> Array:
     """Remove the evidence of denied words: "I am not happy" is no sign of happiness.
 
     The negation itself counts half, because quarrels are full of negations. The next words are
-    searched up to a punctuation mark or a "but". The clearest of them, if it is clear enough, loses
-    1.6 times its evidence. Half of the loss is added to ``neutral`` and, if the denied feeling was
-    a glad one, the other half to sadness.
+    searched up to a punctuation mark, a "but" or a "just". The clearest of them, if it is clear
+    enough, loses 1.6 times its evidence. Half of the loss is added to ``neutral`` and, if the
+    denied feeling was a glad one, the other half to sadness.
     """
     evidence = evidence.copy()
     for place, word in enumerate(words):

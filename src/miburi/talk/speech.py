@@ -120,7 +120,7 @@ class Speech:
         Parameters
         ----------
         tone
-            The tone of voice, which strengthens or weakens the feeling of the words.
+            The tone of voice, which may weaken the feeling of the words, or change it.
         by
             The speaker, as for :func:`miburi.serving.press.who`.
         """
