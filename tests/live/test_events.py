@@ -31,7 +31,9 @@ from miburi.live.wishes import (
     Release,
     Sense,
     Speak,
+    Wish,
 )
+from miburi.partner import LAPSES
 from miburi.robot import Robot
 from miburi.senses.words import hear
 
@@ -376,6 +378,39 @@ def test_every_wish_ends_once(runner: Runner) -> None:
         ["wish_dropped"],
     ]
     assert ends(runner, dropped.result())[0].name == "lapsed"
+
+
+@pytest.mark.parametrize("stopped", [0.0, 5.0, 20.0])
+@pytest.mark.parametrize(
+    ("asked", "end"),
+    [
+        (Perform(Expression("fear", 0.5)), "wish_dropped"),
+        (PerformActs([Act(0.0, expression=Expression("fear", 0.5))], True), "wish_dropped"),
+        (
+            PerformActs([Act(0.0, expression=Expression("fear", 0.5))], False),
+            "performance_broken_off",
+        ),
+    ],
+    ids=["single", "next", "now"],
+)
+def test_a_wish_waits_for_a_stopped_body_as_long_as_is_said_from_its_own_time(
+    runner: Runner, stopped: float, asked: Wish[str], end: str
+) -> None:
+    runner.stop()
+    run(runner, STEP + stopped)
+    wish = runner.ask(asked)
+    run(runner, LAPSES)
+    assert ends(runner, wish.result()) == []
+    run(runner, 3 * STEP)
+    assert [(e.kind, e.name) for e in ends(runner, wish.result())] == [(end, "lapsed")]
+
+
+def test_a_sentence_goes_on_while_the_body_is_stopped(runner: Runner) -> None:
+    runner.stop()
+    run(runner, LAPSES + 1.0)
+    wish = runner.ask(PerformActs([Act(0.0, words="Here."), Act(0.5, words="I wait.")], False))
+    run(runner, LAPSES)
+    assert [e.kind for e in ends(runner, wish.result())][-1] == "performance_ended"
 
 
 def test_another_body_ends_what_was_asked_of_the_last(runner: Runner) -> None:

@@ -161,6 +161,16 @@ def test_a_wish_lapses_where_the_body_stays_stopped(
     assert lapsed == ([] if performed else [Expression("surprise", 0.8)])
 
 
+def test_what_waited_for_a_gesture_does_not_lapse_at_a_contact(robot: Robot) -> None:
+    body = PaperBody(robot, LAPSES + 2.0)
+    partner = Partner(body, happy())
+    run(partner, 0.1)
+    partner.perform(Expression("surprise", 0.8))
+    run(partner, LAPSES + 1.0)
+    body.touch()
+    assert not of(WishDropped, run(partner, 1.0))
+
+
 def test_a_look_turns_the_head_shows_no_feeling_and_ends_at_neutral(robot: Robot) -> None:
     body = PaperBody(robot)
     partner = Partner(body, happy())

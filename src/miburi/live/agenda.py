@@ -13,7 +13,6 @@ from miburi.live.stage import Act, Play, Stage
 from miburi.live.state import StopOut, Tune
 from miburi.live.wishes import KeepTime, Perform, PerformActs, Speak
 from miburi.partner import (
-    LAPSES,
     Event,
     GestureEnded,
     GestureStarted,
@@ -39,8 +38,7 @@ class Agenda:
         self._open: dict[str, str] = {}  # the purpose of each open wish, by id
         self._interrupts = False  # whether the body's next act interrupts a gesture
         self._shown: dict[str, object] = {}  # the fields of the present gesture
-        # How long the body has been stopped (in s), and whether it is returning to neutral.
-        self._stopped, self._returns = 0.0, False
+        self._returns = False  # whether the body is returning to neutral
 
     def perform(self, partner: Partner, asked: Perform) -> str:
         """Let the body perform a request once, in place of waiting ones; return the wish's id."""
@@ -103,9 +101,8 @@ class Agenda:
         phase = partner.body.state.phase
         if self._returns and phase is Phase.IDLE:
             self._end_return("release_ended")
-        self._stopped = self._stopped + dt if phase is Phase.STOPPED else 0.0
-        if self._stopped > LAPSES:
-            self.clear("lapsed", partner)
+        for play in self._stage.wait(dt, stopped=phase is Phase.STOPPED):
+            self._end(play.wish, "wish_dropped", name="lapsed")
         free = partner.expression is None and not partner.asked
         if free and phase is not Phase.STOPPED:
             self._begin()
@@ -146,7 +143,8 @@ class Agenda:
             case WishDropped(_, shown, why, wish):
                 feeling = shown and shown.feeling
                 if wish is not None and self._is_performance(wish):
-                    self._end_of_act(wish, complete=False)
+                    self._stage.current = None
+                    self._end(wish, "performance_broken_off", name=why)
                 elif wish in self._open:
                     self._end(wish, "wish_dropped", name=why, feeling=feeling)
             case _:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from miburi.feelings import Expression
 from miburi.gestures import KeyPose
 from miburi.live.commands import BusyError
+from miburi.partner import LAPSES
 
 #: How many performances may wait (our choice).
 WAITING = 10
@@ -36,12 +37,13 @@ class Act:
     poses: Sequence[KeyPose] | None = None
 
 
-@dataclass(frozen=True)
+@dataclass
 class Play:
     """The acts of a performance, and the id of the wish that asked for the performance."""
 
     wish: str
     acts: tuple[Act, ...]
+    waited: float = 0.0  # how long it has waited for a stopped body, s
 
 
 class Stage:
@@ -72,6 +74,14 @@ class Stage:
         self.current = None
         self._waiting.clear()
         return ended
+
+    def wait(self, dt: float, *, stopped: bool) -> list[Play]:
+        """Let ``dt`` s pass; drop and return what has waited too long for a stopped body."""
+        for play in self._waiting:
+            play.waited = play.waited + dt if stopped else 0.0
+        lapsed = [play for play in self._waiting if play.waited > LAPSES]
+        self._waiting = deque(play for play in self._waiting if play not in lapsed)
+        return lapsed
 
     def begin(self) -> Play | None:
         """Begin the next performance unless one is running; return it."""

@@ -263,7 +263,8 @@ class Partner:
     def _while_stopped(self, state: BodyState) -> Iterator[Event]:
         if state.stop is not None and self._recovery.notice(state.stop):
             yield from self._take_in(state.stop, state.time)
-        if state.time - self._arbiter.asked_at > LAPSES:
+        stopped_at = 0.0 if state.stop is None else state.stop.time
+        if state.time - max(self._arbiter.asked_at, stopped_at) > LAPSES:
             self.drop("lapsed")
         self._recovery.look(state)
         if self._recovery.is_due(state.time):
