@@ -9,6 +9,7 @@ from tests.fixtures.waiting import post
 import miburi
 from miburi.feelings import FEELINGS, EmotionalModel, shipped_temperament
 from miburi.gestures import key_poses, load
+from miburi.interface.acting import UNSAID
 from miburi.languages import language_of
 from miburi.live.runner import Runner
 from miburi.live.wishes import ChangeTemperament, Sense, Speak
@@ -153,6 +154,27 @@ def test_a_program_lets_it_speak_and_it_feels_nothing_by_that(server: Server) ->
 def test_it_refuses_what_is_no_sentence(server: Server, path: str, wrong: list[object]) -> None:
     answers = [post(f"{server.url}/api/v1/{path}", json=one).status_code for one in wrong]
     assert answers == [422] * len(wrong)
+
+
+@pytest.mark.parametrize(
+    ("text", "by", "said"),
+    [
+        ("Go kill yourself", "program", False),
+        ("死ね", "home", False),
+        ("The kitchen is on fire!", "agent", False),
+        ("The kitchen is on fire!", "home", True),
+    ],
+)
+def test_nobody_lets_it_say_what_could_hurt_and_no_agent_lets_it_call_for_help(
+    server: Server, text: str, by: str, said: bool
+) -> None:
+    """A home may announce a fire; a language model may invent one."""
+    acts = [{"do": "speech", "text": text}]
+    for path, wish in (("speak", {"text": text}), ("performance", {"acts": acts})):
+        answer = post(f"{server.url}/api/v1/{path}", json=wish, headers={"Miburi-By": by})
+        assert answer.status_code == (200 if said else 400)
+        assert said or answer.json()["detail"] == UNSAID
+    assert (server.runner.snapshot.state.spoken is not None) == said
 
 
 def test_it_speaks_while_it_is_stopped_and_stays_stopped(runner: Runner) -> None:

@@ -43,7 +43,6 @@ from miburi.safety.stop import StopReason
 from miburi.serving.access import AGENTS
 from miburi.serving.allowance import Allowance
 from miburi.serving.beside import beside
-from miburi.talk.care import may_be_said
 from miburi.version import __version__
 from miburi.wire.messages import ExpressIn, LookIn, SpeakIn, StimulusIn
 
@@ -73,9 +72,6 @@ wait. Of several requests the latest counts. If it has heard distress, somebody 
 It calls nobody, so tell people if you can, and use only calm gestures for ten minutes. Do not hurry
 it: a gesture takes a few seconds."""
 _TOO_FAST = "Nothing was done: too many requests at once. Wait a second, then ask again."
-_UNSAID = (
-    "The partner refuses to say this: the words could hurt somebody, or sound like a call for help."
-)
 _WAITS = f"waits for up to {LAPSES:g} s; any newer gesture or look replaces it."
 _PAUSED = "It is paused; your gesture waits until somebody resumes it."
 #: Why a gesture did not begin.
@@ -236,8 +232,6 @@ class _Tools:
     @_wish
     async def say(self, words: Annotated[str, Field(min_length=1, max_length=300)]) -> str:
         """Have the partner say something; it is shown, and heard on pages with the voice on."""
-        if not await asyncio.to_thread(may_be_said, words):
-            raise ToolError(_UNSAID)
         await self._partner.tell("/speak", SpeakIn(text=words))
         return "It is saying that."
 

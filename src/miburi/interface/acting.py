@@ -1,4 +1,6 @@
-"""Turn requests for gestures, key poses and performances into acts of a partner.
+"""Turn requests for gestures, key poses, sentences and performances into acts of a partner.
+
+No sentence from outside may hurt somebody, whichever way it comes.
 
 Custom key poses are checked before the robot moves: first their reach and the joint limits, then,
 in a rehearsal on the simulated body, whether parts collide or the contact rule stops the body.
@@ -15,6 +17,8 @@ from miburi.gestures import KeyPose, MovementFunction, blend, key_poses, look, m
 from miburi.gestures.effort import Effort
 from miburi.live.stage import Act
 from miburi.live.view import LivePartner
+from miburi.serving.press import By
+from miburi.talk.care import could_hurt, may_be_said
 from miburi.wire.messages import (
     ExpressIn,
     GestureAct,
@@ -29,6 +33,10 @@ from miburi.wire.messages import (
 LONGEST = 30.0
 #: The largest error of a pose, m; the same as in `miburi gesture check`.
 _MOST_ERROR = 1e-3
+#: Why a sentence is refused.
+UNSAID = (
+    "The partner refuses to say this: the words could hurt somebody, or sound like a call for help."
+)
 _REHEARSING = threading.Lock()  # one at a time: each takes a core for a moment
 
 
@@ -79,7 +87,22 @@ def poses_of(partner: LivePartner, wish: PosesIn) -> list[KeyPose]:
     return poses
 
 
-def acts_of(partner: LivePartner, wish: PerformanceIn) -> list[Act]:
+def check_words(text: str, by: By) -> None:
+    """Refuse a sentence that could hurt somebody; it may take a moment.
+
+    A call for help is refused from an agent, whose language model may have invented it; a home may
+    announce a fire.
+
+    Raises
+    ------
+    InputError
+        The partner does not say this.
+    """
+    if could_hurt(text) or (by == "agent" and not may_be_said(text)):
+        raise InputError(UNSAID)
+
+
+def acts_of(partner: LivePartner, wish: PerformanceIn, by: By) -> list[Act]:
     """Return the acts of a performance; it may take a moment.
 
     Raises
@@ -87,10 +110,10 @@ def acts_of(partner: LivePartner, wish: PerformanceIn) -> list[Act]:
     InputError
         One of them cannot be done.
     """
-    return [_act(partner, act) for act in wish.acts]
+    return [_act(partner, act, by) for act in wish.acts]
 
 
-def _act(partner: LivePartner, act: GestureAct | LookAct | PosesAct | SpeechAct) -> Act:
+def _act(partner: LivePartner, act: GestureAct | LookAct | PosesAct | SpeechAct, by: By) -> Act:
     match act:
         case GestureAct():
             shown = Expression(act.feeling, act.mood)
@@ -101,6 +124,7 @@ def _act(partner: LivePartner, act: GestureAct | LookAct | PosesAct | SpeechAct)
             shown_or_none = None if act.feeling is None else Expression(act.feeling, act.mood)
             return Act(act.offset, expression=shown_or_none, poses=poses_of(partner, act))
         case SpeechAct():
+            check_words(act.text, by)
             return Act(act.offset, words=act.text)
 
 

@@ -14,7 +14,7 @@ from fastapi.routing import APIRoute
 
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures import look as glance
-from miburi.interface.acting import acts_of, poses_of, shown_by
+from miburi.interface.acting import acts_of, check_words, poses_of, shown_by
 from miburi.interface.description import describe, describe_interface
 from miburi.interface.events import add_events
 from miburi.interface.people import add_people
@@ -336,6 +336,7 @@ def _showing(router: APIRouter, runner: LivePartner) -> None:
     @router.post("/speak", responses=REFUSED)
     async def speak(wish: SpeakIn, by: _Asker = "program") -> WishOut:
         """Say something aloud on pages whose voice is on; a new sentence replaces the last."""
+        await asyncio.to_thread(check_words, wish.text, who(by))
         return WishOut(id=await granted(runner, Speak(wish.text, who(by))))
 
     @router.post("/express", responses=REFUSED)
@@ -367,7 +368,7 @@ def _showing(router: APIRouter, runner: LivePartner) -> None:
         """Perform gestures, looks, key poses and sentences together."""
         if any(isinstance(act, PosesAct) for act in wish.acts):
             rehearsed_seldom(request)
-        acts = await asyncio.to_thread(acts_of, runner, wish)
+        acts = await asyncio.to_thread(acts_of, runner, wish, who(by))
         return WishOut(id=await granted(runner, PerformActs(acts, wish.when == "next", who(by))))
 
 

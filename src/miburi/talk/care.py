@@ -1,4 +1,4 @@
-"""What a partner says to somebody in distress, and words that no language model may say.
+"""What a partner says to somebody in distress, and words that it never says.
 
 For a kind of distress, a language and the user's region, :class:`Care` gives a calm sentence with
 the help that fits. The words are in a language's ``care.toml``, and the telephone numbers in
@@ -78,8 +78,8 @@ class WordsOfCare(Table):
         Regular expressions of clauses that deny distress, and of harmless clauses after them; and
         the replies.
     never, words
-        Regular expressions of words that no language model may say; named parts that expressions
-        share.
+        Regular expressions of words that nobody may let the partner say; named parts that
+        expressions share.
     """
 
     unknown: str
@@ -202,9 +202,13 @@ def takes_back(text: str, language: Language) -> bool:
 
 def may_be_said(text: str) -> bool:
     """Whether a language model's words may be spoken: no distress, nothing harmful or hurtful."""
+    return not could_hurt(text) and hear_distress(text) is None
+
+
+def could_hurt(text: str) -> bool:
+    """Whether words are harmful or hurtful, whoever wants them spoken."""
     languages = {language_of(text), FALLBACK}
-    harm = any(find_phrase(_pattern("never", each), plain(text, each), each) for each in languages)
-    return not harm and hear_distress(text) is None
+    return any(find_phrase(_pattern("never", each), plain(text, each), each) for each in languages)
 
 
 @cache
