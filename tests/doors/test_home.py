@@ -12,6 +12,7 @@ from typing import Any
 import aiomqtt
 import pytest
 from tests.fixtures.broker import Listener, Mosquitto, at_home, start_broker
+from tests.fixtures.gate import Clock
 from tests.fixtures.live import block_the_right_arm, stays_stopped
 from tests.fixtures.waiting import until
 
@@ -60,8 +61,14 @@ def hear_report(listener: Listener, wanted: Callable[[HomeReport], object]) -> H
     return HomeReport.model_validate_json(listener.hear(TOPICS.report, fits))
 
 
+def hear_refused(listener: Listener) -> dict[str, object]:
+    refused = json.loads(listener.hear(TOPICS.refused))
+    assert isinstance(refused, dict)
+    return refused
+
+
 def hear_refusal(listener: Listener) -> str:
-    return str(json.loads(listener.hear(TOPICS.refused))["why"])
+    return str(hear_refused(listener)["why"])
 
 
 @pytest.mark.parametrize("joints", [[], list(JOINTS)], ids=["simulated", "card"])
@@ -146,37 +153,41 @@ def test_wishes_that_make_no_sense_are_refused_in_words(
     cases: list[tuple[str, str | bytes, str]] = [
         (TOPICS.feel, '{"feeling": "boredom"}', "feeling: Input should be 'happiness'"),
         (TOPICS.feel, "happiness", "Invalid JSON"),
-        (TOPICS.feel, b"\xff\xfe", "Invalid JSON"),
+        (TOPICS.feel, b"\xff\xfe", "must be UTF-8"),
         (TOPICS.feel, '{"feeling": "fear", "strength": 7}', "less than or equal to 1"),
         (TOPICS.say, "", "at least 1"),
         (TOPICS.say, "x" * 5000, "at most 300"),
-        (TOPICS.say, b"\xff\xfe", "utf-8"),
+        (TOPICS.say, "お" * 5000, "at most 300"),
+        (TOPICS.say, b"\xff\xfe", "must be UTF-8"),
+        (TOPICS.say, "Kill yourself", "refuses to say this"),
     ]
     for topic, wish, words in cases:
         listener.say(topic, wish)
         assert words in hear_refusal(listener), wish
 
 
-def test_too_many_wishes_are_refused_and_stop_is_not(
+def test_too_many_wishes_are_refused_and_counted_and_no_other_kind_is(
     live: Runner, broker: Mosquitto, listener: Listener
 ) -> None:
     """Refusals are rate-limited, too, so that people can read them."""
-    other = Listener(broker.port)
-    with at_home(live, find_broker(f"127.0.0.1:{broker.port}"), lambda: 0.0):
-        other.hear(TOPICS.available, lambda text: text == "online")
+    clock, flood = Clock(), 100
+    with at_home(live, find_broker(f"127.0.0.1:{broker.port}"), clock):
+        listener.hear(TOPICS.available, lambda text: text == "online")
         for _ in range(int(BURST)):
             listener.say(TOPICS.feel, '{"feeling": "fear", "strength": 0.1}')
-        for _ in range(100):
+        for _ in range(flood):
             listener.say(TOPICS.feel, "nonsense")
-        assert hear_refusal(other) == "too many wishes at once."
+        listener.say(TOPICS.say, "Hello.")
         listener.say(TOPICS.stop)
-        hear_report(other, lambda report: report.stopped is StopReason.ASKED)
-    other.close()
+        heard = [hear_refused(listener)]
+        hear_report(listener, lambda report: report.stopped is StopReason.ASKED)
+        clock.now = 1.0  # the rest is told without another refusal
+        heard.append(hear_refused(listener))
+        assert live.snapshot.state.spoken is not None
+        assert live.snapshot.state.spoken.text == "Hello."
+    about = {"topic": TOPICS.feel, "why": "too many wishes at once."}
+    assert heard == [about | {"unsaid": 0}, about | {"unsaid": flood - 2}]
     assert sum(entry.kind == "stimulus" for entry in live.history.after(0)) == BURST
-    told = 0
-    while topic_and_text := listener.heard_already():
-        told += topic_and_text[0] == TOPICS.refused
-    assert 0 < told < 30
 
 
 @pytest.mark.proof("test_a_home_finds_it_and_hears_what_it_feels")

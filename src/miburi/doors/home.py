@@ -21,7 +21,7 @@ from pydantic import BaseModel, ValidationError
 
 from miburi.client.asker import Asker
 from miburi.doors.broker import Broker, stay_at
-from miburi.doors.home_discovery import About, cut, discovery, discovery_topic
+from miburi.doors.home_discovery import About, discovery, discovery_topic, text_of
 from miburi.doors.topics import (
     ALL,
     DistressNews,
@@ -47,13 +47,13 @@ except ModuleNotFoundError as error:
 
 #: The topic on which Home Assistant announces its start.
 BIRTH = "homeassistant/status"
-#: Wishes per second, and in a burst, not counting Stop (our choice).
+#: Wishes of each kind but Stop per second, and in a burst (our choice).
 RATE, BURST = 5.0, 10.0
 #: The time between two polls of the partner, in s (our choice).
 _PERIOD = 0.25
 _ONLINE, _OFFLINE = "online", "offline"
-#: Refusals published per second, and in a burst: no more than a person can read (our choice).
-_TOLD_RATE, _TOLD_BURST = 1.0, 10.0
+#: Refusals published per second: no more than a person can read (our choice).
+_TOLD_RATE = 1.0
 #: How many reports per second may be published of values that change often, and of urgent ones; and
 #: how many of each in a burst. That makes at most ten a minute, not counting Stops (our choice).
 _REPORT_RATE, _URGENT_RATE, _REPORT_BURST = 3 / 60, 3 / 60, 2.0
@@ -129,7 +129,7 @@ async def _is_taken(broker: Broker, name: str, instance: str = "") -> bool:
         with suppress(TimeoutError):
             async with asyncio.timeout(_ANSWER):
                 async for message in client.messages:
-                    if cut(message.payload).decode(errors="replace") != instance:
+                    if message.payload != instance.encode():
                         return True
     return False
 
@@ -144,7 +144,9 @@ class _Home:
         self._urgent = Allowance(_URGENT_RATE, _REPORT_BURST, clock)
         self._reports = Allowance(_REPORT_RATE, _REPORT_BURST, clock)
         self._wishes = Allowance(RATE, BURST, clock)
-        self._refusals, self._unsaid = Allowance(_TOLD_RATE, _TOLD_BURST, clock), 0
+        self._refusals = Allowance(_TOLD_RATE, 1.0, clock)
+        self._refused: tuple[str, str] | None = None  # the latest refusal that is not published
+        self._unsaid = 0  # refusals before it that are not published either
         self._topics = Topics(about.name)
         group, _, _ = about.name.rpartition("/")
         #: The topics that stop all partners, or all of its group.
@@ -185,6 +187,7 @@ class _Home:
     async def _report(self, client: Client) -> None:
         while True:
             try:
+                await self._tell_refusals(client)
                 await self._look(client)
             except MiburiError:  # the partner cannot be reached
                 if self._online:
@@ -271,30 +274,37 @@ class _Home:
             elif topic in (self._topics.stop, *self._stops_of_all):
                 if self._stopping is None or self._stopping.done():
                     self._stopping = tasks.create_task(self._do(client, message))
-            elif self._wishes.take("all"):
+            elif self._wishes.take(topic):
                 tasks.create_task(self._do(client, message))
             else:
                 tasks.create_task(self._refuse(client, topic, "too many wishes at once."))
 
     async def _do(self, client: Client, message: Message) -> None:
-        topic, payload = str(message.topic), cut(message.payload)
+        topic, payload = str(message.topic), message.payload
         try:
             if topic == self._topics.feel:
-                await self._partner.tell("/stimulus", StimulusIn.model_validate_json(payload))
+                wish = StimulusIn.model_validate_json(text_of(payload))
+                await self._partner.tell("/stimulus", wish)
             elif topic == self._topics.say:
-                await self._partner.tell("/speak", SpeakIn(text=payload.decode()))
+                await self._partner.tell("/speak", SpeakIn(text=text_of(payload)))
             else:
                 await self._partner.tell("/stop")
         except ValidationError as error:
             item = error.errors(include_url=False, include_input=False)[0]
             where = ".".join(str(part) for part in item["loc"])
             await self._refuse(client, topic, f"{where}: {item['msg']}".removeprefix(": "))
-        except (MiburiError, UnicodeDecodeError) as error:
+        except MiburiError as error:
             await self._refuse(client, topic, str(error))
 
     async def _refuse(self, client: Client, topic: str, why: str) -> None:
-        if not self._refusals.take("all"):
-            self._unsaid += 1
-            return
-        told, self._unsaid = {"topic": topic, "why": why, "unsaid": self._unsaid}, 0
-        await client.publish(self._topics.refused, json.dumps(told))
+        self._unsaid += self._refused is not None
+        self._refused = topic, why
+        await self._tell_refusals(client)
+
+    async def _tell_refusals(self, client: Client) -> None:
+        """Publish the latest refusal with the number of those left out, once a second at most."""
+        if self._refused is not None and self._refusals.take("all"):
+            topic, why = self._refused
+            told = {"topic": topic, "why": why, "unsaid": self._unsaid}
+            self._refused, self._unsaid = None, 0
+            await client.publish(self._topics.refused, json.dumps(told))

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from miburi.doors.topics import NEUTRAL, Topics
+from miburi.errors import InputError
 from miburi.feelings import FEELINGS
 from miburi.feelings.catalogue import CATALOGUE
 from miburi.safety.stop import StopReason
@@ -34,9 +35,18 @@ class About:
         return self.name.replace("/", ".")
 
 
-def cut(payload: object) -> bytes:
-    """Cut a payload to the greatest length, so that an oversized one is never parsed whole."""
-    return payload[:_LONGEST] if isinstance(payload, bytes) else b""
+def text_of(payload: object) -> str:
+    """Return a payload's text, cut to the greatest length so that no more than that is parsed.
+
+    Raises InputError if it is not UTF-8.
+    """
+    raw = payload if isinstance(payload, bytes) else b""
+    if len(raw) > _LONGEST:  # the cut may fall within a character
+        return raw[:_LONGEST].decode(errors="replace")
+    try:
+        return raw.decode()
+    except UnicodeDecodeError as error:
+        raise InputError("the text must be UTF-8.") from error
 
 
 def discovery_topic(about: About) -> str:
