@@ -13,7 +13,7 @@ import aiomqtt
 import pytest
 from tests.fixtures.broker import Listener, Mosquitto, at_home, start_broker
 from tests.fixtures.gate import Clock
-from tests.fixtures.live import block_the_right_arm, stays_stopped
+from tests.fixtures.live import PATIENT, block_the_right_arm, stays_stopped
 from tests.fixtures.waiting import until
 
 from miburi.client.remote import RemotePartner, connect
@@ -22,10 +22,13 @@ from miburi.doors.home import BIRTH, BURST, check_free
 from miburi.doors.home_discovery import About, discovery, discovery_topic
 from miburi.doors.topics import ALL, DistressNews, HomeReport, StopNews, Topics
 from miburi.errors import InputError
-from miburi.feelings import FEELINGS
+from miburi.feelings import FEELINGS, EmotionalModel
+from miburi.live.events.store import kept_events
+from miburi.live.held import KeptHold
+from miburi.live.recording.archive import Archive
 from miburi.live.runner import Runner
 from miburi.live.wishes import Release
-from miburi.robot import JOINTS
+from miburi.robot import JOINTS, Robot
 from miburi.safety.stop import StopReason
 from miburi.senses.kinds import KINDS
 
@@ -253,6 +256,38 @@ def test_a_stop_while_the_broker_was_away_is_told_when_it_is_back(
         heard["report"] = hear_report(listener, lambda report: report.stopped)
     assert heard["stop"].event_type is StopReason.ASKED
     assert heard["report"].stops_today == 1
+
+
+def test_a_stop_that_outlasts_a_restart_is_told_once(
+    robot: Robot, tmp_path: Path, broker: Mosquitto, listener: Listener
+) -> None:
+    def told() -> str:
+        return StopNews.model_validate_json(listener.hear(TOPICS.stops)).id
+
+    def woken() -> Runner:
+        hold, events = KeptHold(tmp_path / "stopped.txt"), kept_events(tmp_path)
+        feelings, archive = EmotionalModel(), Archive(tmp_path)
+        runner = Runner(robot, feelings, archive, hold=hold, events=events, lateness=PATIENT)
+        runner.start()
+        return runner
+
+    here = find_broker(f"127.0.0.1:{broker.port}")
+    first = woken()
+    with at_home(first, here):
+        listener.hear(TOPICS.available, lambda text: text == "online")
+        first.stop()
+        assert told().startswith(first.history.boot)
+    first.close(patience=0.0)
+    second = woken()
+    with at_home(second, here):
+        listener.hear(TOPICS.available, lambda text: text == "online")
+        assert hear_report(listener, lambda report: report.held).stops_today == 0
+        second.ask(Release(by_person=True)).result(60)
+        hear_report(listener, lambda report: not report.held)
+        second.stop()
+        heard = told()
+        assert heard == [e.id for e in second.history.after(0) if e.kind == "stop"][-1]
+    second.close(patience=0.0)
 
 
 def test_a_stop_that_the_broker_takes_at_the_second_try_counts_once(

@@ -37,6 +37,11 @@ def pressed(runner: Runner) -> list[LiveEvent]:
     return [event for event in runner.history.after(0) if event.kind == "pressed"]
 
 
+def stops(runner: Runner) -> list[str | None]:
+    """Return when each reported Stop was pressed, if that was before this start."""
+    return [event.detail for event in runner.history.after(0) if event.kind == "stop"]
+
+
 def press(runner: Runner, by: By) -> None:
     runner.stop(Press(by))
     until(runner, lambda state: state.held)
@@ -75,10 +80,14 @@ def test_a_killed_partner_wakes_as_a_person_left_it(
         assert (state.phase, state.stop and state.stop.reason) == ("stopped", "asked")
         (now,) = pressed(again)
         assert (now.by, now.detail) == ("person", WHEN.isoformat())
+        assert stops(again) == [WHEN.isoformat()]
         kill(tmp_path, held=True)
     with pytest.raises(BodyError, match="a person pressed Stop"):
         release(again, by_person=False)
     release(again, by_person=True)
+    until(again, lambda state: state.phase == "idle")
+    press(again, "program")
+    assert stops(again) == [WHEN.isoformat(), None], "a later Stop is another one"
     kill(tmp_path, held=False)
     assert not wakes_held(woken(robot, tmp_path, body))
 

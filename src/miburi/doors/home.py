@@ -241,7 +241,7 @@ class _Home:
                 content: dict[str, object] = {"event_type": event.name, "words": event.text}
                 topic = self._topics.distress
                 news: BaseModel = DistressNews.model_validate(content | about)
-            case "stop" if event.stop is not None:
+            case "stop" if event.stop is not None and event.detail is None:  # else it was told
                 stop = event.stop
                 content = {"event_type": stop.reason, "motor": stop.motor, "force": stop.force}
                 topic, news = self._topics.stops, StopNews.model_validate(content | about)

@@ -22,7 +22,7 @@ from miburi.partner import (
     Stopped,
     WishDropped,
 )
-from miburi.safety.stop import Phase
+from miburi.safety.stop import Phase, StopReason
 from miburi.serving.press import By
 
 
@@ -39,6 +39,8 @@ class Agenda:
         self._interrupts = False  # whether the body's next act interrupts a gesture
         self._shown: dict[str, object] = {}  # the fields of the present gesture
         self._returns = False  # whether the body is returning to neutral
+        #: When a Stop was pressed that was before this start and has not been noted yet.
+        self.kept: str | None = None
 
     def perform(self, partner: Partner, asked: Perform) -> str:
         """Let the body perform a request once, in place of waiting ones; return the wish's id."""
@@ -136,7 +138,9 @@ class Agenda:
                 self._note("gesture_ended" if complete else "gesture_broken_off", **self._shown)
                 self._end_of_act(wish, complete=complete)
             case Stopped(_, reason):
-                self._note("stop", stop=stop, name=reason.reason, limit=limit)
+                asked = reason.reason is StopReason.ASKED
+                when, self.kept = (self.kept, None) if asked else (None, self.kept)
+                self._note("stop", stop=stop, name=reason.reason, limit=limit, detail=when)
                 self._end_return("release_broken_off")
             case Released():
                 self.release(None)

@@ -90,9 +90,11 @@ class Inside:
 
     def stop(self, by: By, before: datetime | None = None) -> None:
         """Stop the body for whoever pressed Stop; ``before`` is when, if before this start."""
+        when = before and before.isoformat()
         if self.hold.press(by):
-            self.note("pressed", by=by, detail=before and before.isoformat())
+            self.note("pressed", by=by, detail=when)
         self.partner.stop()
+        self.agenda.kept = when
         self.agenda.clear("stopped")
         self.stop_seen_in = self.serial + 1
 

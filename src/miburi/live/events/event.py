@@ -104,7 +104,8 @@ class LiveEvent(BaseModel):
     reason: EndReason | None = Field(default=None, description="Why a recording ended by itself.")
     detail: str | None = Field(
         default=None,
-        description="More about it, in words; of `pressed`, when, if before this start.",
+        description="More about it, in words; of `pressed` and `stop`, when Stop was pressed, if "
+        "that was before this start.",
     )
     why: tuple[Brought, ...] | None = Field(
         default=None,
