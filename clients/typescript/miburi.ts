@@ -103,7 +103,8 @@ export class Partner {
     const [boot, number] = wish.split(":");
     const before = encodeURIComponent(`${boot}:${Math.max(Number(number) - 1, 0)}`);
     const [first] = (await this.#ask("GET", `/api/v1/log?after=${before}`)) as LiveEvent[];
-    if (first === undefined || (first.boot === boot && !["wish", "gap"].includes(first.kind))) {
+    const beyond = first?.boot === boot && first.number < Number(number) - 1; // a gap at the newest event
+    if (first === undefined || beyond || (first.boot === boot && !["wish", "gap"].includes(first.kind))) {
       throw new MiburiError(`${wish} is not the id of a request that ends, such as express or speak.`, 0);
     }
     for await (const event of this.events(wish)) {

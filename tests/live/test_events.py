@@ -71,7 +71,21 @@ def test_what_a_killed_partner_had_told_and_not_written_hides_nothing_new(tmp_pa
     told = first.history.number + 1
     second = kept(tmp_path)
     assert second.note(1.0, "stop", name="new").number == told
-    assert heard(second, Cursor(first.history.boot, told)) == ["new"]
+    assert heard(second, Cursor(first.history.boot, told)) == ["gap", "new"]
+
+
+@pytest.mark.parametrize("stored", [True, False])
+def test_a_cursor_that_was_never_given_is_a_gap_and_then_follows_on(
+    tmp_path: Path, stored: bool
+) -> None:
+    log = kept(tmp_path) if stored else Log()
+    last = log.note(1.0, "paused")
+    (gap,) = log.history.since(Cursor(last.boot, 99_999), 10)
+    assert (gap.kind, gap.id) == ("gap", last.id)
+    assert gap.detail
+    assert heard(log, gap.cursor) == []
+    log.note(2.0, "resumed")
+    assert heard(log, gap.cursor) == ["resumed"]
 
 
 @settings(max_examples=30)

@@ -90,7 +90,7 @@ class Inside:
 
     def stop(self, by: By, before: datetime | None = None) -> None:
         """Stop the body for whoever pressed Stop; ``before`` is when, if before this start."""
-        when = before and before.isoformat()
+        when = None if before is None else before.isoformat()
         if self.hold.press(by):
             self.note("pressed", by=by, detail=when)
         self.partner.stop()

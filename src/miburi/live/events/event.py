@@ -163,9 +163,14 @@ class EndOfWish:
         InputError
             It is something else, which never ends, or there is none.
         """
-        first = events[0] if events else None
-        if first is None or (first.boot == self._boot and first.kind not in ("wish", "gap")):
-            what = "does not exist" if first is None else f"is of the kind {first.kind}"
+        what, first = "", events[0] if events else None
+        if first is None:
+            what = "does not exist"
+        elif first.boot == self._boot and first.number < Cursor.of(self.before).number:
+            what = "does not exist"  # the gap is at the newest event
+        elif first.boot == self._boot and first.kind not in ("wish", "gap"):
+            what = f"is of the kind {first.kind}"
+        if what:
             raise InputError(
                 f"{self._wish} {what}; this takes the id of a request such as express or speak."
             )

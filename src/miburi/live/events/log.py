@@ -27,8 +27,8 @@ from miburi.live.events.store import EventStore
 LOGGED = 300
 _LOST = "events before this one are no longer kept"
 _UNKNOWN = (
-    "this partner does not know that event: it keeps its events in another folder, or its file of "
-    "events was lost"
+    "this partner does not know that event: the id is wrong, the partner keeps its events in "
+    "another folder, its file of events was lost, or it was killed before it had written that event"
 )
 #: The name of the note in the store that says whether events may contain people's words.
 _WORDS = "words"
@@ -88,8 +88,8 @@ class History:
     def since(self, cursor: Cursor, most: int) -> list[LiveEvent]:
         """Return at most ``most`` events after a cursor, the oldest first.
 
-        A ``gap`` stands where events are not kept any more; if the cursor is from another folder,
-        the list begins with one.
+        A ``gap`` stands where events are not kept any more; if the cursor names no event that this
+        partner has kept, the list begins with one.
         """
         if self.reaches(cursor):
             return self.after(cursor.number)[:most]
@@ -132,7 +132,8 @@ class History:
             end = self.number
         elif boot is not None and self._store is not None:
             end = self._store.end_of(boot)
-        start, missing = (0, _UNKNOWN) if end is None else (min(number, end), None)
+        start = 0 if end is None else min(number, end)
+        missing = _UNKNOWN if end is None or number > end else None
         if missing is None and start < pruned:
             missing = _LOST
         return start if self._store else max(start, pruned), missing
