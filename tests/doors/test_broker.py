@@ -1,11 +1,57 @@
 """Where a broker is, and how one gets in."""
 
+import asyncio
+import subprocess
 from pathlib import Path
+from typing import Any
 
 import pytest
+from tests.fixtures.broker import start_broker
+from tests.fixtures.gate import Clock
 
-from miburi.doors.broker import PASSWORD, Broker, check_name, find_broker
+from miburi.doors.broker import PASSWORD, Broker, check_name, find_broker, stay_at
 from miburi.errors import InputError
+
+
+def failures(broker: Broker, capsys: pytest.CaptureFixture[str], tries: int = 7) -> list[str]:
+    """Return what is said while every try fails, at a try every 1000 s."""
+    clock = Clock()
+
+    async def pause(_seconds: float) -> None:
+        clock.now += 1000.0
+        if clock.now >= 1000.0 * tries:
+            raise asyncio.CancelledError
+
+    async def live(_client: Any) -> None:
+        pytest.fail("it got in")
+
+    with pytest.raises(asyncio.CancelledError):
+        asyncio.run(stay_at(broker, None, live, clock=clock, pause=pause))
+    return capsys.readouterr().err.splitlines()
+
+
+def test_the_same_reason_is_told_once_an_hour(capsys: pytest.CaptureFixture[str]) -> None:
+    told = failures(Broker("127.0.0.1", 9), capsys)
+    assert len(told) == 2
+    assert "refused" in told[0]
+    assert told[0] == told[1]
+
+
+@pytest.mark.parametrize(
+    ("user", "words"), [("robin", "it refuses the user 'robin'"), (None, "without a user")]
+)
+def test_a_wrong_password_is_told_with_the_user_and_where_it_comes_from(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], user: str | None, words: str
+) -> None:
+    users = tmp_path / "users"
+    users.touch(mode=0o600)
+    subprocess.run(["mosquitto_passwd", "-b", users, "robin", "secret"], check=True)
+    there = start_broker(tmp_path, f"password_file {users}\nuser root")
+    (told,) = failures(Broker("127.0.0.1", there.port, user=user, password="wrong"), capsys, 1)
+    there.kill()
+    for each in (words, "ot authori", PASSWORD, f"{PASSWORD}_FILE"):
+        assert each in told
+    assert "wrong" not in told
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ import os
 import re
 import ssl
 import sys
+import time
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -28,6 +29,10 @@ _PORTS = {"mqtt": 1883, "mqtts": 8883}
 _KEEP_ALIVE = 10
 #: The first and the longest wait for an unreachable broker, s (our choice).
 _FIRST_PAUSE, _LONGEST_PAUSE = 1.0, 30.0
+#: A failure for the same reason as the last one is told again after this time, s (our choice).
+_TOLD_AGAIN = 3600.0
+#: MQTT's codes for a wrong user or password, and for a user who may not connect.
+_REFUSED = (134, 135)
 
 
 @dataclass(frozen=True)
@@ -110,29 +115,47 @@ async def stay_at(
     live: Callable[["aiomqtt.Client"], Awaitable[None]],
     will: "aiomqtt.Will | None" = None,
     admit: Callable[[], Awaitable[None]] | None = None,
+    clock: Callable[[], float] = time.monotonic,
+    pause: Callable[[float], Awaitable[None]] = asyncio.sleep,
 ) -> None:
     """Stay connected to a broker until cancelled; say why a connection ended, and reconnect.
 
     Before each connection, ``admit`` raises an error if we must not connect; ``live`` then uses the
     connection until it ends. If we vanish without disconnecting, the broker publishes our ``will``.
+    The same reason twice in a row is said at most once an hour. ``clock`` returns the time and
+    ``pause`` lets it pass, in s.
     """
-    pause = _FIRST_PAUSE
+    wait, said, said_at = _FIRST_PAUSE, "", 0.0
     while True:
         try:
             if admit is not None:
                 await admit()
             async with broker.client(identifier, will) as client:
-                pause = _FIRST_PAUSE
+                wait = _FIRST_PAUSE
                 await live(client)
         except* Exception as group:  # a failure here must not end the rest
-            why = "; ".join(str(one) or type(one).__name__ for one in group.exceptions)
-            print(
-                f"miburi: the broker at {broker.host}:{broker.port}: {why}. Trying again.",
-                file=sys.stderr,
-                flush=True,
-            )
-        await asyncio.sleep(pause)
-        pause = min(2 * pause, _LONGEST_PAUSE)
+            why = "; ".join(_reason(broker, one) for one in group.exceptions)
+            if why != said or clock() - said_at >= _TOLD_AGAIN:
+                said, said_at = why, clock()
+                print(
+                    f"miburi: the broker at {broker.host}:{broker.port}: {why}. Trying again.",
+                    file=sys.stderr,
+                    flush=True,
+                )
+        await pause(wait)
+        wait = min(2 * wait, _LONGEST_PAUSE)
+
+
+def _reason(broker: Broker, error: Exception) -> str:
+    """Return why a connection failed; if the user was refused, also what to look at."""
+    why = str(error) or type(error).__name__
+    if getattr(getattr(error, "rc", None), "value", None) not in _REFUSED:
+        return why
+    user = "a client without a user" if broker.user is None else f"the user {broker.user!r}"
+    return (
+        f"it refuses {user} ({why}); check USER in --broker USER@HOST, and the password in "
+        f"{PASSWORD} or in the file that {PASSWORD}_FILE names"
+    )
 
 
 def check_name(name: str) -> str:
