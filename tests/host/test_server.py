@@ -33,9 +33,12 @@ from miburi.cli.commands import app
 from miburi.client.connection import ConnectionLostError
 from miburi.errors import InputError, OutputError
 from miburi.feelings import SpikingModel, shipped_temperament
+from miburi.gestures import shipped_repertoire
 from miburi.ground.files import alone_in
+from miburi.host.server import Launch, serve
 from miburi.live.memory import remembered
 from miburi.live.recording.recorder import read
+from miburi.robot import iphonoid
 from miburi.serving.access import AGENTS
 from miburi.serving.addresses import listening_plainly, listening_twice
 from miburi.serving.reach import qr_for_terminal
@@ -297,6 +300,17 @@ def test_the_emulated_card_lives(tmp_path: Path, firmware: Path) -> None:
         assert post(url + "/api/v1/bodies", json=simulated).status_code == 204
         again = {"name": "emulated-card"}
         assert post(url + "/api/v1/bodies", json=again).status_code == 204
+
+
+@pytest.mark.parametrize("name", ["people.json", "manners.json", "feelings.json", "events.sqlite"])
+def test_what_cannot_be_read_keeps_it_from_starting_and_is_left(tmp_path: Path, name: str) -> None:
+    """It began anew in its place, so it forgot what root had restored."""
+    (tmp_path / name).mkdir()
+    given = (iphonoid(), shipped_repertoire(), shipped_temperament())
+    launch = Launch(*given, folder=tmp_path, port=70_000)  # it would not start anyway
+    with pytest.raises(InputError, match=rf"{name}: cannot be read \(.*; it belongs to .* chown"):
+        serve(launch)
+    assert [path.name for path in tmp_path.iterdir()] == [name]
 
 
 def test_ctrl_c_in_a_terminal_is_a_good_end_of_all_processes(tmp_path: Path) -> None:

@@ -52,6 +52,10 @@ def test_a_bad_file_is_said_and_kept_aside(tmp_path: Path, content: bytes) -> No
     assert not path.exists()
     assert path.with_name("feelings.json.bad").read_bytes() == content
     assert remembered(path, shipped_temperament()) is None
+    path.write_bytes(b"again")
+    with pytest.raises(InputError, match=r"feelings\.json\.bad-2\."):
+        remembered(path, shipped_temperament())
+    assert path.with_name("feelings.json.bad").read_bytes() == content
 
 
 def test_a_place_that_takes_no_file_is_reported(tmp_path: Path) -> None:

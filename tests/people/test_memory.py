@@ -188,6 +188,32 @@ def test_a_file_that_is_none_of_ours_is_put_aside_until_everybody_is_forgotten(
     assert list(path.parent.iterdir()) == []
 
 
+def test_a_file_that_cannot_be_read_is_left_as_it_is(one: Memory, path: Path, clock: Clock) -> None:
+    """A restore by root took everybody away."""
+    one.remember("My PIN is 4711.", "en")
+    kept = path.read_bytes()
+
+    def closed(*_: object, **__: object) -> None:
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Path, "open", closed)
+        with pytest.raises(InputError, match=r"people\.json: cannot be read \(Perm.*sudo chown"):
+            memory(path, clock)
+    assert [*path.parent.iterdir()] == [path]
+    assert path.read_bytes() == kept
+
+
+def test_a_second_damage_leaves_what_was_put_aside_at_the_first(path: Path, clock: Clock) -> None:
+    for content in ("{}[", "[]{"):
+        path.write_text(content, encoding="utf-8")
+        memory(path, clock)
+    aside = [path.with_name(f"people.json.bad{end}").read_text("utf-8") for end in ("", "-2")]
+    assert aside == ["{}[", "[]{"]
+    memory(path, clock).allow(False)
+    assert list(path.parent.iterdir()) == []
+
+
 def test_an_attachment_of_another_version_is_left_for_it(
     one: Memory, path: Path, clock: Clock
 ) -> None:

@@ -6,9 +6,11 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
+from glob import escape
+from itertools import chain, count
 from pathlib import Path
 
-from miburi.errors import OutputError
+from miburi.errors import InputError, OutputError
 
 
 @contextmanager
@@ -80,6 +82,52 @@ def remove_whole(path: Path) -> None:
     """
     for file in (path, _draft(path)):
         file.unlink(missing_ok=True)
+
+
+def put_aside(path: Path) -> Path:
+    """Rename a file that cannot be used to end in ``.bad``, and return its new path.
+
+    An earlier one is not replaced: the second ends in ``.bad-2``.
+
+    Raises
+    ------
+    OSError
+        The folder cannot be written to.
+    """
+    bad = path.with_name(f"{path.name}.bad")
+    names = chain([bad], (bad.with_name(f"{bad.name}-{n}") for n in count(2)))
+    aside = next(name for name in names if not name.exists())
+    path.replace(aside)
+    return aside
+
+
+def put_aside_before(path: Path) -> list[Path]:
+    """Return the files that :func:`put_aside` has renamed."""
+    return sorted(path.parent.glob(f"{escape(path.name)}.bad*"))
+
+
+def check_readable(path: Path) -> None:
+    """Check that a file can be read, if there is one.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, for instance because it belongs to somebody else.
+    """
+    try:
+        with path.open("rb") as file:
+            file.read(1)
+    except (FileNotFoundError, NotADirectoryError):
+        return
+    except OSError as error:
+        owner = "it may belong to another user"
+        with suppress(OSError, KeyError, NotImplementedError):
+            owner = f"it belongs to {path.owner()}"
+        raise InputError(
+            f"{path}: cannot be read ({error.strerror or error}); {owner}. It was left as it is. "
+            "Make it readable to the user who runs Miburi, as after a restore by root: "
+            f"sudo chown -R USER {path.parent}"
+        ) from error
 
 
 @contextmanager

@@ -25,7 +25,7 @@ from miburi.errors import BodyError, InputError, OutputError, need
 from miburi.feelings import EmotionalModel, FeelingModel, Stimulus, Temperament
 from miburi.gestures import Repertoire
 from miburi.ground.cores import coming_first
-from miburi.ground.files import alone_in
+from miburi.ground.files import alone_in, check_readable
 from miburi.host.given import Pages
 from miburi.host.helpers import GLANCE, Helpers, Moment, signals, start_helpers, watch_process
 from miburi.live.bodies import KINDS
@@ -46,6 +46,9 @@ from miburi.serving.renewal import reach_of
 from miburi.studio.words import FALLBACK, pressed_by, words
 from miburi.talk.endpoint import Endpoint
 
+#: Files without which the partner would forget something, so that it does not start if they cannot
+#: be read. Without stopped.txt, it wakes up stopped.
+_OWN = ("people.json", "manners.json", "events.sqlite", "events.sqlite-wal")
 #: The stimulus at each start (our number).
 GREETING = Stimulus("happiness", 0.8)
 
@@ -114,9 +117,9 @@ def serve(launch: Launch, meanwhile: Callable[[], None] = lambda: None) -> None:
 
     The server answers until the body is at neutral. A body that somebody stopped stays where it is.
 
-    Raises InputError if the seed, the host, the port or the body is not valid; OutputError if the
-    port or the folder is taken; BodyError if the body cannot be reached, or if the loop or the
-    server has failed and the body was stopped.
+    Raises InputError if the seed, the host, the port or the body is not valid, or a file of the
+    folder cannot be read; OutputError if the port or the folder is taken; BodyError if the body
+    cannot be reached, or if the loop or the server has failed and the body was stopped.
 
     Parameters
     ----------
@@ -131,6 +134,9 @@ def serve(launch: Launch, meanwhile: Callable[[], None] = lambda: None) -> None:
 def _serve(launch: Launch, meanwhile: Callable[[], None], alone: ExitStack) -> None:
     folder = launch.folder or own_folder()
     memory = None if launch.forget else _memory(folder, launch.emotional_model)
+    for own in (memory, *map(folder.joinpath, _OWN)):
+        if own is not None:
+            check_readable(own)
     _keep_private(folder)
     listen = listening_twice if launch.https else listening_plainly
     with listen(launch.host, launch.port) as listeners:

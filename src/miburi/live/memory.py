@@ -15,7 +15,7 @@ from typing import Any
 
 from miburi.errors import InputError, MiburiError, OutputError
 from miburi.feelings import EmotionalModel, FeelingModel, Temperament
-from miburi.ground.files import write_whole
+from miburi.ground.files import put_aside, write_whole
 
 #: The time between two writes, and how long to wait for the loop's answer, in s (our choice).
 _PERIOD, _PATIENCE = 60.0, 5.0
@@ -43,12 +43,12 @@ def remembered(
         away = max(0.0, time.time() - _moment(kept["when"]))
         return model.load(kept["feelings"], temperament, away=away)
     except (*_UNUSABLE, InputError) as error:
-        aside, known = path.with_name(f"{path.name}.bad"), isinstance(error, InputError)
+        kept, known = "", isinstance(error, InputError)
         with suppress(OSError):
-            path.replace(aside)
+            kept = f"; the file is kept as {put_aside(path).name}"
         raise InputError(
-            f"{path}: its feelings cannot be used, so the partner starts afresh; the file is kept "
-            f"as {aside.name}. {'' if known else f'{type(error).__name__}: '}{str(error)[:450]}"
+            f"{path}: its feelings cannot be used, so the partner starts afresh{kept}. "
+            f"{'' if known else f'{type(error).__name__}: '}{str(error)[:450]}"
         ) from error
 
 

@@ -10,7 +10,13 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from miburi.errors import OutputError
-from miburi.ground.files import remove_whole, write_whole
+from miburi.ground.files import (
+    check_readable,
+    put_aside,
+    put_aside_before,
+    remove_whole,
+    write_whole,
+)
 from miburi.languages import Language
 
 #: Greatest number of letters in a name and in a fact (our choice).
@@ -55,18 +61,24 @@ class People(BaseModel):
 
 
 def read_people(path: Path) -> People:
-    """Read a file of people; if it cannot be used, rename it to ``*.bad``, and begin a new one."""
+    """Read a file of people; if it is damaged, put it aside as ``*.bad``, and begin a new one.
+
+    Raises InputError if it cannot be read; then it is left as it is.
+    """
+    check_readable(path)
     try:
         return People.model_validate(json.loads(path.read_text(encoding="utf-8")))
-    except (OSError, ValueError, RecursionError, ValidationError) as error:
-        print(
-            f"miburi: {path} cannot be used ({type(error).__name__}), so the partner starts with "
-            f"nobody known; the file is kept as {_aside(path).name}.",
-            file=sys.stderr,
-        )
+    except (ValueError, RecursionError, ValidationError) as error:
+        damage = type(error).__name__
+    kept = "the file is left as it is"
     with suppress(OSError, OutputError):  # the disk is read-only, or full
-        path.replace(_aside(path))
+        kept = f"the file is kept as {put_aside(path).name}"
         write_people(path, People())
+    print(
+        f"miburi: {path} cannot be used ({damage}), so the partner starts with nobody known; "
+        f"{kept}.",
+        file=sys.stderr,
+    )
     return People()
 
 
@@ -77,8 +89,8 @@ def write_people(path: Path, people: People | None) -> None:
     """
     try:
         if people is None:
-            remove_whole(path)
-            remove_whole(_aside(path))
+            for file in (path, *put_aside_before(path)):
+                remove_whole(file)
         else:
             write_whole(path, people.model_dump_json(indent=1), private=True)
     except OSError as error:
@@ -86,7 +98,3 @@ def write_people(path: Path, people: People | None) -> None:
             f"{path}: the file of people cannot be changed: {error.strerror or error}. Make room "
             "on the disk, or make it writable, and try again."
         ) from error
-
-
-def _aside(path: Path) -> Path:
-    return path.with_name(f"{path.name}.bad")
