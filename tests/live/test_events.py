@@ -7,19 +7,22 @@ from collections.abc import Iterator
 from contextlib import closing
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.fixtures.live import block, run, until
 from tests.fixtures.waiting import PATIENCE
+from tests.fixtures.waiting import until as until_true
 
 from miburi.errors import InputError, OutputError
 from miburi.feelings import EmotionalModel, Expression
-from miburi.live.events.event import Cursor, LiveEvent
+from miburi.live.events.event import Cursor, LiveEvent, without_words
 from miburi.live.events.log import Log
 from miburi.live.events.store import EventStore, kept_events
 from miburi.live.recording.archive import Archive
+from miburi.live.recording.recorder import read
 from miburi.live.runner import STEP, Runner
 from miburi.live.stage import Act
 from miburi.live.wishes import (
@@ -35,7 +38,9 @@ from miburi.live.wishes import (
 )
 from miburi.partner import LAPSES
 from miburi.robot import Robot
+from miburi.senses import Brought
 from miburi.senses.words import hear
+from miburi.serving.press import By
 
 BEGAN = datetime(2026, 11, 24, 10, tzinfo=UTC)
 #: How many events are kept in memory here, and how many are kept whatever the clock says.
@@ -248,6 +253,28 @@ def test_what_somebody_in_distress_said_is_forgotten_wherever_it_was(runner: Run
     assert [event.text for event in runner.history.after(0) if event.text] == []
 
 
+def copied(folder: Path) -> int:
+    """Return how many events a copy of the file alone has, without what is beside it."""
+    (copy := folder / "copy").mkdir(exist_ok=True)
+    (copy / "events.sqlite").write_bytes((folder / "events.sqlite").read_bytes())
+    with closing(sqlite3.connect(copy / "events.sqlite")) as file:
+        (count,) = file.execute("SELECT count(*) FROM events").fetchone()
+    return int(count)
+
+
+def test_a_copy_of_the_file_alone_lacks_few_events_and_none_after_a_while(tmp_path: Path) -> None:
+    """It was empty: all was in the -wal beside it."""
+    store = EventStore(tmp_path / "events.sqlite")
+    same = {"boot": "5f2c9a10", "wall": BEGAN, "time": 0.0, "kind": "stop"}
+    for number in range(1, 201):
+        store.write([LiveEvent.model_validate({**same, "number": number})])
+    assert copied(tmp_path) > 150
+    log = kept(tmp_path)
+    log.note(0.0, "paused")
+    until_true(lambda: copied(tmp_path) == 201)
+    log.close()
+
+
 def test_a_damaged_file_is_put_aside_until_words_are_forgotten(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -263,9 +290,13 @@ def test_a_damaged_file_is_put_aside_until_words_are_forgotten(
     log.note(0.0, "stop", name="new")
     assert "kept as events.sqlite.bad" in capsys.readouterr().err
     assert heard(log, Cursor(None, 0)) == ["new"]
-    assert (tmp_path / "events.sqlite.bad").exists()
+    log.close()
+    (tmp_path / "events.sqlite").write_text("nonsense " * 1000)
+    log = kept(tmp_path)
+    aside = sorted(tmp_path.glob("*.bad*"))
+    assert [path.name for path in aside] == ["events.sqlite.bad", "events.sqlite.bad-2"]
     log.allow_words(False)
-    assert not (tmp_path / "events.sqlite.bad").exists()
+    assert [*tmp_path.glob("*.bad*")] == []
 
 
 def test_a_file_that_cannot_be_written_leaves_the_partner_without_one(
@@ -357,6 +388,58 @@ def test_an_answer_that_may_repeat_them_is_kept_no_longer_than_they_are(
     run(runner, 0.1)
     runner.close(patience=0.0)
     assert texts() == [None, "Tea!", None]
+
+
+@pytest.mark.parametrize("allowed", [False, True])
+def test_no_byte_of_an_answer_is_left_by_its_end(
+    robot: Robot, tmp_path: Path, *, allowed: bool
+) -> None:
+    """The end of a sentence repeated it. Words were never allowed, or are no longer."""
+    runner = woken(robot, tmp_path)
+    runner.ask(AllowWords(allowed))
+    runner.recordings.start()
+    for text, by, seconds in (
+        ("Noted: the tumour is back.", "partner", 0.1),
+        ("Noted: your tumour is back.", "partner", 5.0),
+        ("Tea!", "program", 3.0),
+    ):
+        runner.ask(Speak(text, by))
+        run(runner, seconds)
+    runner.ask(PerformActs([Act(0.0, words="Cake!")], queued=False, by="program"))
+    run(runner, 5.0)
+    if allowed:
+        runner.ask(AllowWords(False))
+        run(runner, 0.1)
+    runner.close(patience=0.0)
+    told = kept(tmp_path).history.since(Cursor(None, 0), 1000)
+    now = [*map(without_words, runner.history.after(0))]
+    (recording,) = tmp_path.glob("*.mcap")
+    taped = [
+        LiveEvent.model_validate({**message.content, "time": message.time})
+        for message in read(recording, ["/events"])
+    ]
+    for events in (told, now, taped):
+        ends = [e.kind for e in events if e.kind in ("speech_ended", "speech_broken_off")]
+        assert ends == ["speech_broken_off", *["speech_ended"] * 3]
+        assert [e.text for e in events if e.text] == ["Tea!"] * 2 + ["Cake!"] * 2
+    everything = [path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()]
+    assert [file for file in everything if b"tumour" in file] == []
+
+
+def test_what_is_forgotten_on_the_disk_is_what_is_hidden(tmp_path: Path) -> None:
+    store, said = EventStore(tmp_path / "events.sqlite"), (Brought("said", 1.0),)
+    kinds = get_args(LiveEvent.model_fields["kind"].annotation)
+    causes = itertools.product(kinds, [None, *get_args(By)], [None, "speech", "touch"])
+    same = {"boot": "5f2c9a10", "wall": BEGAN, "time": 0.0, "text": "said", "detail": "said"}
+    events = [
+        LiveEvent.model_validate(
+            {**same, "number": number, "kind": kind, "by": by, "source": source, "why": said}
+        )
+        for number, (kind, by, source) in enumerate(causes, 1)
+    ]
+    store.write(events)
+    store.forget_words()
+    assert store.read(0, len(events)) == [without_words(event) for event in events]
 
 
 def ends(runner: Runner, wish: str) -> list[LiveEvent]:

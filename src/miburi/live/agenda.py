@@ -55,7 +55,7 @@ class Agenda:
             self.clear("replaced", partner)
         wish = self._ask("performance", asked.by)
         try:
-            self._stage.add(Play(wish, tuple(asked.acts)))
+            self._stage.add(Play(wish, tuple(asked.acts), asked.by))
         except Exception:
             self._end(wish, "wish_dropped", name="busy")
             raise
@@ -86,7 +86,7 @@ class Agenda:
     ) -> None:
         if self._speaker.speaking:
             self._end_speech("speech_broken_off")
-        spoken = self._speaker.say(text, felt, wish, tune)
+        spoken = self._speaker.say(text, felt, wish, tune, by)
         partner.gesticulate(self._speaker.beats())
         said = {"text": spoken.text, "feeling": spoken.feeling, "wish": wish}
         self._note("speech_begun", name=why, by=by, **said)
@@ -114,9 +114,10 @@ class Agenda:
             self._end(ended, "performance_ended")
 
     def _carry_out(self, act: Act, partner: Partner, felt: Expression | None) -> None:
-        wish = self._stage.current.wish if self._stage.current else None
+        play = self._stage.current
+        wish, by = (None, None) if play is None else (play.wish, play.by)
         if act.words is not None:
-            self._tell(partner, act.words, felt, wish)
+            self._tell(partner, act.words, felt, wish, by=by)
             return
         partner.perform(act.expression, act.poses, wish=wish, interrupt=self._interrupts)
         self._interrupts = False
@@ -179,7 +180,7 @@ class Agenda:
     def _end_speech(self, kind: str) -> None:
         wish = self._speaker.wish
         spoken = self._speaker.spoken
-        self._note(kind, wish=wish, text=spoken and spoken.text)
+        self._note(kind, wish=wish, by=self._speaker.by, text=spoken and spoken.text)
         self._stage.end_act(wish, body=False)
         if wish is not None and not self._is_performance(wish):
             self._open.pop(wish, None)

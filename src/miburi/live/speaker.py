@@ -8,6 +8,7 @@ from miburi.languages import language_of
 from miburi.languages.rhythm import Rhythm, rhythm_of
 from miburi.live.events.event import LiveEvent
 from miburi.live.state import DistressOut, Spoken, Tune
+from miburi.serving.press import By
 
 #: How long the partner stays calm after distress, in s. While it is calm, it shows no feeling and
 #: starts nothing by itself.
@@ -28,8 +29,9 @@ class Speaker:
         self._calm = 0.0  # s left
         self._left: float | None = None  # s until the end of the latest sentence
         self._rhythm, self._chirp, self._long = Rhythm((), 0.0), 0.0, False
-        #: The id of the wish that asked for the latest sentence, if there is one.
+        #: The wish for the present sentence, and who asked for it.
         self.wish: str | None = None
+        self.by: By | None = None
 
     @property
     def speaking(self) -> bool:
@@ -80,7 +82,12 @@ class Speaker:
         return self._rhythm.prominent if self._long and self.distress is None else ()
 
     def say(
-        self, text: str, felt: Expression | None, wish: str | None, tune: Tune | None = None
+        self,
+        text: str,
+        felt: Expression | None,
+        wish: str | None,
+        tune: Tune | None = None,
+        by: By | None = None,
     ) -> Spoken:
         """Say a text in a voice coloured by a feeling, or play a tune instead."""
         number = self.spoken.number + 1 if self.spoken else 1
@@ -94,7 +101,7 @@ class Speaker:
         said = _of_tune(tune) if tune else rhythm_of(text, language, voice.rate)
         self._rhythm = said if tune else _later(said, self._chirp)
         self._long = said.seconds >= _SHORT
-        self._left, self.wish = self._rhythm.seconds, wish
+        self._left, self.wish, self.by = self._rhythm.seconds, wish, by
         return self.spoken
 
 

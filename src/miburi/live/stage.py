@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from miburi.feelings import Expression
 from miburi.gestures import KeyPose
 from miburi.live.commands import BusyError
-from miburi.partner import LAPSES
+from miburi.serving.press import By
 
 #: How many performances may wait (our choice).
 WAITING = 10
@@ -39,11 +39,11 @@ class Act:
 
 @dataclass
 class Play:
-    """The acts of a performance, and the id of the wish that asked for the performance."""
+    """The acts of a performance, the id of the wish for it, and who asked."""
 
     wish: str
     acts: tuple[Act, ...]
-    waited: float = 0.0  # how long it has waited for a stopped body, s
+    by: By = "person"
 
 
 class Stage:

@@ -33,8 +33,12 @@ def _iso(moment: datetime) -> str:
 #: A moment in UTC; in JSON as ISO 8601 with milliseconds.
 Wall = Annotated[AwareDatetime, PlainSerializer(_iso, return_type=str, when_used="json")]
 
-#: Kinds of events with words that were said to the partner.
-_SAID = ("heard", "distress")
+#: Kinds of events with words that were said to the partner, and with sentences that it says. Those
+#: sentences that nobody asked for in these words are answers, which may repeat what was said.
+SAID = ("heard", "distress")
+SPOKEN = ("speech_begun", "speech_ended", "speech_broken_off")
+#: The fields that such events lose if words are not allowed.
+WORDS = ("text", "why", "detail")
 #: What a cursor looks like.
 CURSOR = r"^(?:([0-9a-f]{8}):)?([0-9]{1,15})$"
 
@@ -128,9 +132,9 @@ class LiveEvent(BaseModel):
 
 def without_words(event: LiveEvent) -> LiveEvent:
     """Return a copy of the event without people's words, or an answer that may repeat them."""
-    answers = event.kind == "speech_begun" and event.by == "partner"
-    if event.kind in _SAID or event.source == "speech" or answers:
-        return event.model_copy(update={"text": None, "why": None, "detail": None})
+    answers = event.kind in SPOKEN and event.by in (None, "partner")
+    if event.kind in SAID or event.source == "speech" or answers:
+        return event.model_copy(update=dict.fromkeys(WORDS))
     return event
 
 

@@ -164,6 +164,8 @@ class Log:
         if store is not None:
             try:
                 first, self.words = store.begin(boot), store.note(_WORDS) == "1"
+                if not self.words:  # an earlier version, or a killed one, may have left some
+                    store.forget_words(aside=False)
             except sqlite3.Error as error:  # no room, no permission, or locked by another program
                 lost = "Events will be lost when the program ends."
                 print(f"miburi: events cannot be kept: {error}. {lost}", file=sys.stderr)
@@ -224,22 +226,29 @@ class Log:
 
 
 def _write(store: EventStore, told: "SimpleQueue[LiveEvent | threading.Event | None]") -> None:
-    """Write batches from the queue until a None arrives; at a flag, forget words, and set it."""
+    """Write batches from the queue until a None arrives; at a flag, forget words, and set it.
+
+    After a second without events, the file itself has all of them.
+    """
     left: list[LiveEvent] = []
-    ended = False
+    ended, settled = False, True
     while not ended:
         waiting: list[LiveEvent | threading.Event | None] = []
         with suppress(Empty):
-            waiting.append(told.get(timeout=_AGAIN if left else None))
+            waiting.append(told.get(timeout=None if settled and not left else _AGAIN))
             waiting += [told.get_nowait() for _ in range(told.qsize())]
         left = [*left, *(one for one in waiting if isinstance(one, LiveEvent))][-_MOST:]
         flags = [one for one in waiting if isinstance(one, threading.Event)]
         if flags:
             left = [*map(without_words, left)]
+        settled = settled and not left
         try:
             while left:
                 store.write(left[:_AT_ONCE])
                 del left[:_AT_ONCE]
+            if not waiting and not settled:  # a quiet second
+                settled = True
+                store.settle()
         except sqlite3.Error as error:  # no room, or locked; later it may work
             log_once("events are not kept", error)
         for flag in flags:

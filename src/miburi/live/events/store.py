@@ -17,7 +17,8 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from miburi.errors import OutputError
-from miburi.live.events.event import LiveEvent
+from miburi.ground.files import put_aside, put_aside_before
+from miburi.live.events.event import SAID, SPOKEN, WORDS, LiveEvent
 
 #: How many events are kept, and for how long; those about stops are kept for a year (our choice).
 KEPT, MONTH, YEAR = 100_000, timedelta(days=30), timedelta(days=365)
@@ -40,13 +41,18 @@ _PRESENT = """
 SELECT wall FROM (SELECT wall FROM events ORDER BY number DESC LIMIT :sure)
     ORDER BY wall LIMIT 1 OFFSET :tenth
 """
-_FORGET = """
-UPDATE events SET content = json_remove(content, '$.text', '$.why', '$.detail')
-    WHERE json_extract(content, '$.kind') IN ('heard', 'distress')
-    OR json_extract(content, '$.source') = 'speech'
-    OR (json_extract(content, '$.kind') = 'speech_begun'
-        AND json_extract(content, '$.by') = 'partner')
-"""
+_FIELDS = ", ".join(f"'$.{field}'" for field in WORDS)
+#: The same as ``without_words``, for all events.
+_FORGET = f"""
+UPDATE events SET content = json_remove(content, {_FIELDS})
+    WHERE json_extract(content, {_FIELDS}) <> '[null,null,null]'
+    AND (json_extract(content, '$.kind') IN {SAID}
+        OR json_extract(content, '$.source') = 'speech'
+        OR (json_extract(content, '$.kind') IN {SPOKEN}
+            AND ifnull(json_extract(content, '$.by'), 'partner') = 'partner'))
+"""  # noqa: S608  # our own words
+#: After as many pages, 4 KB each, the journal is copied into the file (our choice).
+_PAGES = 50
 
 
 class EventStore:
@@ -57,13 +63,12 @@ class EventStore:
     Parameters
     ----------
     path
-        The file; if it is not our database, or is damaged, it is renamed to ``*.bad``, and a new
+        The file; if it is not our database, or is damaged, it is put aside as ``*.bad``, and a new
         one is begun.
     """
 
     def __init__(self, path: Path) -> None:
         self._path, self._lock = path, threading.Lock()
-        self._aside = path.with_name(f"{path.name}.bad")
         self._written = _PRUNED_EVERY  # since the last pruning
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -72,10 +77,10 @@ class EventStore:
             except sqlite3.DatabaseError as error:
                 if isinstance(error, sqlite3.OperationalError):
                     raise  # no room, or no permission: the file may be good
-                path.replace(self._aside)
+                aside = put_aside(path)
                 print(
                     f"miburi: {path} cannot be used, so a new file was started; the old one is "
-                    f"kept as {self._aside.name}: {error}.",
+                    f"kept as {aside.name}: {error}.",
                     file=sys.stderr,
                 )
                 for suffix in ("-wal", "-shm"):
@@ -91,6 +96,7 @@ class EventStore:
             file.execute("PRAGMA journal_mode=WAL")
             file.execute("PRAGMA synchronous=NORMAL")
             file.execute("PRAGMA secure_delete=ON")
+            file.execute(f"PRAGMA wal_autocheckpoint={_PAGES}")
             file.executescript(_TABLES)
             if file.execute("PRAGMA quick_check(1)").fetchone() != ("ok",):
                 raise sqlite3.DatabaseError("it is damaged")  # as by a power cut
@@ -179,18 +185,25 @@ class EventStore:
         with self._lock, self._file:
             self._set(name, value)
 
-    def forget_words(self) -> None:
+    def forget_words(self, *, aside: bool = True) -> None:
         """Delete people's words from all events, and every byte of them from the file.
 
-        A damaged file that was put aside is deleted, too.
+        Damaged files that were put aside are deleted, too, unless ``aside`` is False.
 
         Raises sqlite3.Error or OSError if the disk does not allow it.
         """
         with self._lock:
-            self._aside.unlink(missing_ok=True)
+            for file in put_aside_before(self._path) if aside else ():
+                file.unlink(missing_ok=True)
             with self._file:
                 self._file.execute(_FORGET)
-            self._file.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+            if self._file.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()[0]:
+                raise sqlite3.OperationalError("another program reads the events")
+
+    def settle(self) -> None:
+        """Copy the journal into the file itself, so that a copy of it has all events."""
+        with self._lock:
+            self._file.execute("PRAGMA wal_checkpoint(PASSIVE)")
 
     def _set(self, name: str, value: str) -> None:
         self._file.execute("INSERT OR REPLACE INTO notes VALUES (?, ?)", (name, value))
