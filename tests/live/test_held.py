@@ -150,18 +150,62 @@ def test_of_a_contact_only_a_stop_upon_it_is_remembered(
         (b"home 2026-11-24T10:00:00+00:00", "home", WHEN),
         (b"person", "person", None),
         (b"\xffnonsense" * 100, "person", None),
+        (b"", "person", None),
+        (bytes(64), "person", None),
+        (b"home 2026-11-24T10:00" + bytes(43), "person", None),
+        (b"nobody" + b" " * 58, "person", None),
     ],
 )
 def test_whatever_the_file_says_of_a_stop_it_holds(
-    tmp_path: Path, text: bytes, by: By, when: datetime | None
+    tmp_path: Path,
+    text: bytes,
+    by: By,
+    when: datetime | None,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
+    """A file that is empty or zeroed does not say that nobody pressed Stop; 64 blanks do."""
     path = tmp_path / "stopped.txt"
     path.write_bytes(text)
     hold = KeptHold(path)
     assert hold.before == (by, when)
+    damaged = "stopped.txt is damaged, so the body is stopped until a person releases it"
+    assert (damaged in capsys.readouterr().err) == (when is None and text != b"person")
+    hold.close()
+    assert KeptHold(path).before == (by, when)
+    hold = KeptHold(path)
     hold.end(by_person=True)
     hold.close()
+    assert path.read_bytes() == b" " * 64
     assert KeptHold(path).before is None
+
+
+def test_a_file_that_cannot_be_read_holds(
+    robot: Robot, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "stopped.txt").mkdir()
+    runner = woken(robot, tmp_path)
+    assert wakes_held(runner)
+    runner.close(patience=0.0)
+    assert "stopped.txt cannot be read (Is a directory), so the body" in capsys.readouterr().err
+
+
+def test_the_file_is_never_empty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A power cut at the first start would leave it so."""
+    seen: list[bytes | None] = []
+    path, flush = tmp_path / "stopped.txt", os.fsync
+
+    def look(file: int) -> None:
+        seen.append(path.read_bytes() if path.exists() else None)
+        flush(file)
+
+    monkeypatch.setattr(os, "fsync", look)
+    hold = KeptHold(path, now=lambda: WHEN)
+    hold.press("person")
+    hold.close()
+    assert [None if each is None else each.strip() for each in seen] == [
+        None,
+        f"person {WHEN.isoformat()}".encode(),
+    ]
 
 
 def test_no_stop_waits_for_a_disk_and_one_that_takes_nothing_is_told(

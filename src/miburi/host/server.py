@@ -47,7 +47,7 @@ from miburi.studio.words import FALLBACK, pressed_by, words
 from miburi.talk.endpoint import Endpoint
 
 #: Files without which the partner would forget something, so that it does not start if they cannot
-#: be read. Without stopped.txt, it wakes up stopped.
+#: be read. If stopped.txt cannot be read, it wakes up stopped.
 _OWN = ("people.json", "manners.json", "events.sqlite", "events.sqlite-wal")
 #: The stimulus at each start (our number).
 GREETING = Stimulus("happiness", 0.8)

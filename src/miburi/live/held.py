@@ -1,18 +1,20 @@
 """A file that keeps a person's Stop over restarts, until a person releases the body.
 
 A thread writes it, so no Stop waits for the disk; once it is written, a power cut does not lose the
-Stop. The file has its full length from the start, so it can be written even on a full disk.
+Stop. The file has its full length from the start and is changed in place, so it can be written even
+on a full disk. Only blanks, or no file, say that nobody pressed Stop. A file that cannot be read or
+understood counts as a person's Stop; so does an empty one, since Miburi never leaves the file so.
 """
 
 import os
 import sys
 import threading
 from collections.abc import Callable
-from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from queue import SimpleQueue
 
+from miburi.ground.files import write_whole
 from miburi.serving.press import By, Hold, who
 
 #: Bytes in the file: a name and a moment, filled up with blanks.
@@ -51,10 +53,7 @@ class KeptHold(Hold):
         self._now, self._told = now, SimpleQueue[str | None]()
         text = _read(path)
         if text:
-            name, _, when = text.partition(" ")
-            self.before = who(name), None
-            with suppress(ValueError):
-                self.before = who(name), datetime.fromisoformat(when)
+            self.before = _stop_of(text)
         self._told.put(text)
         self._thread = threading.Thread(target=_write, args=(path, self._told), daemon=True)
         self._thread.start()
@@ -78,20 +77,46 @@ class KeptHold(Hold):
 
 
 def _read(path: Path) -> str:
-    """Return what an earlier start has written; nothing if there is no such file."""
+    """Return what an earlier start has written, or nothing; a person's Stop if that is unknown."""
     try:
-        return path.read_bytes().decode(errors="replace").strip(" \0")
-    except OSError:
+        content = path.read_bytes()
+        text = content.decode().strip()
+        if text:
+            _stop_of(text)
+        if content:
+            return text
+        wrong = "is damaged"
+    except (FileNotFoundError, NotADirectoryError):
         return ""
+    except OSError as error:
+        wrong = f"cannot be read ({error.strerror})"
+    except ValueError:
+        wrong = "is damaged"
+    print(
+        f"miburi: {path} {wrong}, so the body is stopped until a person releases it: somebody may "
+        "have pressed Stop.",
+        file=sys.stderr,
+    )
+    return "person"
+
+
+def _stop_of(text: str) -> tuple[By, datetime | None]:
+    name, _, when = text.partition(" ")
+    if name != who(name):
+        raise ValueError(name)
+    return who(name), datetime.fromisoformat(when) if when else None
 
 
 def _write(path: Path, told: "SimpleQueue[str | None]") -> None:
     for text in iter(told.get, None):
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.touch(mode=0o600)
+            content = text.ljust(_LENGTH)
+            if not path.exists():
+                write_whole(path, content, private=True)
+                continue
             with path.open("r+b", buffering=0) as file:
-                file.write(text.ljust(_LENGTH).encode())
+                file.write(content.encode())
                 file.truncate(_LENGTH)
                 os.fsync(file.fileno())
         except OSError as error:
