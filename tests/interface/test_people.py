@@ -12,7 +12,9 @@ from fastapi.testclient import TestClient
 
 from miburi.feelings import FEELINGS
 from miburi.interface.api import make_api
+from miburi.languages import Language
 from miburi.live.runner import Runner
+from miburi.talk.script import script
 
 
 class House:
@@ -62,6 +64,33 @@ def test_a_name_and_facts_are_known_again_after_a_restart(house: House, live: Ru
         "My daughter Julia comes on Sunday.",
         "the plumber is called Mr Brown",
     ]
+
+
+@pytest.mark.parametrize(
+    ("language", "said", "word"),
+    [
+        ("en", "Remember that the bus comes at nine.", "bus"),
+        ("ja", "バスは九時に来ると覚えておいて。", "バス"),
+        ("fr", "Retiens que le bus arrive à neuf heures.", "bus"),
+    ],
+)
+def test_while_the_disk_is_full_it_promises_to_keep_nothing(
+    house: House, language: Language, said: str, word: str
+) -> None:
+    def full(_file: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    house.post("/allowed", allowed=True)
+    house.post("/present", name="Anna")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(os, "fsync", full)
+        assert house.say(said) in script(language).unkept
+        house.say(said)
+        (told,) = [each for each in house.live.history.after(0) if each.kind == "trouble"]
+        assert "No space left on device" in (told.name or "")
+        assert house.people()["trouble"] == told.name
+    assert word in house.say(said)
+    assert house.people()["trouble"] is None
 
 
 def test_without_leave_nothing_is_written_and_it_forgets(house: House, live: Runner) -> None:

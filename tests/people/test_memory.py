@@ -343,6 +343,15 @@ def test_the_morning_of_a_day_is_the_same_hour_in_summer(one: Memory) -> None:
     assert one.due(datetime(2026, 11, 25, 9, 0, tzinfo=winter)) is not None
 
 
+@pytest.mark.parametrize(("due", "told"), [(15, 9), (7, 7)])
+def test_what_is_due_at_an_hour_is_told_in_the_morning_or_earlier(
+    one: Memory, clock: Clock, due: int, told: int
+) -> None:
+    one.remember("The nurse comes today.", "en", clock.now.replace(hour=due))
+    assert one.due(clock.now.replace(hour=told - 1, minute=59)) is None
+    assert one.due(clock.now.replace(hour=told)) is not None
+
+
 def test_a_month_of_kindness_of_unkindness_and_of_neglect_can_be_told_apart() -> None:
     kind, unkind, neglect = (lived(feeling) for feeling in ("happiness", "anger", None))
     assert kind[HAPPINESS] > neglect[HAPPINESS] + 0.1

@@ -1,11 +1,15 @@
 """Recall of what was told several remarks ago, follow-up questions, times and sums."""
 
+import sys
+import time
+from datetime import datetime
+
 import pytest
 from tests.fixtures.answers import answer
 from tests.fixtures.talk import NOON, Talk
 
 from miburi.languages import language_of
-from miburi.talk.dates import away, date_of
+from miburi.talk.dates import away, date_of, due_of
 from miburi.talk.sums import sum_of
 
 
@@ -43,6 +47,39 @@ def test_it_counts_no_time_to_live_and_none_that_nobody_told(talk: Talk) -> None
     tell(talk, "I go to bed at ten.")
     assert "away" not in talk.say("How long have I got to live?").answer
     assert "away" not in talk.say("How long until the kettle boils?").answer
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no tzset")
+@pytest.mark.parametrize(
+    ("said", "due"),
+    [
+        ("The nurse comes tomorrow at 3 pm.", "2026-03-21T15:00:00+01:00"),
+        ("The nurse comes tomorrow at 10:00.", "2026-03-21T10:00:00+01:00"),
+        ("The nurse comes at nine on April 2nd.", "2026-04-02T09:00:00+02:00"),
+        ("The nurse comes at half past two on April 2nd.", "2026-04-02T14:30:00+02:00"),
+        ("The nurse comes on April 2nd for two nights.", "2026-04-02T09:00:00+02:00"),
+        ("明日の午後3時に看護師さんが来る。", "2026-03-21T15:00:00+01:00"),
+        ("4月2日の10時半に看護師さんが来る。", "2026-04-02T10:30:00+02:00"),
+        ("4月2日に看護師さんが3時間いる。", "2026-04-02T09:00:00+02:00"),
+        ("The nurse comes at nine.", None),
+    ],
+)
+def test_a_fact_is_due_at_its_hour_and_with_the_offset_of_its_day(
+    monkeypatch: pytest.MonkeyPatch, said: str, due: str | None
+) -> None:
+    """It was due at nine, and in summer with winter's offset."""
+    with monkeypatch.context() as patch:
+        patch.setenv("TZ", "CET-1CEST,M3.5.0,M10.5.0/3")
+        time.tzset()
+        now = datetime(2026, 3, 20, 10).astimezone()
+        told = due_of(said, language_of(said), now)
+        assert (told and told.isoformat()) == due
+    time.tzset()
+
+
+def test_it_counts_the_time_until_a_day_with_an_hour(talk: Talk) -> None:
+    tell(talk, "My name is Dot.", "Remember that the nurse comes tomorrow at 3 pm.")
+    assert "tomorrow" in talk.say("How long is it till the nurse comes?").answer
 
 
 def test_what_is_repeated_is_not_said_to_be_new(talk: Talk) -> None:

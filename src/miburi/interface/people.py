@@ -53,6 +53,10 @@ class PeopleOut(BaseModel):
     allowed: bool = Field(
         description="Whether what is known about people is kept on the partner's own disk."
     )
+    trouble: str | None = Field(
+        description="Why the disk did not take the latest of it, which is lost when the partner "
+        "ends; null if it did."
+    )
     present: str | None = Field(description="Who is present, if anybody has said so.")
     people: list[PersonOut] = Field(description="Everybody whom it knows.")
 
@@ -107,6 +111,7 @@ def add_people(
         present = memory.present
         return PeopleOut(
             allowed=memory.allowed,
+            trouble=memory.trouble,
             present=None if present is None else present.name,
             people=[_describe(memory, one) for one in memory.people.people],
         )

@@ -176,6 +176,11 @@ def _note_talk(wish: wishes.NoteTalk, inside: Inside) -> Command:
 
 
 @command.register
+def _note_trouble(wish: wishes.NoteTrouble, inside: Inside) -> Command:
+    return lambda: inside.note("trouble", name=wish.what)
+
+
+@command.register
 def _speak(wish: wishes.Speak, inside: Inside) -> Command:
     return lambda: inside.agenda.say(inside.partner, wish, inside.feelings.express())
 

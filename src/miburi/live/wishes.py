@@ -81,6 +81,13 @@ class NoteTalk(Wish[LiveEvent]):
 
 
 @dataclass(frozen=True)
+class NoteTrouble(Wish[LiveEvent]):
+    """Log a fault outside of the loop."""
+
+    what: str
+
+
+@dataclass(frozen=True)
 class Speak(Wish[str]):
     """Say a text, coloured by the present feeling; the answer is the wish's id.
 

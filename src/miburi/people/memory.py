@@ -22,6 +22,7 @@ from miburi.people.recall import ENOUGH, recall, ways_to_ask
 from miburi.people.records import (
     LONGEST_FACT,
     LONGEST_NAME,
+    MORNING,
     Acquaintance,
     Fact,
     People,
@@ -61,15 +62,14 @@ class Memory:
         self, path: Path | None, temperament: Temperament, clock: Callable[[], datetime]
     ) -> None:
         self._path, self._temperament, self._clock = path, temperament, clock
-        self._known = People()
         self.allowed = path is not None and path.exists()
-        if self.allowed and path is not None:
-            self._known = read_people(path)
+        self._known = read_people(path) if path is not None and self.allowed else People()
         self._present: Acquaintance | None = None
         self._untold: list[Fact] = []  # from somebody without a name; never written
         self.remarks = Remarks(clock)
         #: The number of deletions; when it changes, other parts forget the conversation, too.
         self.deleted = 0
+        self.trouble: str | None = None  #: why the disk did not take the latest change
         self._until = clock()
         self._lock = threading.RLock()  # one change at a time, with its writing
 
@@ -256,10 +256,9 @@ class Memory:
         return just[-1] if just else None
 
     def kept(self, language: Language, most: int = _LATEST) -> str | None:
-        """Return the latest facts that this person asked to be remembered, oldest first, if any."""
-        known = (fact for fact in self._facts_now() if fact.language == language)
-        asked = [fact.text for fact in known if fact.asked]
-        return _together(asked[-most:], language) or None
+        """Return the latest facts that this person asked it to remember, oldest first, if any."""
+        known = [one for one in self._facts_now() if one.asked and one.language == language]
+        return _together([fact.text for fact in known[-most:]], language) or None
 
     def _facts_now(self) -> list[Fact]:
         if (person := self.present) is not None:
@@ -269,15 +268,14 @@ class Memory:
         return self._untold
 
     def due(self, now: datetime, but: Set[Fact] = frozenset()) -> tuple[Acquaintance, Fact] | None:
-        """Return the person present and a fact, not in ``but``, that fell due today; or None."""
-        person = self.present
-        if person is None:
-            return None
-        for fact in person.facts:
-            due = fact.due and fact.due.replace(tzinfo=now.tzinfo)  # nine is nine in summer, too
-            today = due is not None and due.date() == now.date() and due <= now
-            if today and fact not in but:
-                return person, fact
+        """Return the person present, and a fact due today that is not in ``but``.
+
+        A fact is told from the morning on, or from an earlier hour if it is due then.
+        """
+        if (person := self.present) is not None:
+            for fact in person.facts:
+                if fact not in but and _is_due(fact.due, now):
+                    return person, fact
         return None
 
     def correct(
@@ -338,13 +336,22 @@ class Memory:
         try:
             if self.allowed and self._path is not None:
                 write_people(self._path, known)
+            self.trouble = None
         except OutputError as error:
             if sure:
                 raise
+            self.trouble = str(error)
             log_once("what the partner is told will be lost when it ends", error)
         self._known = known
         if self._present is old:
             self._present = new
+
+
+def _is_due(due: datetime | None, now: datetime) -> bool:
+    """Whether it is due today by now, by the clock on the wall: nine is nine in summer, too."""
+    if due is None or due.date() != now.date():
+        return False
+    return min(due.time(), MORNING) <= now.time()
 
 
 def _most_telling(facts: list[Fact], language: Language) -> list[str]:

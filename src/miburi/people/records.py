@@ -3,7 +3,7 @@
 import json
 import sys
 from contextlib import suppress
-from datetime import datetime
+from datetime import datetime, time
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,8 @@ from miburi.ground.files import (
 )
 from miburi.languages import Language
 
+#: The time of day at which a fact about a day is due (our choice).
+MORNING = time(9)
 #: Greatest number of letters in a name and in a fact (our choice).
 LONGEST_NAME, LONGEST_FACT = 40, 200
 

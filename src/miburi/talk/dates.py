@@ -2,13 +2,14 @@
 
 import re
 from contextlib import suppress
-from datetime import datetime, time, timedelta
+from datetime import datetime, timedelta
 
 from miburi.languages import Language, compile_phrases, plain
+from miburi.people.records import MORNING
 from miburi.talk.script import Script, script
 
-#: The time of day at which a fact about a day is due (our choice).
-_MORNING = time(9)
+#: "At three", or any time before seven, means the afternoon (our choice).
+_EARLY, _HALF, _DAY = timedelta(hours=7), timedelta(hours=12), timedelta(hours=24)
 _NUMBER = re.compile(r"(?<!\d)([12]?\d|3[01])(?:st|nd|rd|th|er|日)?(?!\d)")
 
 
@@ -18,22 +19,40 @@ def local_time() -> datetime:
 
 
 def due_of(said: str, language: Language, now: datetime) -> datetime | None:
-    """Return the morning of the day that a sentence names, today or later; None if it names none.
+    """Return the day that a sentence names, today or later, at its time; None if it names no day.
 
-    >>> due_of("Anna comes on Sunday.", "en", datetime(2026, 11, 25)).date().isoformat()
-    '2026-11-29'
-    >>> due_of("She was born on February 29th.", "en", datetime(2026, 11, 25)).date().isoformat()
-    '2028-02-29'
+    Without a time it is nine in the morning. The zone is this computer's, unless ``now`` has none.
+
+    >>> due_of("Anna comes on Sunday at 3 pm.", "en", datetime(2026, 11, 25)).isoformat()
+    '2026-11-29T15:00:00'
+    >>> due_of("She was born on February 29th.", "en", datetime(2026, 11, 25)).isoformat()
+    '2028-02-29T09:00:00'
     >>> due_of("It is on February 30th.", "en", datetime(2026, 11, 25))
     """
-    words, text = script(language), plain(said, language)
+    text = plain(said, language)
+    day = _day_in(text, language, now)
+    if day is None:
+        return None
+    clock = MORNING
+    for found in script(language).times_in(text):
+        time_of_day, is_sure = _clock(found, script(language))
+        if not is_sure and time_of_day < _EARLY:
+            time_of_day += _HALF
+        clock = (datetime.min + time_of_day % _DAY).time()
+        break
+    due = datetime.combine(day.date(), clock)
+    return due if now.tzinfo is None else due.astimezone()  # with the offset of that date
+
+
+def _day_in(text: str, language: Language, now: datetime) -> datetime | None:
+    words = script(language)
     for pattern, days in words.plain_days:
         if pattern.search(text):
-            return _morning(now + timedelta(days=days))
+            return now + timedelta(days=days)
     for weekday, (pattern, name) in enumerate(words.plain_weekdays):
         if pattern.search(text):
             wait = (weekday - now.weekday() - 1) % 7 + 1 + _later(text, name, words)
-            return _morning(now + timedelta(days=wait))
+            return now + timedelta(days=wait)
     for month, name in enumerate(words.plain_months, 1):
         if day := _day_of(name, text, words):
             return _next(now, month, day)
@@ -69,7 +88,7 @@ def away(said: str, told: str | None, language: Language, now: datetime) -> str 
             days = (due.date() - now.date()).days
             if days and (words := script(language).away):
                 return words[min(days, len(words) - 1)].format(days=days)
-        if left := _left(text, language, now):
+        if (left := _left(text, language, now)) and script(language).span:
             return _span(left, language)
         if due and (words := script(language).away):
             return words[0]
@@ -83,15 +102,21 @@ def _left(said: str, language: Language, now: datetime) -> timedelta | None:
     """
     rules = script(language)
     for found in rules.times_in(plain(said, language)):
-        hour, past, to, half = (found.get(part) for part in ("hour", "past", "to", "half"))
-        clock = timedelta(hours=rules.number(hour) or 0)
-        clock += timedelta(minutes=(rules.number(past) or 0) - (rules.number(to) or 0))
-        every = timedelta(hours=24 if half or clock >= timedelta(hours=13) else 12)
-        if half == rules.afternoon and clock < timedelta(hours=12):
-            clock += timedelta(hours=12)
+        clock, is_sure = _clock(found, rules)
         today = timedelta(hours=now.hour, minutes=now.minute)
-        return (clock - today) % every
+        return (clock - today) % (_DAY if is_sure else _HALF)
     return None
+
+
+def _clock(found: dict[str, str | None], rules: Script) -> tuple[timedelta, bool]:
+    """Return a time of day, and whether its half of the day is sure."""
+    hour, past, to, half = (found.get(part) for part in ("hour", "past", "to", "half"))
+    clock = timedelta(hours=rules.number(hour) or 0)
+    clock += timedelta(minutes=(rules.number(past) or 0) - (rules.number(to) or 0))
+    is_sure = half is not None or clock >= timedelta(hours=13)
+    if half == rules.afternoon and clock < _HALF:
+        clock += _HALF
+    return clock, is_sure
 
 
 def _span(left: timedelta, language: Language) -> str:
@@ -124,11 +149,7 @@ def _day_of(month: str, text: str, words: Script) -> int | None:
 def _next(now: datetime, month: int, day: int) -> datetime | None:
     for year in range(now.year, now.year + 9):  # February 29th may be eight years away
         with suppress(ValueError):
-            due = _morning(now.replace(year=year, month=month, day=day))
+            due = now.replace(year=year, month=month, day=day)
             if due.date() >= now.date():
                 return due
     return None
-
-
-def _morning(day: datetime) -> datetime:
-    return datetime.combine(day.date(), _MORNING, day.tzinfo)

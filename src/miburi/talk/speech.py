@@ -13,7 +13,7 @@ from miburi.gestures import KeyPose, look
 from miburi.languages import FALLBACK, Language, language_of
 from miburi.live.settle import done, granted
 from miburi.live.view import LivePartner
-from miburi.live.wishes import Feel, Lean, NoteTalk, Perform, Sense, Speak
+from miburi.live.wishes import Feel, Lean, NoteTalk, NoteTrouble, Perform, Sense, Speak
 from miburi.people import Memory
 from miburi.robot import Array
 from miburi.safety.stop import StopReason
@@ -83,6 +83,7 @@ class Speech:
         self._comfort = Comfort(care, clock)
         self._conversation = None if endpoint is None else _converse(endpoint)
         self._noted: tuple[str | None] | None = None  # the conversation's trouble, as logged
+        self._unkept: str | None = None  # the memory's trouble, as logged
         self._counted = partner.history.number
         self._leaning: Array | None = None
         self._body: dict[str, str] = {}  # what the body did when the last remark came, as slots
@@ -163,6 +164,7 @@ class Speech:
             if meant == "repeat":
                 self._comfort.keep_open()
         self._answerer.spoke(answer)
+        await self._note_unkept()
         if self.memory.deleted == self._deleted:
             # "Remember that" never stores words of distress, or the remark before them.
             plain = "" if grave or heard.worry is not None else said
@@ -272,13 +274,14 @@ class Speech:
 
     async def _perform(self, answer: SmallAnswer) -> str:
         """Perform an answer's act; return what to say, which differs if the body cannot move."""
-        cue = answer.cue
-        if answer.quotes and not await asyncio.to_thread(may_be_said, answer.text):
-            words = script(answer.language)
-            return self._answerer.say(words.gentle or words.feelings.lines("none", None))
+        cue, words = answer.cue, script(answer.language)
+        unkept = answer.do in ("remember", "amend") and self.memory.trouble is not None
+        if unkept or (answer.quotes and not await asyncio.to_thread(may_be_said, answer.text)):
+            own = words.unkept if unkept else words.gentle
+            return self._answerer.say(own or words.feelings.lines("none", None))
         if cue is None or not (cue.move or cue.show or cue.look):
             return answer.text
-        state, words = self._partner.snapshot.state, script(answer.language)
+        state = self._partner.snapshot.state
         if state.paused:
             return self._answerer.say(words.paused)
         if state.stop is not None:
@@ -315,6 +318,11 @@ class Speech:
             await granted(self._partner, Feel(stimulus, "partner"))
         await granted(self._partner, Speak(reply.text, "partner"))
         return reply.text
+
+    async def _note_unkept(self) -> None:
+        trouble, self._unkept = self._unkept, self.memory.trouble
+        if self._unkept not in (None, trouble):
+            await granted(self._partner, NoteTrouble(self._unkept))
 
     async def _note(self, talk: "Conversation") -> None:
         self._noted = (talk.trouble,)
