@@ -426,6 +426,17 @@ def test_no_byte_of_an_answer_is_left_by_its_end(
     assert [file for file in everything if b"tumour" in file] == []
 
 
+def test_what_an_earlier_version_left_is_forgotten_at_the_next_start(tmp_path: Path) -> None:
+    """It kept the text of an answer with its end."""
+    store = EventStore(tmp_path / "events.sqlite")
+    left = {"boot": "5f2c9a10", "number": 1, "wall": BEGAN, "time": 0.0, "kind": "speech_ended"}
+    store.write([LiveEvent.model_validate({**left, "text": "The tumour is back."})])
+    store.close()
+    kept(tmp_path).close()
+    everything = [path.read_bytes() for path in tmp_path.iterdir()]
+    assert [file for file in everything if b"tumour" in file] == []
+
+
 def test_what_is_forgotten_on_the_disk_is_what_is_hidden(tmp_path: Path) -> None:
     store, said = EventStore(tmp_path / "events.sqlite"), (Brought("said", 1.0),)
     kinds = get_args(LiveEvent.model_fields["kind"].annotation)

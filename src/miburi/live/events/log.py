@@ -164,8 +164,9 @@ class Log:
         if store is not None:
             try:
                 first, self.words = store.begin(boot), store.note(_WORDS) == "1"
-                if not self.words:  # an earlier version, or a killed one, may have left some
-                    store.forget_words(aside=False)
+                if not self.words:  # an earlier version may have left some
+                    with suppress(sqlite3.Error):  # another program reads; the next start may
+                        store.forget_words(aside=False)
             except sqlite3.Error as error:  # no room, no permission, or locked by another program
                 lost = "Events will be lost when the program ends."
                 print(f"miburi: events cannot be kept: {error}. {lost}", file=sys.stderr)
