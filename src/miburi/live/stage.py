@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from miburi.feelings import Expression
 from miburi.gestures import KeyPose
 from miburi.live.commands import BusyError
+from miburi.partner import LAPSES
 from miburi.serving.press import By
 
 #: How many performances may wait (our choice).
@@ -44,6 +45,7 @@ class Play:
     wish: str
     acts: tuple[Act, ...]
     by: By = "person"
+    waited: float = 0.0  # how long it has waited for a stopped body, s
 
 
 class Stage:
