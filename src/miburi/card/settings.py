@@ -15,7 +15,9 @@ import numpy as np
 from miburi.calibration.file import Mounting
 from miburi.card.link import crc16
 from miburi.card.units import STEPS_PER_TURN, check_encoder
+from miburi.errors import InputError
 from miburi.robot import JOINTS, Robot
+from miburi.robot.description import HOLD
 from miburi.robot.guards import GUARDS, Guards, by_motor
 from miburi.safety.contact import Rule
 from miburi.safety.controller import RETURN_SPEED
@@ -48,7 +50,7 @@ ALLOWED = {
     "acceleration": (244, 40_000, "steps/s²"),
     "max_speed": (16, 6957, "steps/s"),
     "return_speed": (16, 1304, "steps/s"),
-    "hold_pwm": (0, 400, "of 885"),
+    "hold_pwm": (0, round(HOLD * FULL_PWM), "of 885"),
     "p_gain": (100, 16_383, ""),
     "d_gain": (0, 16_383, ""),
     "error_per_pwm": (256, 32_000, "× 1/65536 steps"),
@@ -63,6 +65,19 @@ ALLOWED = {
     "friction": (0, 32_767, "× 1/65536 steps for each 5 ms"),
     "lost": (0, 255, "× 1/256"),
     "sag": (0, 768, "× 1/256"),
+}
+#: The keys of a robot's or servo's file from which settings follow.
+_KEYS = {
+    "acceleration": "servo.acceleration",
+    "max_speed": "servo.max_speed",
+    "hold_pwm": "servo.hold_torque",
+    "p_gain": "drive.gain",
+    "d_gain": "gains.d",
+    "error_per_pwm": "divisor.p_divisor divided by drive.gain",
+    "pull": "the stiffness (drive.gain, divisor and motor) divided by the inertia",
+    "brake": "the damping (motor.back_emf, friction.viscous) divided by the inertia",
+    "friction": "friction.dry and friction.stiction divided by the inertia",
+    "lost": "friction.motor_load",
 }
 
 
@@ -189,23 +204,24 @@ class CardSettings:
         ------
         BodyError
             The robot's encoders are not those of the card's servos.
+        InputError
+            The robot or its servo has a value that a card does not take.
         """
         check_encoder(robot)
         from miburi.safety.free import FreeRule  # it loads Numba
 
         free = FreeRule.of(robot)
         rule, step, servo = rule or free, robot.servo.step, robot.servo.model
-        hold = robot.servo.hold_torque / (1 - servo.friction.motor_load) / servo.motor_torque
         lower, upper = to_steps(robot, robot.lower), to_steps(robot, robot.upper)
         neutral = to_steps(robot, aim(robot, robot.neutral))
-        return cls(
+        made = cls(
             General(
                 period=rule.period,
                 ratio=rule.ratio,
                 acceleration=round(robot.servo.acceleration / step),
                 max_speed=round(robot.servo.max_speed / step),
                 return_speed=round(RETURN_SPEED / step),
-                hold_pwm=round(hold * FULL_PWM),
+                hold_pwm=round(robot.servo.hold_duty * FULL_PWM),
                 p_gain=round(servo.drive.gain),
                 d_gain=round(servo.gains.d),
                 error_per_pwm=_error_per_pwm(servo),
@@ -224,6 +240,19 @@ class CardSettings:
                 for i, guards in enumerate(by_motor(rule.guards))
             ),
         )
+        made._check(robot)
+        return made
+
+    def _check(self, robot: Robot) -> None:
+        for values in (vars(self.general), *(joint.values for joint in self.joints)):
+            for name, key in _KEYS.items():
+                low, high, _ = ALLOWED[name]
+                if not low <= values.get(name, low) <= high:
+                    raise InputError(
+                        f"{robot.name} with {robot.servo.model.name} does not fit a card: "
+                        f"{key} gives a {name} of {format_value(name, values[name])}; a "
+                        f"card takes {format_value(name, low)} to {format_value(name, high)}."
+                    )
 
     def with_servos(self, robot: Robot, rule: "FreeRule") -> "CardSettings":
         """Return these settings with the gain of ``robot`` and the rule of its servos."""

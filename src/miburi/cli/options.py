@@ -120,7 +120,10 @@ def robot_of(file: Path | None, servo: str | None = None) -> "Robot":
             "the description of a shipped robot."
         )
     robot = iphonoid() if file is None else load_robot(file)
-    return robot if servo is None else robot.with_servo(load_servo(servo))
+    if servo is not None:
+        robot = robot.with_servo(load_servo(servo))
+        robot.servo.check_hold()
+    return robot
 
 
 def must_be_one_of(allowed: Iterable[str], given: str, what: str) -> None:

@@ -11,7 +11,8 @@ from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any, Self, TypeVar, get_args, get_origin
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
+from pydantic_core import PydanticCustomError
 
 from miburi.errors import DescriptionError
 
@@ -65,6 +66,17 @@ def _hashable(value: object) -> object:
     if is_dataclass(value) and not isinstance(value, type):
         return _hashable(vars(value))
     return value
+
+
+def between(low: float, high: float, what: str) -> AfterValidator:
+    """Return a validator of a number's range; ``what`` tells the reader of the error its unit."""
+
+    def check(value: float) -> float:
+        if not low <= value <= high:
+            raise PydanticCustomError("between", f"{what}, from {low:g} to {high:g}")
+        return value
+
+    return AfterValidator(check)
 
 
 def load_table(model: type[AnyTable], path: Path | str) -> AnyTable:

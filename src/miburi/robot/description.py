@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, Strict, ValidationInfo, model_validator
 
-from miburi.ground.tables import Table, load_table
+from miburi.errors import InputError
+from miburi.ground.tables import Table, between, load_table
 from miburi.robot.guards import Guards, check_ranges
 from miburi.servos import Servo, load_servo
 
@@ -34,18 +35,20 @@ JOINTS = (
 EXTREMITIES = ("right", "left", "head")
 
 Positive = Annotated[float, Field(gt=0)]
-NotNegative = Annotated[float, Field(ge=0)]
+Length = Annotated[Positive, between(0.015, 1, "lengths are in metres")]
+Size = Annotated[Positive, between(0.001, 0.5, "sizes are in metres")]
+Mass = Annotated[Positive, between(0.001, 5, "masses are in kg")]
 
 
 class Lengths(Table):
     """The six static lengths of Section 3, in m."""
 
-    L01: Positive
-    L12: Positive
-    L23: Positive
-    L34: Positive
-    LH1: Positive
-    LH2: Positive
+    L01: Length
+    L12: Length
+    L23: Length
+    L34: Length
+    LH1: Length
+    LH2: Length
 
 
 class Joint(Table):
@@ -88,6 +91,10 @@ def _servo(value: object, info: ValidationInfo) -> object:
     return load_servo(folder / value if value.endswith(".toml") else value)
 
 
+#: The largest share of a motor's full duty with which a stopped body may hold (``settings.h``).
+HOLD = 400 / 885
+
+
 class ServoTable(Table):
     """The servo of every joint, and the speed, acceleration and torque that are asked of it.
 
@@ -95,9 +102,29 @@ class ServoTable(Table):
     """
 
     model: Annotated[Servo, BeforeValidator(_servo)]
-    max_speed: Annotated[float, Field(gt=0, le=20)]
-    acceleration: Annotated[float, Field(gt=0, le=500)]
+    max_speed: Annotated[Positive, between(0.05, 20, "it is in rad/s")]
+    acceleration: Annotated[Positive, between(0.4, 500, "it is in rad/s²")]
     hold_torque: Positive
+
+    @model_validator(mode="after")
+    def _soft(self) -> Self:
+        self.check_hold()
+        return self
+
+    @property
+    def hold_duty(self) -> float:
+        """The share of full duty with which a stopped motor holds ``hold_torque``."""
+        servo = self.model
+        return self.hold_torque / (1 - servo.friction.motor_load) / servo.motor_torque
+
+    def check_hold(self) -> None:
+        """Raise InputError if a person could hardly move the stopped body."""
+        if self.hold_duty > HOLD:
+            raise InputError(
+                f"hold_torque = {self.hold_torque:g}: it is in N·m, and a stopped body must stay "
+                f"soft, so {self.model.name} may hold with at most "
+                f"{self.hold_torque * HOLD / self.hold_duty:.3f} ({HOLD:.0%} of its duty)"
+            )
 
     @property
     def step(self) -> float:
@@ -113,11 +140,11 @@ GuardsTable: TypeAlias = Guards[Annotated[list[_Grant], Field(min_length=8, max_
 class Masses(Table):
     """Masses in kg; those of arm parts are for one arm."""
 
-    torso: Positive
-    upper_arm: Positive
-    forearm: Positive
-    shoulder: Positive
-    phone: Positive
+    torso: Mass
+    upper_arm: Mass
+    forearm: Mass
+    shoulder: Mass
+    phone: Mass
 
 
 class Shape(Table):
@@ -127,16 +154,22 @@ class Shape(Table):
     height.
     """
 
-    pedestal_height: Positive
-    pedestal_radius: Positive
-    torso_radius: Positive
-    arm_radius: Positive
-    hand_radius: Positive
-    phone_width: Positive
-    phone_height: Positive
-    phone_thickness: Positive
+    pedestal_height: Length
+    pedestal_radius: Length
+    torso_radius: Size
+    arm_radius: Size
+    hand_radius: Size
+    phone_width: Size
+    phone_height: Size
+    phone_thickness: Size
     phone_level: float
-    phone_below: Positive | None = None
+    phone_below: Size | None = None
+
+    @model_validator(mode="after")
+    def _like_a_phone(self) -> Self:
+        if self.phone_height < 0.4 * self.phone_width:
+            raise ValueError("phone_height must be at least 0.4 times phone_width")
+        return self
 
     @property
     def phone_drop(self) -> float:

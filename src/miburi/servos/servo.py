@@ -13,11 +13,15 @@ import numpy as np
 from pydantic import Field
 
 from miburi.errors import InputError
-from miburi.ground.tables import Table, load_table
+from miburi.ground.tables import Table, between, load_table
 
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
 Share = Annotated[float, Field(ge=0, lt=1)]
+# The ranges are far wider than any small servo; they find numbers in another unit.
+_Torque = Annotated[NotNegative, between(0, 1, "it is in N·m")]
+_REGISTER = between(0, 65_535, "it is in units of its register")
+_DIVISOR = between(0.1, 1e6, "it divides a register")
 
 #: The servos that ship with Miburi.
 SERVOS: tuple[str, ...] = ("xl330-m288-t", "imagined")
@@ -33,22 +37,22 @@ class Origin(Table):
 class MotorTable(Origin):
     """The motor as seen through its gears, at the horn, in N·m/A, V·s/rad, Ω and kg·m²."""
 
-    torque_constant: Positive
-    back_emf: NotNegative
-    resistance: Positive
-    armature: Positive
+    torque_constant: Annotated[Positive, between(0.01, 20, "it is in N·m/A")]
+    back_emf: Annotated[NotNegative, between(0, 20, "it is in V·s/rad")]
+    resistance: Annotated[Positive, between(0.05, 500, "it is in Ω")]
+    armature: Annotated[Positive, between(1e-6, 0.5, "it is in kg·m²")]
 
 
 class Friction(Origin):
     """The friction in a joint, in N·m and rad/s: see :func:`miburi.servos.voltage.dry_friction`."""
 
-    dry: Positive
-    stiction: NotNegative
-    viscous: NotNegative
+    dry: _Torque
+    stiction: _Torque
+    viscous: Annotated[NotNegative, between(0, 2, "it is in N·m·s/rad")]
     motor_load: Share
     load_stiction: Share
-    stribeck_speed: Positive
-    stribeck_shape: Positive
+    stribeck_speed: Annotated[Positive, between(0.001, 60, "it is in rad/s")]
+    stribeck_shape: Annotated[Positive, between(0.1, 50, "it is an exponent")]
     solver_time: Annotated[float, Field(gt=0, le=1)]
     solver_grip: Annotated[float, Field(gt=0, lt=1)]
 
@@ -64,9 +68,9 @@ class Friction(Origin):
 class DataSheet(Origin):
     """The maker's numbers at the nominal voltage, in N·m, rad/s and A."""
 
-    stall_torque: Positive
-    no_load_speed: Positive
-    stall_current: Positive
+    stall_torque: Annotated[Positive, between(0.01, 50, "it is in N·m")]
+    no_load_speed: Annotated[Positive, between(0.1, 60, "it is in rad/s")]
+    stall_current: Annotated[Positive, between(0.01, 50, "it is in A")]
 
 
 class Encoder(Origin):
@@ -81,41 +85,41 @@ class Gains(Origin):
     The gains are in units of their registers, ``pwm_limit`` in PWM units and ``pwm_slope`` in V/s.
     """
 
-    p: NotNegative
-    d: NotNegative
-    d_divisor: Positive
-    pwm_limit: Annotated[int, Field(gt=0)]
-    pwm_slope: Positive
+    p: Annotated[NotNegative, _REGISTER]
+    d: Annotated[NotNegative, _REGISTER]
+    d_divisor: Annotated[Positive, _DIVISOR]
+    pwm_limit: Annotated[int, between(100, 65_535, "it is in units of the PWM register")]
+    pwm_slope: Annotated[Positive, between(1, 1e6, "it is in V/s")]
 
 
 class Divisor(Origin):
     """The divisor of the P gain."""
 
-    p_divisor: Positive
+    p_divisor: Annotated[Positive, _DIVISOR]
 
 
 class ProfileTable(Origin):
     """The units of the profile's registers, in rad/s and rad/s²."""
 
-    speed_unit: Positive
-    acceleration_unit: Positive
+    speed_unit: Annotated[Positive, between(1e-4, 0.15, "it is in rad/s")]
+    acceleration_unit: Annotated[Positive, between(1e-4, 50, "it is in rad/s²")]
 
 
 class Supply(Origin):
     """The supply's voltage (V), and the resistance that all servos share (Ω)."""
 
-    voltage: Annotated[float, Field(gt=0, le=50)]
-    resistance: NotNegative
+    voltage: Annotated[float, between(1, 50, "it is in V")]
+    resistance: Annotated[NotNegative, between(0, 10, "it is in Ω")]
 
 
 class Loop(Origin):
     """The control's rate (Hz) and its imperfections."""
 
-    rate: Positive
-    noise: NotNegative
-    start_delay: NotNegative
-    clock_error: NotNegative
-    backlash: NotNegative
+    rate: Annotated[Positive, between(20, 100_000, "it is in Hz")]
+    noise: Annotated[NotNegative, between(0, 20, "it is in encoder steps")]
+    start_delay: Annotated[NotNegative, between(0, 0.1, "it is in s")]
+    clock_error: Annotated[NotNegative, between(0, 0.2, "it is a share")]
+    backlash: Annotated[NotNegative, between(0, 0.1, "it is in rad")]
 
 
 class Drive(Origin):
@@ -127,8 +131,8 @@ class Drive(Origin):
     share ``lift`` of the sag under load.
     """
 
-    gain: Positive
-    headroom: Annotated[float, Field(ge=1)]
+    gain: Annotated[Positive, between(1, 65_535, "it is in units of the P gain's register")]
+    headroom: Annotated[float, Field(ge=1, le=10_000)]
     room: Annotated[float, Field(ge=0, le=1)]
     lift: Annotated[float, Field(ge=0, le=1)]
 
