@@ -139,7 +139,8 @@ def test_the_file_keeps_the_rule_to_the_step(robot: Robot, tmp_path: Path) -> No
     # Nothing was identified: what the rule expects is the description's servo.
     np.testing.assert_array_equal(back.servo, FreeRule.of(robot).servo)
     good = path.read_text()
-    path.write_text(good.replace('robot = "iphonoid"', "").replace('servo = "XL330-M288-T"', ""))
+    before, _, rest = good.partition("[fits]")
+    path.write_text(before + "[rule]" + rest.partition("[rule]")[2])
     assert not read_calibration(robot, path).named
     # None of these would be a rule that stops this robot.
     for right, wrong, words in [
@@ -154,6 +155,28 @@ def test_the_file_keeps_the_rule_to_the_step(robot: Robot, tmp_path: Path) -> No
         path.write_text(good.replace(right, wrong))
         with pytest.raises(DescriptionError, match=words):
             read_calibration(robot, path)
+
+
+@pytest.mark.parametrize(
+    ("table", "key", "value", "words"),
+    [
+        ("lengths", "L34", 0.12, "lengths"),
+        ("masses", "phone", 0.3, "masses"),
+        ("left_elbow", "max", 0.5, "joint limits"),
+        ("servo", "acceleration", 10.0, "servo's constants"),
+        ("motor", "resistance", 4.0, "servo's constants"),
+        ("drive", "gain", 800.0, "servo's constants"),
+    ],
+)
+def test_a_calibration_of_another_body_of_the_same_name_is_refused(
+    robot: Robot, tmp_path: Path, table: str, key: str, value: float, words: str
+) -> None:
+    path, data = tmp_path / "calibration.toml", robot.model_dump()
+    write_calibration(robot, FreeRule.of(robot), path, "")
+    tables = {**data, **data["joints"], **data["servo"]["model"]}
+    tables[table][key] = value
+    with pytest.raises(DescriptionError, match=f"on a robot with other {words}; give its file"):
+        read_calibration(Robot.model_validate(data), path)
 
 
 def test_the_file_keeps_how_a_cards_servos_are_mounted(robot: Robot, tmp_path: Path) -> None:
@@ -188,7 +211,7 @@ def test_identified_servos_come_back_from_their_file(robot: Robot, tmp_path: Pat
         shares = Shares(*rng.uniform(0.6, 1.4, (4, 8)), wear=wear)
         worn = robot.with_servo(robot.servo.model.varied(friction=wear))
         rule = expecting(worn, shares, guards)
-        write_calibration(worn, rule, path, "two\nlines", identified=shares)
+        write_calibration(worn, rule, path, "two\nlines", identified=shares, of=robot)
         back = read_calibration(robot, path).rule
         assert isinstance(back, FreeRule)
         np.testing.assert_array_equal(back.servo, rule.servo)

@@ -15,6 +15,7 @@ from tests.fixtures.waiting import until
 from typer.testing import CliRunner
 
 from miburi.cli.commands import app
+from miburi.cli.options import calibrated
 from miburi.errors import BodyError, OutputError
 from miburi.gestures import MovementFunction
 from miburi.robot import Robot
@@ -70,6 +71,25 @@ def test_a_gesture_that_does_not_fit_the_robot_is_refused_by_name(
     assert "Traceback" not in out.stderr
 
 
+@pytest.mark.parametrize(
+    ("table", "changes", "words"),
+    [
+        ("left_elbow", {"min": -0.174, "max": 1.744, "neutral": 1.3}, "the joint limits of iphon"),
+        ("motor", {"resistance": 4.0}, "the servo's constants of iphonoid"),
+    ],
+)
+def test_guards_for_other_limits_or_servos_are_named(
+    robot: Robot, table: str, changes: dict[str, float], words: str,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    calibrated(robot, None)
+    assert not capsys.readouterr().err
+    data = robot.model_dump()
+    ({**data["joints"], **data["servo"]["model"]}[table]).update(changes)
+    calibrated(Robot.model_validate(data), None)
+    assert f"are for {words}" in capsys.readouterr().err
+
+
 def test_experiment_with_a_robot_and_a_gesture_of_ones_own(
     tall_file: Path, own_gestures: Path, tmp_path: Path
 ) -> None:
@@ -78,7 +98,9 @@ def test_experiment_with_a_robot_and_a_gesture_of_ones_own(
         (tmp_path / earlier).write_bytes(b"of another run")
     out = miburi("experiment", "--seconds", "2", "--no-film", "--out", tmp_path, *options)
     assert out.returncode == 0, out.stderr
-    assert "are for the lengths and masses of iphonoid, and this robot has others" in out.stderr
+    assert (
+        "are for the lengths and joint limits of iphonoid, and this robot has others" in out.stderr
+    )
     pictures = {file.name for file in tmp_path.iterdir() if file.suffix in (".mp4", ".png")}
     assert pictures == {"experiment.png", "mine.png"}
     assert "nothing was touched" in out.stdout

@@ -100,7 +100,8 @@ def test_a_robot_that_differs_is_identified_tested_and_stored(
     assert describe(found)[0].startswith("          waist: ")
     card.save()
     path = tmp_path / "calibration.toml"
-    write_calibration(found.robot, settings.rule, path, "by hand", settings.mounting, found.found)
+    own = found.robot, settings.rule, path, "by hand", settings.mounting, found.found
+    write_calibration(*own, of=robot)
     read = read_calibration(robot, path)
     assert apply_calibration(CardSettings.of(robot), read) == settings
     # Another host finds the calibration on the card, and what it asks of the motors fits it.

@@ -15,6 +15,7 @@ from miburi.errors import DescriptionError
 from miburi.ground.tables import Table, load_table
 from miburi.robot import Robot
 from miburi.robot.description import GuardsTable
+from miburi.robot.fit import checksums, differing
 from miburi.robot.guards import GUARDS, check_ranges, in_whole_units
 from miburi.safety.contact import Rule
 from miburi.safety.profile import SECOND
@@ -86,14 +87,24 @@ class IdentifiedTable(Table):
     gravity: _Shares
 
 
+class FitsTable(Table):
+    """Checksums of the description that was calibrated; see :mod:`miburi.robot.fit`."""
+
+    lengths: str
+    masses: str
+    joints: str
+    servo: str
+
+
 class CalibrationFile(Table):
     """The content of a calibration file; ``guards`` is the same table as in a description.
 
-    ``robot`` and ``servo`` name what was calibrated; earlier files do not say it.
+    ``robot``, ``servo`` and ``fits`` say what was calibrated; earlier files do not.
     """
 
     robot: str | None = None
     servo: str | None = None
+    fits: FitsTable | None = None
     rule: RuleTable
     guards: GuardsTable
     servos: Mounting | None = None
@@ -115,7 +126,7 @@ class Calibration:
     identified
         The rule with a model of the measured servos; None if they were not measured.
     named
-        Whether the file names its robot, which was then found to be this one.
+        Whether the file says which robot it is for, which was then found to be this one.
     """
 
     robot: Robot
@@ -132,11 +143,17 @@ def write_calibration(
     note: str,
     servos: Mounting | None = None,
     identified: "Shares | None" = None,
+    of: Robot | None = None,
 ) -> None:
-    """Write a calibration as TOML, in rad and s; ``note`` becomes a comment at the top."""
+    """Write a calibration as TOML, in rad and s; ``note`` becomes a comment at the top.
+
+    ``of`` is the robot as it was described, if ``robot`` has the servos that were identified.
+    """
     step = robot.servo.step
     lines = [f"# {line}".rstrip() for line in note.splitlines()]
     lines += ["", f'robot = "{robot.name}"', f'servo = "{robot.servo.model.name}"']
+    lines += ["", "[fits] # checksums of the description"]
+    lines += [f'{part} = "{checksum}"' for part, checksum in checksums(of or robot).items()]
     lines += ["", "[rule]", f"period = {rule.period / SECOND:g} # s"]
     lines += [f"ratio = {rule.ratio / 10_000:g}", "", "[guards]"]
     for name, values in vars(rule.guards).items():
@@ -170,7 +187,7 @@ def read_calibration(robot: Robot, path: Path) -> Calibration:
     from miburi.safety.free import FreeRule
 
     table = load_table(CalibrationFile, path)
-    _check_names(robot, table, path)
+    _check_fit(robot, table, path)
     period, ratio = round(table.rule.period * SECOND), round(table.rule.ratio * 10_000)
     try:
         check_ranges(table.guards)
@@ -184,10 +201,10 @@ def read_calibration(robot: Robot, path: Path) -> Calibration:
         rule = expecting(robot, Shares(**values, wear=own.wear), guards)
     rule = replace(rule, guards=guards, period=period, ratio=ratio)
     identified = rule if own is not None else None
-    return Calibration(robot, rule, table.servos, identified, named=table.robot is not None)
+    return Calibration(robot, rule, table.servos, identified, named=table.fits is not None)
 
 
-def _check_names(robot: Robot, table: CalibrationFile, path: Path) -> None:
+def _check_fit(robot: Robot, table: CalibrationFile, path: Path) -> None:
     if table.robot not in (None, robot.name):
         raise DescriptionError(
             f"{path} is for the robot {table.robot}, and this one is {robot.name}; give the file "
@@ -200,6 +217,11 @@ def _check_names(robot: Robot, table: CalibrationFile, path: Path) -> None:
                 f"{path} is for the servo {servo}, but the robot has {own}; choose that servo "
                 "with --servo, or calibrate this one."
             )
+    if table.fits and (what := differing(table.fits.model_dump(), checksums(robot))):
+        raise DescriptionError(
+            f"{path} was measured on a robot with other {what}; give its file with --robot, or "
+            "calibrate this one."
+        )
 
 
 def _with_identified(robot: Robot, table: IdentifiedTable) -> Robot:

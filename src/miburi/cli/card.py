@@ -184,12 +184,13 @@ def calibrate(
 
     if built and zeros:
         raise InputError("--built and --zeros both say where the zeros are; give one of them.")
-    if built and misfits(robot_of(robot)):
+    description = robot_of(robot)
+    if built and misfits(description):
         raise InputError(
             "--built is for a printed body, and this robot cannot be printed. Pass a printable "
             "robot's file with --robot (miburi template robot buildable makes one)."
         )
-    with _open_card(port, robot_of(robot)) as card, whole_files(out.parent) as draft:
+    with _open_card(port, description) as card, whole_files(out.parent) as draft:
         if not prepare(card, wait_for_enter, ids=ids, zeros=zeros, built=built):
             print("All servos have their ids. Mount them, then calibrate with --built or --zeros.")
             return
@@ -207,8 +208,9 @@ def calibrate(
         )
         settings, path = measured.settings, draft / out.name
         write_calibration(
-            measured.robot, settings.rule, path, note, settings.mounting, measured.found
-        )
+            measured.robot, settings.rule, path, note, settings.mounting, measured.found,
+            of=description,
+        )  # fmt: skip
         print("storing …")
         card.save()
     print(f"Stored on the card, and in {out}.")
@@ -289,7 +291,7 @@ def load(
             step = card.robot.servo.step
             print(f"Angles are rounded to the servo's steps of {step:.6f} rad.")
         if not calibration.named:
-            print("The file does not name its robot: make sure that it was calibrated on this one.")
+            print("The file does not say which robot it fits: make sure that it is this one.")
         if calibration.servos is None:
             print("The file names no servos: their ids, directions and zeros stay as they were.")
         print("storing …")

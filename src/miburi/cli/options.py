@@ -135,6 +135,7 @@ def must_be_one_of(allowed: Iterable[str], given: str, what: str) -> None:
 def _name_foreign_guards(robot: "Robot") -> None:
     """Warn if a robot has a shipped robot's guards (tolerances), but other servos or limbs."""
     from miburi.robot import buildable, iphonoid
+    from miburi.robot.fit import checksums, differing
 
     for shipped in (iphonoid(), buildable()):
         measured, own = shipped.servo.model.name, robot.servo.model.name
@@ -142,8 +143,8 @@ def _name_foreign_guards(robot: "Robot") -> None:
             continue
         if own != measured:
             whose = f"{measured} servos, and this robot has {own}"
-        elif (robot.lengths, robot.masses) != (shipped.lengths, shipped.masses):
-            whose = f"the lengths and masses of {shipped.name}, and this robot has others"
+        elif what := differing(checksums(robot), checksums(shipped)):
+            whose = f"the {what} of {shipped.name}, and this robot has others"
         else:
             continue
         print(

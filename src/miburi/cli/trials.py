@@ -169,7 +169,7 @@ def calibrate(
     note = f"Contact rule of {body.name}: servos identified from free moves, seed {seed}."
     with whole_files(out.parent) as draft:
         path = draft / out.name
-        write_calibration(done.robot, done.rule, path, note, identified=done.found)
+        write_calibration(done.robot, done.rule, path, note, identified=done.found, of=body)
     for line in (*done.words, f"{done.seconds:.0f} s of the robot's time"):
         print(line)
     print(out)
