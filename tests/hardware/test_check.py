@@ -1,5 +1,6 @@
 """Every check passes on the buildable robot, and fails on one that breaks it."""
 
+import itertools
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
@@ -18,6 +19,7 @@ from miburi.hardware.wiring import buffer_board, card, hub_board
 from miburi.robot import JOINTS, Robot, buildable
 from miburi.robot.loads import GRAVITY, loads
 from miburi.robot.shape import BASE, links
+from miburi.servos import load_servo
 
 ROBOT = buildable()
 
@@ -52,7 +54,21 @@ def test_the_buildable_robot_passes_every_check() -> None:
     motions = {feeling: motion(feeling) for feeling in ("happiness", "anger")}
     found = list(check(ROBOT, motions, 4 * PERIOD))
     assert [one for one in found if not one.ok] == []
-    assert len(found) == len({one.check for one in found}) == 15
+    assert len(found) == len({one.check for one in found}) == 16
+
+
+def test_a_robot_with_another_servo_has_no_parts_to_print() -> None:
+    (found,) = check(ROBOT.with_servo(load_servo("imagined")), {}, PERIOD)
+    assert not found.ok
+    assert "parts exist for the XL330 only, and this robot has imagined" in found.words
+
+
+def test_gestures_that_the_contact_rule_stopped_at_once_are_named() -> None:
+    found = check(ROBOT, {"anger": still(ROBOT)[:1]}, PERIOD, stopped=["anger"])
+    ends = {one.check: one for one in itertools.takewhile(lambda one: one.check != "push", found)}
+    assert not ends["contact rule"].ok
+    assert ends["contact rule"].words.endswith("help: anger")
+    assert "tipping" in ends
 
 
 def folded() -> np.ndarray:

@@ -138,8 +138,8 @@ def check(robot: RobotToBuild = None, fit: Fit = 0.25, as_json: AsJson = False) 
     from miburi.bodies.rehearsal import PERIOD
     from miburi.hardware.check import check as findings
 
-    wrong = 0
-    for finding in findings(body, _motions(body), PERIOD * _EACH, fit):
+    wrong, (motions, stopped) = 0, _motions(body)
+    for finding in findings(body, motions, PERIOD * _EACH, fit, stopped):
         words = f"{'ok' if finding.ok else 'NO':3} {finding.check:16} {finding.words}."
         print(json.dumps(asdict(finding), ensure_ascii=False) if as_json else words, flush=True)
         wrong += not finding.ok
@@ -149,18 +149,26 @@ def check(robot: RobotToBuild = None, fit: Fit = 0.25, as_json: AsJson = False) 
         raise typer.Exit(1)
 
 
-def _motions(robot: "Robot") -> dict[str, "Array"]:
-    """Return the simulated body's motion in every shipped gesture, at several moods."""
+def _motions(robot: "Robot") -> tuple[dict[str, "Array"], list[str]]:
+    """Return the simulated body's motion in every shipped gesture, and the names of stopped ones.
+
+    Each gesture is performed at several moods.
+    """
     from miburi.bodies.rehearsal import rehearse
     from miburi.cli.options import repertoire_of
     from miburi.gestures import key_poses
 
-    motions = {}
+    motions, stopped = {}, []
     for function in repertoire_of(robot, None).functions:
         for mood in _MOODS:
-            motion = rehearse(robot, key_poses(robot, function, mood)).angles
-            motions[f"{function.name} at {mood:g}"] = motion[::_EACH]
-    return motions
+            name, done = (
+                f"{function.name} at {mood:g}",
+                rehearse(robot, key_poses(robot, function, mood)),
+            )
+            motions[name] = done.angles[::_EACH]
+            if done.stop is not None:
+                stopped.append(name)
+    return motions, stopped
 
 
 @hardware_app.command()

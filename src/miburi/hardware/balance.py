@@ -107,7 +107,7 @@ def zero_moment_radius(
     """Return the greatest distance of the zero-moment point from the foot's middle, mm.
 
     ``motion``, (n, 8) in rad, has one pose every ``period`` s. The robot does not tip while the
-    zero-moment point stays within the foot's radius.
+    zero-moment point stays within the foot's radius. A motion of fewer than three poses gives 0.
     """
     frames = [link_frames(robot, pose) for pose in motion]
     places = np.array([[frame[one.link] @ [*one.centre, 1.0] for one in table] for frame in frames])
@@ -123,7 +123,7 @@ def zero_moment_radius(
         for axis in (0, 1)
     ]
     # If nothing presses the foot down, the robot lifts off the table.
-    return float(np.where(down > 0, np.hypot(*point), np.inf).max())
+    return float(np.where(down > 0, np.hypot(*point), np.inf).max(initial=0.0))
 
 
 def torques(robot: Robot, poses: Array) -> tuple[Array, Array]:

@@ -113,8 +113,8 @@ def printed_parts(robot: Robot, fit: float = FIT, *, engraved: bool = True) -> l
     Raises
     ------
     InputError
-        ``fit`` is out of range, or the lengths do not allow the parts; the message says which
-        lengths.
+        ``fit`` is out of range, or the servo or a length does not allow the parts; the message says
+        which.
     """
     check_fit(fit)
     if lines := misfits(robot):

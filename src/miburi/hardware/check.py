@@ -72,13 +72,18 @@ class Finding:
 
 
 def check(
-    robot: Robot, motions: Mapping[str, Array], period: float, fit: float = FIT
+    robot: Robot,
+    motions: Mapping[str, Array],
+    period: float,
+    fit: float = FIT,
+    stopped: Sequence[str] = (),
 ) -> Iterator[Finding]:
     """Yield a finding for each property that a robot must have to be built.
 
-    ``motions`` are the gestures by name, each (n, 8) rad with a pose every ``period`` s; ``fit`` is
-    the gap on each side of a pocket, mm. If no parts can be made with these lengths, the first
-    finding says why, and is the only one.
+    ``motions`` are the gestures by name, each (n, 8) rad with a pose every ``period`` s; those in
+    ``stopped`` end where the contact rule stopped them. ``fit`` is the gap on each side of a
+    pocket, mm. If no parts can be made for this robot, the first finding says why, and is the only
+    one.
 
     Raises
     ------
@@ -99,6 +104,11 @@ def check(
     yield _no("fit", pairs, "no two parts on a link overlap")
     yield _fingers(robot)
     yield _screws()
+    yield _no(
+        "contact rule", stopped, "it stops no gesture where nothing is touched",
+        "it stops these gestures though nothing is touched; lighter or shorter links, a lower "
+        "acceleration, or `miburi calibrate` help: ",
+    )  # fmt: skip
     yield from _loads(robot, parts, motions, period)
     yield _cables(robot, motions)
     yield _drivers(robot, parts)

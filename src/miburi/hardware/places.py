@@ -131,8 +131,10 @@ def range_of(robot: Robot, joint: str) -> tuple[float, float]:
 
 
 def misfits(robot: Robot) -> list[str]:
-    """Return one line of text for each length that is too short for the parts."""
-    return [
+    """Return one line of text for another servo, and for each length too short for the parts."""
+    servo = robot.servo.model.name
+    other = f"parts exist for the XL330 only, and this robot has {servo}."
+    return ([] if servo.casefold().startswith("xl330") else [other]) + [
         f"{key} is {has:.1f} mm and must be {least:.1f} mm or more "
         f"(short by {least - has:.1f} mm): {why}."
         for key, (least, why) in _least_lengths(robot).items()
