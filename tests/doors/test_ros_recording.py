@@ -13,9 +13,15 @@ from miburi.cli.commands import app
 from miburi.doors.ros_recording import convert_recording
 from miburi.errors import InputError
 from miburi.feelings import EmotionalModel
-from miburi.live.recording.recorder import RecordedMessage, Recorder, step_messages
+from miburi.live.recording.recorder import (
+    RecordedMessage,
+    Recorder,
+    RecordingAbout,
+    read,
+    step_messages,
+)
 from miburi.partner import Stopped
-from miburi.robot import JOINTS, Robot
+from miburi.robot import JOINTS, Robot, buildable
 from miburi.robot.urdf import to_urdf
 from miburi.safety.stop import Phase, Stop, StopReason
 
@@ -82,6 +88,17 @@ def test_rosbags_opens_it_with_the_right_names_stamps_and_profiles(
     assert said.expression == "happy"
     ((_, told),) = heard["/diagnostics"]
     assert told.status[0].message == "stopped: contact at waist"
+
+
+def test_a_recording_of_another_robot_is_refused(
+    recording: Path, robot: Robot, tmp_path: Path
+) -> None:
+    other = tmp_path / "other.mcap"
+    with other.open("wb") as file, Recorder(file, RecordingAbout(buildable())) as recorder:
+        recorder.write(read(recording))
+    with pytest.raises(InputError, match="is of the robot buildable, and this one is iphonoid"):
+        convert_recording(other, robot, tmp_path / "ros.mcap")
+    assert convert_recording(other, buildable(), tmp_path / "ros.mcap") > STEPS
 
 
 def test_what_is_no_recording_of_ours_is_refused(robot: Robot, tmp_path: Path) -> None:

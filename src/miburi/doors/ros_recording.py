@@ -25,7 +25,7 @@ from miburi.doors.ros_types import StringMsg, definition, ros_name
 from miburi.errors import InputError
 from miburi.feelings.catalogue import FeelingName
 from miburi.ground.files import whole_files
-from miburi.live.recording.recorder import RecordedMessage, read
+from miburi.live.recording.recorder import RecordedMessage, read, recorded_robot
 from miburi.live.state import Eight, Expressed, StopOut
 from miburi.robot import Robot
 from miburi.robot.shape import links
@@ -85,9 +85,14 @@ def convert_recording(recording: Path, robot: Robot, out: Path) -> int:
     are joint states, too, with the joints' goals and speeds. A recording that is cut off is
     converted up to that point.
 
-    Raises InputError if the file is no Miburi recording; OutputError if the file cannot be
-    written.
+    Raises InputError if the file is no Miburi recording, or another robot's; OutputError if the
+    file cannot be written.
     """
+    if (name := recorded_robot(recording)) not in (None, robot.name):
+        raise InputError(
+            f"{recording} is of the robot {name}, and this one is {robot.name}; give the file of "
+            "that robot with --robot."
+        )
     messages = read(recording)
     try:
         first = next(messages)

@@ -21,6 +21,7 @@ import json
 import os
 import struct
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 from types import MappingProxyType, TracebackType
@@ -289,6 +290,14 @@ def is_whole(file: IO[bytes]) -> bool:
         return False
     file.seek(-len(MCAP0_MAGIC), os.SEEK_END)
     return file.read() == MCAP0_MAGIC
+
+
+def recorded_robot(path: Path | str) -> str | None:
+    """Return the name of the robot of a recording; None if the recording does not say it."""
+    with suppress(*_BROKEN, OSError), Path(path).open("rb") as file:
+        for metadata in NonSeekingReader(file).iter_metadata():
+            return metadata.metadata.get("robot")
+    return None
 
 
 def read(path: Path | str, topics: list[str] | None = None) -> Iterator[RecordedMessage]:
