@@ -118,6 +118,8 @@ def preview(
         pictures = show(body, function, mood, draft, camera, face=face, settings=settings)
     for name in (pictures.film, pictures.strip, pictures.paths):
         print(out / name)
+    if pictures.fault:
+        typer.echo(f"miburi: {source} at mood {mood:g} is {pictures.fault}.", err=True)
 
 
 _LEAD = "Take a hand of the resting robot and guide it slowly. To end, keep still for 2 s."

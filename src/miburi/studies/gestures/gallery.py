@@ -52,6 +52,8 @@ def write_gallery(
             for mood in MOODS:
                 progress(f"{function.name} {mood}")
                 cells.append(show(robot, function, mood, draft, camera, face=face))
+                if cells[-1].fault:
+                    progress(f"{function.name} {mood}: {cells[-1].fault}")
         page = render(
             _PAGE,
             shown=gestures,

@@ -16,6 +16,7 @@ from miburi.robot import Array, Robot
 from miburi.studies import face as faces
 from miburi.studies.figures import PRINT, figure_file
 from miburi.studies.film import Camera, Picture, Scene, camera, contact_sheet, write_film
+from miburi.studies.gestures.check import MOST_ERROR
 from miburi.studies.gestures.measures import Measures, measure
 
 #: The width and height, in pixels, of films and of a strip's pictures.
@@ -43,6 +44,15 @@ class Pictures:
     strip: str
     film: str
     paths: str
+
+    @property
+    def fault(self) -> str:
+        """Why the gesture is not shown whole, in words; empty if it is."""
+        stop, off = self.rehearsal.stop, self.rehearsal.ik_error
+        if stop is not None:
+            where = "" if stop.motor is None else f" at the {stop.motor.replace('_', ' ')}"
+            return f"not shown whole: the contact rule stopped it after {stop.time:.2f} s{where}"
+        return f"not as written: a pose is missed by {1e3 * off:.0f} mm" if off > MOST_ERROR else ""
 
     @property
     def measures(self) -> Measures:
