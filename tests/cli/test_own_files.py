@@ -15,9 +15,9 @@ from tests.fixtures.waiting import until
 from typer.testing import CliRunner
 
 from miburi.cli.commands import app
-from miburi.cli.options import calibrated
+from miburi.cli.options import calibrated, warn_of_meetings
 from miburi.errors import BodyError, OutputError
-from miburi.gestures import MovementFunction
+from miburi.gestures import MovementFunction, load
 from miburi.robot import Robot
 from miburi.safety.free import FreeRule
 from miburi.studies.trials import plan, runs, workshop
@@ -88,6 +88,23 @@ def test_guards_for_other_limits_or_servos_are_named(
     ({**data["joints"], **data["servo"]["model"]}[table]).update(changes)
     calibrated(Robot.model_validate(data), None)
     assert f"are for {words}" in capsys.readouterr().err
+
+
+def test_gestures_in_which_long_arms_meet_are_named(
+    robot: Robot, capsys: pytest.CaptureFixture[str]
+) -> None:
+    functions = [load("fear"), load("surprise")]
+    warn_of_meetings(robot, functions)
+    assert not capsys.readouterr().err
+    data = robot.model_dump()
+    data["lengths"] |= {"L01": 0.2, "L23": 0.09, "L34": 0.12}
+    warn_of_meetings(Robot.model_validate(data), functions)
+    assert "in these gestures, at mood 1: fear (right_hand and left_hand). Gest" in (
+        capsys.readouterr().err
+    )
+    data["lengths"]["L01"] = 0.06
+    warn_of_meetings(Robot.model_validate(data), functions)
+    assert "at neutral the table and the right hand are" in capsys.readouterr().err
 
 
 def test_experiment_with_a_robot_and_a_gesture_of_ones_own(

@@ -234,3 +234,23 @@ def warn_of_misfits(robot: "Robot", functions: Iterable["MovementFunction"]) -> 
             f"it can: {', '.join(near)}. Gestures of your own (--gestures) replace them.",
             file=sys.stderr,
         )
+
+
+def warn_of_meetings(robot: "Robot", functions: Iterable["MovementFunction"]) -> None:
+    """Warn about gestures in which two parts of the robot meet at full mood; 0.1 s for each."""
+    from miburi.bodies.rehearsal import rehearse
+    from miburi.errors import DescriptionError
+    from miburi.gestures import key_poses
+
+    try:
+        shown = {one.name: rehearse(robot, key_poses(robot, one, 1.0)).met for one in functions}
+    except DescriptionError as error:  # parts meet even at neutral
+        print(f"miburi: {error}", file=sys.stderr)
+        return
+    met = [f"{name} ({' and '.join(parts)})" for name, parts in shown.items() if parts]
+    if met:
+        print(
+            f"miburi: parts of {robot.name} meet in these gestures, at mood 1: {', '.join(met)}. "
+            "Gestures of your own (--gestures) replace them; `miburi gesture check` says more.",
+            file=sys.stderr,
+        )

@@ -26,6 +26,7 @@ from miburi.cli.options import (
     robot_of,
     settings_of,
     temperament_of,
+    warn_of_meetings,
     warn_of_misfits,
 )
 from miburi.errors import InputError
@@ -174,6 +175,12 @@ def run(
         from miburi.doors.home import check_free
 
         asyncio.run(check_free(doors.broker, doors.name))
+
+    def warn() -> None:
+        warn_of_misfits(description, repertoire.functions)
+        if robot is not None or gestures is not None:
+            warn_of_meetings(description, repertoire.functions)
+
     description, rule = calibrated(robot_of(robot, servo), calibration)
     repertoire = load_gestures(description, gestures)
     character = temperament_of(temperament)
@@ -199,7 +206,7 @@ def run(
             programs_may_release=programs_may_release,
         ),
         # This loads the solver while the server's process loads its libraries.
-        meanwhile=lambda: warn_of_misfits(description, repertoire.functions),
+        meanwhile=warn,
     )
 
 
