@@ -18,8 +18,9 @@ from miburi.calibration.free_motion import Trace
 from miburi.calibration.shares import Shares
 from miburi.errors import BodyError, InputError
 from miburi.ground.compiled import compiled
-from miburi.robot import JOINTS, Array, Robot
+from miburi.robot import JOINTS, Array, Robot, buildable, iphonoid
 from miburi.robot.guards import Guards
+from miburi.robot.loads import loads
 from miburi.safety.contact import Loading
 from miburi.safety.free import FreeRule
 from miburi.safety.profile import FINE, Steps
@@ -66,6 +67,9 @@ _FIRM, _LOOSE, _IN_STEPS, _PLAYS = radians(0.057), radians(0.092), (0.65, 1.05),
 #: allowed for (our choice): with a larger ratio, half a degree of play at a joint with much
 #: friction would go unreported.
 _RUBS = 2.0
+#: Joints that move this many times the shipped robot's inertia may seem to have play (simulated:
+#: 2.2 times did, 1.1 times did not).
+_HEAVY = 1.5
 _MIRROR = {"left": "right", "right": "left"}
 _NAMES = ("stiffness", "damping", "friction", "gravity")
 #: Constants that the search changes in one step: each one alone, and then two groups (without and
@@ -324,24 +328,48 @@ def play(robot: Robot, found: Identified) -> Array:
     return about
 
 
-def and_play(robot: Robot, found: Identified) -> str:
-    """Return a sentence about gears with play, to append to another message; empty if none."""
-    loose = [
-        f"{np.degrees(angle):.1f}° at the {name.replace('_', ' ')}"
-        for name, angle in zip(JOINTS, play(robot, found), strict=True)
-        if angle
-    ]
-    if not loose:
+def and_play(robot: Robot, found: Identified, *, firm: bool = False) -> str:
+    """Return a sentence about gears with play, to append to another message; empty if none.
+
+    Weight that is much larger than the shipped robot's looks like play, so it is named as another
+    cause; with ``firm``, when the gears are known to have no play, as the only one.
+    """
+    angles = play(robot, found)
+    if not angles.any():
         return ""
-    return (
-        f" Gears seem to have play, of about {', '.join(loose)}: tighten the horn screws there. If "
+    loose = ", ".join(
+        f"{np.degrees(angle):.1f}° at the {name.replace('_', ' ')}"
+        for name, angle in zip(JOINTS, angles, strict=True)
+        if angle
+    )
+    heavy = "Lighter or shorter arms, or a higher gain in the servo's file, help."
+    if firm:
+        return (
+            f" The motors miss the model of these servos as if there were play, of about {loose}; "
+            f"the simulated gears have none, so what they carry is too heavy for them. {heavy}"
+        )
+    told = (
+        f" Gears seem to have play, of about {loose}: tighten the horn screws there. If "
         "they are tight, the gears are worn, or something touched the robot."
+    )
+    own, *shipped = (
+        loads(one, (one.lower + one.upper) / 2).inertia for one in (robot, iphonoid(), buildable())
+    )
+    times = (own / np.max(shipped, axis=0))[angles > 0].max()
+    if times <= _HEAVY:
+        return told
+    return (
+        f"{told} Or it is no play: {times:.1f} times the inertia of a shipped robot's, as here, "
+        f"looks the same. {heavy}"
     )
 
 
-def in_words(robot: Robot, found: Identified) -> list[str]:
-    """Return sentences about servos that a maker may want to check; none if all is as expected."""
-    loose = and_play(robot, found).strip()
+def in_words(robot: Robot, found: Identified, *, firm: bool = False) -> list[str]:
+    """Return sentences about servos that a maker may want to check; none if all is as expected.
+
+    ``firm`` says that the gears are known to have no play.
+    """
+    loose = and_play(robot, found, firm=firm).strip()
     lines = [loose] if loose else []
     for what, shares in (("stiffness", found.stiffness), ("friction", found.friction)):
         for motor, name in enumerate(JOINTS):

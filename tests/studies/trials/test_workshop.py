@@ -87,6 +87,22 @@ def test_a_stiff_elbow_is_named_in_words(robot: Robot) -> None:
     assert not any("shoulder" in line for line in words)
 
 
+def test_a_heavy_arm_is_not_taken_for_loose_gears(robot: Robot, found: Identified) -> None:
+    missed = np.where(np.arange(8) == LEFT_ELBOW, 2.0, found.missed)
+    seen = replace(found, missed=missed, friction=np.ones(8))
+    data = robot.model_dump()
+    data["lengths"] |= {"L01": 0.2, "L23": 0.09, "L34": 0.12}
+    long = Robot.model_validate(data)
+    (loose,) = (line for line in in_words(robot, seen) if "play" in line)
+    assert loose.endswith("the gears are worn, or something touched the robot.")
+    (either,) = (line for line in in_words(long, seen) if "play" in line)
+    assert "Gears seem to have play" in either
+    assert "Or it is no play: 2.2 times the inertia of a shipped robot's" in either
+    (heavy,) = (line for line in in_words(long, seen, firm=True) if "play" in line)
+    assert "the simulated gears have none, so what they carry is too heavy" in heavy
+    assert "screw" not in heavy
+
+
 def test_one_soft_servo_among_good_ones_is_refused_by_name(robot: Robot, found: Identified) -> None:
     check(robot, found)
     soft = np.where(np.arange(8) == LEFT_ELBOW, 0.3, found.stiffness)

@@ -63,6 +63,8 @@ def calibrate_servos(robot: Robot, seed: int, true: Robot | None = None) -> Cali
     Raises BodyError if a servo is too soft or too stiff with the gains that were tried, or the rule
     stopped a gesture.
     """
+    # Only of a body that is simulated as described is the play of its gears known.
+    firm = true is None and not robot.servo.model.loop.backlash
     true = true or robot
     seconds = 0.0
     first = robot.servo.model.drive.gain
@@ -84,7 +86,7 @@ def calibrate_servos(robot: Robot, seed: int, true: Robot | None = None) -> Cali
     seconds += plant.time
     found = identify(robot, traces, found.wear)
     check(robot, found)
-    gain, words = robot.servo.model.drive.gain, in_words(robot, found)
+    gain, words = robot.servo.model.drive.gain, in_words(robot, found, firm=firm)
     if gain != first:
         words.insert(
             0, f"the P gain is {gain:g} now; {first:g} made the servos too soft or too stiff"
@@ -96,9 +98,9 @@ def calibrate_servos(robot: Robot, seed: int, true: Robot | None = None) -> Cali
     seconds += plant.time
     rule = shaken(free_rule(robot, found, traces), swung)
     try:
-        rule = granted(rule, _test(plant, rule, seed))
+        rule = granted(rule, _test(plant, rule, seed, firm=firm))
     except BodyError as error:
-        raise BodyError(f"{error}{and_play(robot, found)}") from error
+        raise BodyError(f"{error}{and_play(robot, found, firm=firm)}") from error
     return Calibrated(robot, true, rule, found, tuple(words), seconds + plant.time)
 
 
@@ -144,7 +146,7 @@ def _record(body: Simulated, here: Array, move: Move, after: int) -> Trace:
     return trace_of(body.robot, here, move, readings)
 
 
-def _test(plant: TrialPlant, rule: FreeRule, seed: int) -> list[Trace]:
+def _test(plant: TrialPlant, rule: FreeRule, seed: int, *, firm: bool) -> list[Trace]:
     here = np.array(plant.robot.neutral)
     plant.begin(here, USUAL, np.random.default_rng([seed, _STREAM, 1]))
     body = Simulated(plant.robot, rule, plant=plant)
@@ -154,10 +156,15 @@ def _test(plant: TrialPlant, rule: FreeRule, seed: int) -> list[Trace]:
             traces.append(_record(body, here, move, after=0))
             here = move.angles
             if body.state.stop is not None:
+                look = (
+                    "Nothing is loose or in the way in this simulation: what the servos carry is "
+                    "too long or heavy for them."
+                    if firm
+                    else "Look for a loose horn or screw, a cable that pulls, or a hand in the "
+                    "way; then calibrate again."
+                )
                 raise BodyError(
-                    f"The calibrated rule stopped a free gesture at {body.state.stop.motor}. Look "
-                    "for a loose horn or screw, a cable that pulls, or a hand in the way; then "
-                    "calibrate again."
+                    f"The calibrated rule stopped a free gesture at {body.state.stop.motor}. {look}"
                 )
     return traces
 
