@@ -1,7 +1,9 @@
 """A door that another package ships."""
 
 import sys
+import threading
 import tomllib
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -45,3 +47,37 @@ def test_a_door_of_another_package_is_opened(live: Runner) -> None:
 def test_a_door_that_nobody_ships_is_refused_by_name() -> None:
     with pytest.raises(InputError, match="'bell'; installed: lamp"):
         Doors(packages=("bell",)).need()
+
+
+@pytest.mark.parametrize(
+    ("door", "words"),
+    [
+        ("def open_door(app): ...", r"\(own_door:open_door\) failed: TypeError: .* 1 positional"),
+        ("def open_door(app, partner):\n    1 / 0", r"own_door\.py, line 2: ZeroDivisionError: "),
+        ("import nowhere", r"failed in .*own_door\.py, line 1: ModuleNotFoundError: .*nowhere"),
+    ],
+)
+@pytest.mark.usefixtures("installed")
+def test_a_door_that_fails_is_named_with_its_line(
+    live: Runner, tmp_path: Path, door: str, words: str
+) -> None:
+    (tmp_path / "own_door.py").write_text(door)
+    with pytest.raises(InputError, match=f"the door lamp .*{words}"):
+        Doors(packages=("lamp",)).open(interface(live), live)
+
+
+@pytest.mark.usefixtures("installed")
+def test_a_door_that_does_not_return_is_waited_for_aloud(
+    live: Runner, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "own_door.py").write_text(
+        "from threading import Event\nend = Event()\ndef open_door(app, partner):\n    end.wait()\n"
+    )
+    monkeypatch.setattr("miburi.doors.doors.PATIENCE", 0.0)
+    opening = threading.Thread(
+        target=Doors(packages=("lamp",)).open, args=(interface(live), live), daemon=True
+    )
+    opening.start()
+    until(lambda: "waiting for the door lamp (own_door:open_door)" in caplog.text)
+    import_module("own_door").end.set()
+    opening.join()

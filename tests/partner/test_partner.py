@@ -7,7 +7,7 @@ import pytest
 from tests.fixtures.partner import PaperBody, happy, of, run
 from tests.partner.conftest import Moving
 
-from miburi import gestures
+from miburi import gestures, ik
 from miburi.errors import BodyError, InputError
 from miburi.feelings import FEELINGS, EmotionalModel, Expression
 from miburi.partner import (
@@ -248,3 +248,29 @@ def test_a_key_pose_that_is_refused_on_the_way_is_performed_after_it(robot: Robo
     body = Reluctant(robot, move_time=0.5)
     assert shown(body) == shown(PaperBody(robot, move_time=0.5))
     assert 0 < body.refused < 10, "it does not ask again at every step"
+
+
+FOUND = ik.Solution(np.zeros(8), 0.0, np.zeros(3), 1, 0, ik.CONVERGED)
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        None,
+        np.zeros(8),
+        FOUND._replace(angles=[0.0] * 8),
+        FOUND._replace(angles=np.zeros(7)),
+        FOUND._replace(angles=np.full(8, np.nan)),
+        FOUND._replace(error=0.0),
+    ],
+    ids=["None", "array", "list", "seven", "nan", "no error"],
+)
+def test_kinematics_that_find_no_solution_are_told_what_to_return(
+    robot: Robot, given: object
+) -> None:
+    def solve(*_: object) -> ik.Solution:
+        return given  # type: ignore[return-value]
+
+    partner = Partner(PaperBody(robot), happy(), period=2.0, solve=solve)
+    with pytest.raises(InputError, match=r"^solve= must return a miburi.ik.Solution .*, got .*$"):
+        run(partner, 0.1)

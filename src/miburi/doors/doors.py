@@ -5,9 +5,12 @@ package may ship a door, too: a function that takes the application and the part
 point of the group ``miburi.doors``.
 """
 
+import logging
 from dataclasses import dataclass, field
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
+from threading import Timer
+from traceback import extract_tb
 from typing import TYPE_CHECKING
 
 from miburi.doors.broker import Broker
@@ -22,7 +25,10 @@ if TYPE_CHECKING:  # the process of the partner's loop needs no web library
     from fastapi import FastAPI
 
 
+_LOG = logging.getLogger(__name__)
 _OTHERS = "miburi.doors"
+#: After this long, s, a door of another package that has not opened is named (our choice).
+PATIENCE = 5.0
 
 
 @dataclass(frozen=True)
@@ -89,4 +95,30 @@ class Doors:
 
             add_ros(app, partner, self.ros)
         for name in dict.fromkeys(self.packages):
-            entry_points(group=_OTHERS)[name].load()(app, partner)
+            _open_other(entry_points(group=_OTHERS)[name], app, partner)
+
+
+def _open_other(door: EntryPoint, app: "FastAPI", partner: LivePartner) -> None:
+    """Open another package's door; while it takes long, say so.
+
+    Raises InputError if it fails; the message names the door, the line and the reason.
+    """
+    what = f"the door {door.name} ({door.value})"
+    waiting = Timer(
+        PATIENCE,
+        _LOG.warning,
+        ("waiting for %s, which has not returned yet; start a thread for long work", what),
+    )
+    waiting.daemon = True
+    waiting.start()
+    try:
+        door.load()(app, partner)
+    except Exception as error:
+        last = extract_tb(error.__traceback__)[-1]
+        at = "" if last.filename == __file__ else f" in {last.filename}, line {last.lineno}"
+        raise InputError(
+            f"{what} failed{at}: {type(error).__name__}: {error}. It must be a function that "
+            "takes the application and the partner. Mend it, or leave --door out."
+        ) from error
+    finally:
+        waiting.cancel()

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from logging.handlers import QueueHandler, QueueListener
 
-from miburi.errors import InputError
+from miburi.errors import InputError, MiburiError
 
 LEVELS = ("debug", "info", "warning", "error", "critical")
 #: The environment variable that sets the level; child processes inherit it.
@@ -76,10 +76,16 @@ def _note_thread(failed: threading.ExceptHookArgs) -> None:
 
 
 def logged(work: Callable[..., None], *arguments: object) -> None:
-    """Run a process's main function; if it raises, log the exception and exit with code 1."""
+    """Run a process's main function; if it raises, log the exception and exit with code 1.
+
+    A :class:`MiburiError` is logged as its message, since that says all.
+    """
     log_to_stderr()
     try:
         work(*arguments)
+    except MiburiError as error:
+        _LOG.critical("%s", error)
+        sys.exit(1)
     except Exception:
         _LOG.exception("the process %s has failed", work.__name__)
         sys.exit(1)

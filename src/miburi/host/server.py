@@ -159,7 +159,7 @@ def _serve(launch: Launch, meanwhile: Callable[[], None], alone: ExitStack) -> N
     if end in _LEFT_ALONE:
         raise BodyError(
             f"{_LEFT_ALONE[end]}, so Stop would not have worked any more: the body was stopped "
-            "where it was. Start Miburi again."
+            "where it was. If a line above says why, mend that; then start Miburi again."
         )
     _say_good_bye(runner, folder, kept=kept)
 

@@ -7,15 +7,15 @@ import numpy as np
 from miburi import gestures, ik
 from miburi.bma.settings import Settings
 from miburi.bodies import Body
-from miburi.errors import BodyError
+from miburi.errors import BodyError, InputError
 from miburi.partner.events import MoveSent
 from miburi.partner.performance import Performance
-from miburi.robot import JOINTS, Array, Robot
+from miburi.robot import EXTREMITIES, JOINTS, Array, Robot
 from miburi.safety.move import Move, plan_move, plan_on
 from miburi.safety.stop import Phase
 
-#: A partner's inverse kinematics: a function that takes the robot, the target of shape (9,) in m,
-#: and the present angles of shape (8,) in rad, and returns a solution.
+#: A partner's inverse kinematics: takes the robot, the target, (9,) m, and the present angles, (8,)
+#: rad, and returns a solution, of which the angles and the error must be finite.
 Solve = Callable[[Robot, Array, Array], ik.Solution]
 
 #: The last move, back to neutral, takes at least this long, in s (our choice).
@@ -26,6 +26,27 @@ _WAIST, _HEAD = JOINTS.index("waist"), JOINTS.index("head")
 def solve_with(settings: Settings | None = None) -> Solve:
     """Return a solver with these settings; by default, with the settings of :func:`ik.solve`."""
     return lambda robot, target, start: ik.solve(robot, target, start=start, settings=settings)
+
+
+def _checked(solution: object) -> ik.Solution:
+    """Return what a partner's inverse kinematics found, if it can be driven; it may be anybody's.
+
+    Raises
+    ------
+    InputError
+        It is not what ``Solve`` returns.
+    """
+    if isinstance(solution, ik.Solution):
+        given = solution.angles, solution.error
+        if all(
+            isinstance(one, np.ndarray) and one.shape == shape and one.dtype.kind == "f"
+            for one, shape in zip(given, ((len(JOINTS),), (len(EXTREMITIES),)), strict=True)
+        ) and all(np.isfinite(one).all() for one in given):
+            return solution
+    raise InputError(
+        "solve= must return a miburi.ik.Solution whose angles, (8,) rad, and error, (3,) m, are "
+        f"arrays of finite floats, got {' '.join(f'{solution!r:.200}'.split())}."
+    )
 
 
 class Mover:
@@ -79,7 +100,7 @@ class Mover:
         robot = self._body.robot
         for index, pose in performance.go_on(mood):
             target = gestures.turned(pose.target, performance.turn)
-            solution = self._solve(robot, target, self._angles)
+            solution = _checked(self._solve(robot, target, self._angles))
             if self._body.state.phase is Phase.MOVING:
                 move = plan_on(robot, self._body.course(), solution.angles, pose.duration)
             else:
