@@ -44,7 +44,15 @@ def test_limits_cannot_be_changed(robot: Robot) -> None:
         ("acceleration = 20.0", "acceleration = 1e-300", ["servo.acceleration", "in rad/s²"]),
         ("L34 = 0.08", "", ["lengths.L34", "missing"]),
         ("[lengths]", "[lengths]\nL45 = 1.0", ["L45", "1.0", "the known ones are L01, L12, L23"]),
-        ("[joints.head]", "[joints.neck]", ["joints.head", "missing", "joints.neck"]),
+        (
+            "[joints.head]",
+            "[joints.neck]",
+            [
+                "joints.head is missing",
+                "joints.neck is not a known",
+                "Miburi knows one body: a waist",
+            ],
+        ),
         ("min = -1.744", "min = 1.744", ["joints.waist", "min must be less than max"]),
         ("neutral = 0.8", "neutral = 3.0", ["joints.head", "neutral must lie"]),
         ("max_speed = 6.0", 'max_speed = "fast"', ["servo.max_speed", "fast"]),

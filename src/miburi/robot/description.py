@@ -70,6 +70,9 @@ class Joint(Table):
         return self
 
 
+_ODD = {True: "missing", False: "not a known joint"}
+
+
 class Joints(Table):
     """The eight joints, in the paper's order."""
 
@@ -81,6 +84,17 @@ class Joints(Table):
     left_elbow: Joint
     left_fingertip: Joint
     head: Joint
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_one_body(cls, value: object) -> object:
+        if isinstance(value, dict) and (odd := value.keys() ^ JOINTS):
+            told = (f"joints.{name} is {_ODD[name in JOINTS]}" for name in sorted(odd))
+            raise ValueError(
+                f"{', '.join(told)}. Miburi knows one body: a waist, two arms of three joints each "
+                "and a head; its lengths, limits, masses and servo may differ"
+            )
+        return value
 
 
 def _servo(value: object, info: ValidationInfo) -> object:
