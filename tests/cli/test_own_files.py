@@ -270,3 +270,17 @@ def test_gallery_of_a_robot_and_gestures_of_ones_own(
     options = ["--robot", str(tall_file), "--gestures", str(own_gestures), "--out", str(tmp_path)]
     CliRunner().invoke(app, ["gallery", *options])
     assert shown == [("tall", "cheer")]
+
+
+def test_a_robots_file_is_checked_before_anything_moves(tall_file: Path, tmp_path: Path) -> None:
+    shipped = tmp_path / "mine.toml"
+    shipped.write_text(CliRunner().invoke(app, ["template", "robot", "iphonoid"]).stdout)
+    assert "all is well" in CliRunner().invoke(app, ["robot", "check", str(shipped)]).stdout
+    told = CliRunner().invoke(app, ["robot", "check", str(tall_file)])
+    assert told.exit_code == 1
+    assert "are for the lengths and joint limits of iphonoid" in told.stderr
+    assert "cannot reach every pose of these gestures" in told.stderr
+    quick = tmp_path / "quick.toml"
+    quick.write_text(shipped.read_text().replace("acceleration = 20.0", "acceleration = 90.0"))
+    told = CliRunner().invoke(app, ["robot", "check", str(quick)])
+    assert "servo.acceleration gives" in told.stderr

@@ -21,6 +21,7 @@ from miburi.cli.gestures import gallery, gesture_app
 from miburi.cli.hardware import hardware_app
 from miburi.cli.kinematics import forward, ik
 from miburi.cli.live import feel, mcp, status, stop
+from miburi.cli.robots import robot_app
 from miburi.cli.run import run
 from miburi.cli.senses import listen, say, words
 from miburi.cli.study import study_app
@@ -161,6 +162,7 @@ for panel, name, group in (
     (_LIVE, "devices", devices_app),
     (_MAKE, "gesture", gesture_app),
     (_MAKE, "feelings", feelings_app),
+    (_MAKE, "robot", robot_app),
     (_MEASURE, "study", study_app),
     (_BUILD, "card", card_app),
     (_BUILD, "hardware", hardware_app),

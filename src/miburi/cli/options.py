@@ -132,8 +132,11 @@ def must_be_one_of(allowed: Iterable[str], given: str, what: str) -> None:
         raise InputError(f"{what} must be one of {', '.join(names)}, got {given!r}.")
 
 
-def _name_foreign_guards(robot: "Robot") -> None:
-    """Warn if a robot has a shipped robot's guards (tolerances), but other servos or limbs."""
+def warn_of_foreign_guards(robot: "Robot") -> bool:
+    """Warn if a robot has a shipped robot's guards (tolerances), but other servos or limbs.
+
+    Like the warnings below, return whether there was a reason.
+    """
     from miburi.robot import buildable, iphonoid
     from miburi.robot.fit import checksums, differing
 
@@ -153,6 +156,8 @@ def _name_foreign_guards(robot: "Robot") -> None:
             "`miburi calibrate` measure your own, and give its file with --calibration.",
             file=sys.stderr,
         )
+        return True
+    return False
 
 
 def calibrated(robot: "Robot", file: Path | None) -> tuple["Robot", "FreeRule | None"]:
@@ -163,7 +168,7 @@ def calibrated(robot: "Robot", file: Path | None) -> tuple["Robot", "FreeRule | 
     from miburi.calibration.file import read_calibration
 
     if file is None:
-        _name_foreign_guards(robot)
+        warn_of_foreign_guards(robot)
         return robot, None
     found = read_calibration(robot, file)
     return found.robot, found.rule
@@ -223,7 +228,7 @@ def load_gestures(robot: "Robot", folder: Path | None) -> "Repertoire":
     return shipped_repertoire() if folder is None else read_repertoire(folder, robot)
 
 
-def warn_of_misfits(robot: "Robot", functions: Iterable["MovementFunction"]) -> None:
+def warn_of_misfits(robot: "Robot", functions: Iterable["MovementFunction"]) -> bool:
     """Warn about shipped gestures that the robot cannot do as written."""
     from miburi.gestures import misfits
 
@@ -234,23 +239,38 @@ def warn_of_misfits(robot: "Robot", functions: Iterable["MovementFunction"]) -> 
             f"it can: {', '.join(near)}. Gestures of your own (--gestures) replace them.",
             file=sys.stderr,
         )
+    return bool(near)
 
 
-def warn_of_meetings(robot: "Robot", functions: Iterable["MovementFunction"]) -> None:
-    """Warn about gestures in which two parts of the robot meet at full mood; 0.1 s for each."""
+def warn_of_meetings(
+    robot: "Robot", functions: Iterable["MovementFunction"], *, by_rule: bool = False
+) -> bool:
+    """Warn about gestures in which parts of the robot meet at mood 1; it takes 0.1 s for each.
+
+    With ``by_rule``, also warn about gestures that the contact rule stops, with the robot's guards.
+    """
     from miburi.bodies.rehearsal import rehearse
     from miburi.errors import DescriptionError
     from miburi.gestures import key_poses
 
     try:
-        shown = {one.name: rehearse(robot, key_poses(robot, one, 1.0)).met for one in functions}
+        shown = {one.name: rehearse(robot, key_poses(robot, one, 1.0)) for one in functions}
     except DescriptionError as error:  # parts meet even at neutral
         print(f"miburi: {error}", file=sys.stderr)
-        return
-    met = [f"{name} ({' and '.join(parts)})" for name, parts in shown.items() if parts]
+        return True
+    met = [f"{name} ({' and '.join(done.met)})" for name, done in shown.items() if done.met]
     if met:
         print(
             f"miburi: parts of {robot.name} meet in these gestures, at mood 1: {', '.join(met)}. "
             "Gestures of your own (--gestures) replace them; `miburi gesture check` says more.",
             file=sys.stderr,
         )
+    stopped = [name for name, done in shown.items() if by_rule and done.stop and not done.met]
+    if stopped:
+        print(
+            f"miburi: the contact rule stops these gestures, though nothing touches {robot.name}: "
+            f"{', '.join(stopped)}. Guards of its own (`miburi calibrate`), or lighter or shorter "
+            "arms, help.",
+            file=sys.stderr,
+        )
+    return bool(met or stopped)

@@ -179,7 +179,9 @@ def run(
     def warn() -> None:
         warn_of_misfits(description, repertoire.functions)
         if robot is not None or gestures is not None:
-            warn_of_meetings(description, repertoire.functions)
+            warn_of_meetings(
+                description, repertoire.functions, by_rule=rule is None and body != "card"
+            )
 
     description, rule = calibrated(robot_of(robot, servo), calibration)
     repertoire = load_gestures(description, gestures)
