@@ -163,9 +163,9 @@ def test_the_file_keeps_the_rule_to_the_step(robot: Robot, tmp_path: Path) -> No
         ("lengths", "L34", 0.12, "lengths"),
         ("masses", "phone", 0.3, "masses"),
         ("left_elbow", "max", 0.5, "joint limits"),
-        ("servo", "acceleration", 10.0, "servo's constants"),
-        ("motor", "resistance", 4.0, "servo's constants"),
-        ("drive", "gain", 800.0, "servo's constants"),
+        ("servo", "acceleration", 10.0, "servo's constants or speeds"),
+        ("motor", "resistance", 4.0, "servo's constants or speeds"),
+        ("drive", "gain", 800.0, "servo's constants or speeds"),
     ],
 )
 def test_a_calibration_of_another_body_of_the_same_name_is_refused(

@@ -75,7 +75,7 @@ def test_a_gesture_that_does_not_fit_the_robot_is_refused_by_name(
     ("table", "changes", "words"),
     [
         ("left_elbow", {"min": -0.174, "max": 1.744, "neutral": 1.3}, "the joint limits of iphon"),
-        ("motor", {"resistance": 4.0}, "the servo's constants of iphonoid"),
+        ("motor", {"resistance": 4.0}, "the servo's constants or speeds of iph"),
     ],
 )
 def test_guards_for_other_limits_or_servos_are_named(

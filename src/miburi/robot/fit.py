@@ -14,7 +14,7 @@ PARTS = {
     "lengths": "lengths",
     "masses": "masses",
     "joints": "joint limits",
-    "servo": "servo's constants",
+    "servo": "servo's constants or speeds",
 }
 _NOT_PHYSICAL = {"name", "standing", "source", "symbol", "data_sheet"}
 
