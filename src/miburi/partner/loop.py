@@ -214,8 +214,7 @@ class Partner:
         Any thread may call this while another uses the body. If the halt does not reach the body,
         :meth:`make_sure` stops it.
         """
-        if self.body.state.phase is not Phase.STOPPED:
-            self._recovery.halted = True
+        self._recovery.halted |= self.body.state.phase is not Phase.STOPPED
         self.body.halt()
 
     def make_sure(self) -> None:

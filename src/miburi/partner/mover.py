@@ -14,8 +14,9 @@ from miburi.robot import EXTREMITIES, JOINTS, Array, Robot
 from miburi.safety.move import Move, plan_move, plan_on
 from miburi.safety.stop import Phase
 
-#: A partner's inverse kinematics: takes the robot, the target, (9,) m, and the present angles, (8,)
-#: rad, and returns a solution, of which the angles and the error must be finite.
+#: A partner's inverse kinematics: a function that takes the robot, the target of shape (9,) in m,
+#: and the present angles of shape (8,) in rad, and returns a solution. The solution's angles and
+#: error must be finite.
 Solve = Callable[[Robot, Array, Array], ik.Solution]
 
 #: The last move, back to neutral, takes at least this long, in s (our choice).
