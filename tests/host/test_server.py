@@ -9,7 +9,7 @@ import socket
 import ssl
 import sys
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from functools import partial
 from http.client import HTTPResponse
 from pathlib import Path
@@ -302,15 +302,21 @@ def test_the_emulated_card_lives(tmp_path: Path, firmware: Path) -> None:
         assert post(url + "/api/v1/bodies", json=again).status_code == 204
 
 
-@pytest.mark.parametrize("name", ["people.json", "manners.json", "feelings.json", "events.sqlite"])
-def test_what_cannot_be_read_keeps_it_from_starting_and_is_left(tmp_path: Path, name: str) -> None:
-    """It began anew in its place, so it forgot what root had restored."""
-    (tmp_path / name).mkdir()
-    given = (iphonoid(), shipped_repertoire(), shipped_temperament())
-    launch = Launch(*given, folder=tmp_path, port=70_000)  # it would not start anyway
-    with pytest.raises(InputError, match=rf"{name}: cannot be read \(.*; it belongs to .* chown"):
-        serve(launch)
-    assert [path.name for path in tmp_path.iterdir()] == [name]
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such limit")
+@pytest.mark.parametrize("files", [64, 160])
+def test_so_few_files_are_refused_or_leave_enough_for_stop(tmp_path: Path, files: int) -> None:
+    few = ("sh", "-c", f'ulimit -n {files}; exec "$@"', "sh")
+    with running(tmp_path, within=few) as program, ExitStack() as opened:
+        assert "Raise the limit: `ulimit -n 1024`" in program.errors.next(f"only {files} files")
+        if files == 64:
+            assert program.end(None)[0] == 2
+            return
+        url = address(program.out.next("Miburi is awake"))
+        stream = partial(httpx.stream, "GET", url + "/api/v1/events", timeout=PATIENCE)
+        answers = [opened.enter_context(stream()) for _ in range(40)]
+        assert [answer.status_code for answer in answers] == [200] * 32 + [503] * 8
+        assert post(url + "/api/v1/stop").status_code == 204
+        assert get(url + "/api/v1/state").json()["held"]
 
 
 def test_ctrl_c_in_a_terminal_is_a_good_end_of_all_processes(tmp_path: Path) -> None:

@@ -242,6 +242,20 @@ def test_the_address_with_the_most_connections_gives_way_first() -> None:
         at.stop(alone)
 
 
+def test_streams_that_would_take_all_files_give_way_to_a_stop(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    """The server hangs, so that it refuses none of them."""
+    stream = b"GET /api/v1/events HTTP/1.1\r\nHost: localhost\r\n\r\n"
+    with desk(most=60) as at:
+        streams = [at.come(stream) for _ in range(40)]
+        at.stop(at.come())
+        assert sum(map(at.ended, streams)) >= 10
+        at.until(lambda: caplog.messages)
+    (said,) = caplog.messages
+    assert "no more than 60 files" in said
+
+
 def test_handshakes_are_limited_and_a_flood_loses_its_own_first() -> None:
     """Each half-open one keeps 0.33 MB of the server; the limit of an address is higher."""
     with desk(most=500) as at:

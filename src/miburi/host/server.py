@@ -40,6 +40,7 @@ from miburi.partner import solve_with
 from miburi.robot import JOINTS, Robot
 from miburi.safety.contact import Rule
 from miburi.serving.addresses import listening_plainly, listening_twice
+from miburi.serving.files import raise_limit
 from miburi.serving.press import Press
 from miburi.serving.reach import Reach, pairing_url, qr_for_terminal
 from miburi.serving.renewal import reach_of
@@ -174,6 +175,7 @@ def _keep_private(folder: Path) -> None:
 
 
 def _check(launch: Launch) -> None:
+    raise_limit()
     launch.doors.need()
     if launch.https:
         need("cryptography", "https")

@@ -17,6 +17,7 @@ from weakref import WeakValueDictionary
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from miburi.serving.allowance import Allowance
+from miburi.serving.files import for_connections, lasting_of
 from miburi.serving.heads import (
     RefusedError,
     asker,
@@ -70,7 +71,7 @@ PAGE_BREATH = 0.05
 _PAGE_TIME = 1.0
 #: The limit on wrong tokens from one address, per second and in a burst.
 WRONG_RATE, WRONG_BURST = 0.2, 10.0
-#: The largest number of WebSockets and streams of events that may be open at once.
+#: The most WebSockets and streams of events that may be open, if the limit of files allows it.
 SOCKETS = 200
 #: The most keys checked per request: cookies of one name can exist for several paths.
 _LOOKED_AT = 4
@@ -251,8 +252,9 @@ class Gate:
             raise RefusedError(429, "too many pages at once; wait a moment.")
         if path in _PAGES and not self._all_pages.take("everybody"):
             raise RefusedError(503, "others are opening too many pages; wait a moment.")
-        if _lasts(scope) and self._sockets >= SOCKETS:
-            raise RefusedError(503, f"{SOCKETS} connections are open already; close one.")
+        most = min(SOCKETS, lasting_of(for_connections()))
+        if _lasts(scope) and self._sockets >= most:
+            raise RefusedError(503, f"{most} connections are open already; close one.")
         if int_or(headers.get(b"content-length"), 0) > LARGEST:
             raise RefusedError(413, f"a request may have {LARGEST} bytes at most.")
         return key

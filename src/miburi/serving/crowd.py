@@ -1,10 +1,13 @@
 """The open connections in the reception, by address, and how it chooses which to close."""
 
 import errno
+import logging
+import threading
 from collections import defaultdict
 from collections.abc import Callable
 
 from miburi.serving.access import CONNECTIONS
+from miburi.serving.files import lasting_of
 from miburi.serving.passing import ENCRYPTED
 from miburi.serving.relay import Guest
 
@@ -16,6 +19,11 @@ HANDSHAKES = 100
 #: At most this many connections are read in search of one that carries no Stop and can be closed.
 _READ = 64
 
+_LOG = logging.getLogger(__name__)
+_FULL = (
+    "no more than %d files may be open for connections, so for each new connection another is "
+    "closed; raise the limit of open files (ulimit -n)."
+)
 _ByAddress = defaultdict[str, dict[Guest, None]]
 
 
@@ -41,7 +49,7 @@ class Crowd:
         hear: Callable[[Guest], None],
         close: Callable[[Guest], None],
     ) -> None:
-        self._files, self._most = 0, most
+        self._files, self._most, self._warned = 0, most, False
         self._clock, self._hear, self._close = clock, hear, close
         self._addresses: _ByAddress = defaultdict(dict)
         self._shaking: _ByAddress = defaultdict(dict)  # TLS handshakes
@@ -74,7 +82,9 @@ class Crowd:
         _leave(self._shaking, guest)
 
     def set_apart(self, guest: Guest) -> None:
-        """Take a guest out of the count of its address."""
+        """Take a guest out of the count of its address, unless so many are that files run out."""
+        if len(self._apart) >= lasting_of(self._most):
+            return
         self._apart[guest] = None
         _leave(self._addresses, guest)
 
@@ -92,6 +102,10 @@ class Crowd:
         """Close a connection of the busiest address, if ``error`` is a lack of files or None."""
         if error is not None and error.errno not in (errno.EMFILE, errno.ENFILE):
             return False
+        if not self._warned:
+            self._warned = True
+            # In a thread, because a blocked terminal must not delay a Stop.
+            threading.Thread(target=_LOG.warning, args=(_FULL, self._most), daemon=True).start()
         return self._make_room(_largest(self._addresses))
 
     def _make_room(self, crowd: dict[Guest, None]) -> bool:

@@ -30,13 +30,12 @@ from starlette.types import Receive, Scope, Send
 from miburi.ground.cores import come_first
 from miburi.serving.access import HEADER_TIME, HEADERS, STOP, Gate
 from miburi.serving.crowd import Crowd
+from miburi.serving.files import for_connections
 from miburi.serving.keys import Keys
 from miburi.serving.lane import Lane
 from miburi.serving.passing import ENCRYPTED, PLAIN, Note, pass_on
 from miburi.serving.relay import Guest, answer_of
 
-#: How many of this process's open files are set aside for other uses than connections.
-_OWN_FILES = 64
 #: How many connections are accepted, and how many are passed on, before other connections get a
 #: turn, one of which may carry a Stop.
 _AT_ONCE, _PASSED_AT_ONCE = 64, 16
@@ -57,11 +56,8 @@ def receive(
 ) -> None:
     """Run the reception, in its own process, until the partner's process has ended."""
     come_first(apart=True)
-    import resource  # absent on Windows, which has no reception
-
     gate = Gate(_nobody, keys, https=encrypted is not None, origins=origins)
-    most = resource.getrlimit(resource.RLIMIT_NOFILE)[0] - _OWN_FILES
-    reception = Reception(plain, encrypted, passage, stopping, gate, most)
+    reception = Reception(plain, encrypted, passage, stopping, gate, for_connections())
     gc.freeze()
     reception.serve()
     reception.close()
