@@ -337,6 +337,20 @@ def test_ctrl_c_in_a_terminal_is_a_good_end_of_all_processes(tmp_path: Path) -> 
     assert remembered(path, shipped_temperament("playful")) is not None
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signal")
+def test_a_closed_terminal_is_a_good_end_and_nohup_keeps_it_alive(tmp_path: Path) -> None:
+    with running(tmp_path, within=("nohup",)) as program:
+        url = address(program.out.next("Miburi is awake"))
+        program.process.send_signal(signal.SIGHUP)
+        assert post(url + "/api/v1/pause", json={"paused": True}).status_code == 204
+        until(lambda: get(url + "/api/v1/state").json()["phase"] == "idle")
+        assert program.process.poll() is None
+    with running(tmp_path) as program:
+        program.out.next("Miburi is awake")
+        code, said, _ = program.end(signal.SIGHUP)
+    assert (code, "feelings are saved" in said) == (0, True)
+
+
 @pytest.mark.proof("test_ctrl_c_in_a_terminal_is_a_good_end_of_all_processes")
 def test_a_stream_of_events_ends_with_the_partner_and_without_a_word(tmp_path: Path) -> None:
     with running(tmp_path) as program:

@@ -28,6 +28,7 @@ from miburi.cli.study import study_app
 from miburi.cli.trials import calibrate, safety_page, trials, tune
 from miburi.cli.wrong import Explaining
 from miburi.errors import InputError, MiburiError
+from miburi.ground.ending import ending_signals
 from miburi.ground.log import log_to_stderr
 from miburi.version import __version__
 
@@ -47,7 +48,7 @@ _LATER = 0.02
 
 
 class _Interrupted(BaseException):
-    """Ctrl-C or SIGTERM; no except clause for errors catches it, so only clean-up code runs."""
+    """A signal to end; no except clause for errors catches it, so only clean-up code runs."""
 
     #: The latest signal, if any.
     signum: int | None = None
@@ -55,8 +56,8 @@ class _Interrupted(BaseException):
 
 def main() -> None:
     """Run the command line; an error becomes one clear line and an exit code."""
-    signal.signal(signal.SIGINT, _interrupt)
-    signal.signal(signal.SIGTERM, _interrupt)
+    for number in ending_signals():
+        signal.signal(number, _interrupt)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             # A pipe on Windows cannot encode arrows or a mu; a reader should get each line at once.
@@ -76,7 +77,7 @@ def main() -> None:
         sys.exit(128 + _Interrupted.signum)
     finally:
         # From now on a signal just ends the process.
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in ending_signals():
             signal.signal(number, signal.SIG_DFL)
 
 

@@ -12,6 +12,7 @@ from multiprocessing.process import BaseProcess
 from queue import SimpleQueue
 from types import FrameType
 
+from miburi.ground.ending import ending_signals
 from miburi.ground.log import logged
 from miburi.host.given import Pages
 from miburi.host.process import serve_pages
@@ -80,12 +81,15 @@ def start_helpers(pages: Pages) -> Helpers:
 def _spawn(work: Callable[..., None], *arguments: object) -> BaseProcess:
     spawn = get_context("spawn").Process
     process = spawn(target=logged, args=(work, *arguments), name=work.__name__)
-    # Ctrl-C reaches the whole group. Helpers ignore it, as this process ends them.
-    handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # Ctrl-C and a closed terminal reach the whole group. Helpers ignore them, as this process ends
+    # them.
+    ignored = [number for number in ending_signals() if number != signal.SIGTERM]
+    kept = {number: signal.signal(number, signal.SIG_IGN) for number in ignored}
     try:
         process.start()
     finally:
-        signal.signal(signal.SIGINT, handler)
+        for number, handler in kept.items():
+            signal.signal(number, handler)
     return process
 
 
@@ -97,12 +101,12 @@ def watch_process(process: BaseProcess, ended: "Moment", happenings: "SimpleQueu
 
 @contextmanager
 def signals(happenings: "SimpleQueue[Moment]") -> Iterator[None]:
-    """Turn SIGINT and SIGTERM into events."""
+    """Turn the signals to end into events."""
 
     def take(_number: int, _frame: FrameType | None) -> None:
         happenings.put(Moment.SIGNAL)  # the only kind of queue that a signal handler may use
 
-    kept = {number: signal.signal(number, take) for number in (signal.SIGINT, signal.SIGTERM)}
+    kept = {number: signal.signal(number, take) for number in ending_signals()}
     try:
         yield
     finally:

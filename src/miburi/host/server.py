@@ -114,7 +114,7 @@ def own_folder() -> Path:
 
 
 def serve(launch: Launch, meanwhile: Callable[[], None] = lambda: None) -> None:
-    """Run the live partner and its server until SIGINT or SIGTERM; then return to neutral.
+    """Run the live partner and its server until a signal to end; then return to neutral.
 
     The server answers until the body is at neutral. A body that somebody stopped stays where it is.
 
@@ -329,7 +329,8 @@ def _say_good_bye(runner: Runner, folder: Path, *, kept: bool) -> None:
     else:
         how = "could not be brought to neutral; please check it"
     remembers = f"; its feelings are saved in {folder}" if kept else ""
-    print(f"Good-bye. The body {how}{remembers}.", flush=True)
+    with suppress(OSError):  # its terminal was closed
+        print(f"Good-bye. The body {how}{remembers}.", flush=True)
 
 
 def _announce(url: str, reach: Reach, talk: Endpoint | None, headless: bool) -> None:
