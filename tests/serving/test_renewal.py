@@ -1,6 +1,7 @@
 """Addresses and certificates, renewed while the server runs, as a device sees them."""
 
 import ssl
+import sys
 from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -63,9 +64,15 @@ def home(address: list[str], tmp_path: Path) -> Iterator[Home]:
         yield Home(listeners, tmp_path)
 
 
+@pytest.mark.parametrize("terminal", [True, False])
 def test_a_new_address_gets_a_certificate_a_code_and_links(
-    home: Home, address: list[str], capsys: pytest.CaptureFixture[str]
+    home: Home,
+    address: list[str],
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    terminal: bool,
 ) -> None:
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: terminal)
     assert home.context is not None
     before = shown(home.context)
     home.renewal.look(NOW + timedelta(minutes=1))
@@ -79,7 +86,9 @@ def test_a_new_address_gets_a_certificate_a_code_and_links(
     assert [part.split(":")[1] for part in home.reach.addresses] == ["//192.168.1.9"]
     assert (home.reach.token, home.reach.authority) == (token, authority), "phones know it already"
     told = capsys.readouterr().out
-    assert f"{home.reach.addresses[0]}/pair#{token}" in told
+    assert f"{home.reach.addresses[0]}/pair" in told
+    assert token is not None
+    assert (f"/pair#{token}" in told, token in told) == (terminal, terminal)
 
 
 def test_a_certificate_is_renewed_before_it_ends(home: Home) -> None:

@@ -42,7 +42,7 @@ from miburi.safety.contact import Rule
 from miburi.serving.addresses import listening_plainly, listening_twice
 from miburi.serving.files import raise_limit
 from miburi.serving.press import Press
-from miburi.serving.reach import Reach, pairing_url, qr_for_terminal
+from miburi.serving.reach import Reach, pairing_url, way_in
 from miburi.serving.renewal import reach_of
 from miburi.studio.words import FALLBACK, pressed_by, words
 from miburi.talk.endpoint import Endpoint
@@ -149,7 +149,7 @@ def _serve(launch: Launch, meanwhile: Callable[[], None], alone: ExitStack) -> N
         meanwhile()
         feelings = _feelings(launch, memory)
         runner = _wake(launch, feelings, folder)
-        announce = partial(_announce, url, reach, launch.doors.talk, launch.headless)
+        announce = partial(_announce, url, reach, folder, launch.doors.talk, launch.headless)
         end = _live(runner, helpers, memory, announce)
     finally:
         with signals(SimpleQueue()):  # a second Ctrl-C must leave no process behind
@@ -333,20 +333,22 @@ def _say_good_bye(runner: Runner, folder: Path, *, kept: bool) -> None:
         print(f"Good-bye. The body {how}{remembers}.", flush=True)
 
 
-def _announce(url: str, reach: Reach, talk: Endpoint | None, headless: bool) -> None:
+def _announce(url: str, reach: Reach, folder: Path, talk: Endpoint | None, headless: bool) -> None:
     token, safe = reach.token, reach.authority is not None
-    shown = url if token is None or safe else pairing_url(url, token)
+    opened = url if token is None or safe else pairing_url(url, token)
+    terminal = sys.stdout.isatty()  # others may read a file or a journal, so it gets no token
+    shown = opened if terminal else url
     print(f"Miburi is awake. Studio: {shown}   face: {url}/face   (end with Ctrl-C)", flush=True)
     if talk is not None:
         print(f"What people say to the partner is sent to {talk}.", flush=True)
     if token is not None:
-        print(f"Token for programs and other devices: {token}")
+        where = token if terminal else f"in {folder / 'token'}, which only its owner may read."
+        print(f"Token for programs and other devices: {where}")
     if token is not None and reach.addresses:
-        first, *others = (pairing_url(address, token) for address in reach.addresses)
-        print(f"On a phone on the same network, scan this or open {first}")
-        print(qr_for_terminal(first))
+        first, *others = reach.addresses
+        print(f"On a phone on the same network, {way_in(first, token)}")
         for other in others:
-            print(f"On another network: {other}")
+            print(f"On another network: {pairing_url(other, token if terminal else '')}")
     elif token is not None:
         print(
             "No phone can connect: this computer is not connected to a home network. Connect "
@@ -363,5 +365,5 @@ def _announce(url: str, reach: Reach, talk: Endpoint | None, headless: bool) -> 
     can_show = sys.platform in ("darwin", "win32") or any(
         os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")
     )
-    if not (can_show and webbrowser.open(shown)):
+    if not (can_show and webbrowser.open(opened)):
         print("No browser could be opened here; open the address above in one.", flush=True)

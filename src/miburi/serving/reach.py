@@ -1,5 +1,6 @@
 """The server's addresses for other devices, also as QR codes; this needs no web library."""
 
+import sys
 from dataclasses import dataclass
 from io import StringIO
 
@@ -41,6 +42,17 @@ def qr_for_terminal(text: str) -> str:
     out = StringIO()
     segno.make(text, error="m").terminal(out, compact=True)
     return out.getvalue()
+
+
+def way_in(address: str, token: str) -> str:
+    """Return what a phone's user does to get in; only on a terminal does that contain the token.
+
+    Others may read a file or a journal.
+    """
+    if not sys.stdout.isatty():
+        return f"open {address}{PAIRING} and type the token"
+    url = pairing_url(address, token)
+    return f"scan this or open {url}\n{qr_for_terminal(url)}"
 
 
 def qr_svg(text: str) -> str:

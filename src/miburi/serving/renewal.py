@@ -14,7 +14,7 @@ from urllib.parse import urlsplit
 from miburi.errors import MiburiError
 from miburi.serving.addresses import EVERYWHERE, Listeners
 from miburi.serving.keys import Keys, kept_token
-from miburi.serving.reach import Reach, pairing_url, qr_for_terminal
+from miburi.serving.reach import Reach, way_in
 
 #: The interval between two checks, in s (our choice).
 EVERY = 60.0
@@ -87,6 +87,5 @@ class Renewal:
         self._reach.addresses, self._reach.authority = found.addresses, found.authority
         self._reach.fingerprint = found.fingerprint
         if moved and found.addresses and self._reach.token is not None:
-            url = pairing_url(found.addresses[0], self._reach.token)
-            print(f"The partner's address has changed. On a phone, scan this or open {url}")
-            print(qr_for_terminal(url), flush=True)
+            how = way_in(found.addresses[0], self._reach.token)
+            print(f"The partner's address has changed. On a phone, {how}", flush=True)
