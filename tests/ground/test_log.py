@@ -1,5 +1,6 @@
 """What fails in a thread or a process of ours leaves its traceback on stderr."""
 
+import re
 import subprocess
 import sys
 import threading
@@ -27,8 +28,9 @@ def test_a_thread_and_a_process_that_fail_leave_their_tracebacks() -> None:
         [sys.executable, "-c", FAILS], capture_output=True, text=True, check=False
     )
     assert done.returncode == 1
-    assert "miburi: the thread the-thread has failed\nTraceback" in done.stderr
-    assert "miburi: the process mistake has failed\nTraceback" in done.stderr
+    time = r"^\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d[+-]\d{4} "
+    for failed in ("the thread the-thread", "the process mistake"):
+        assert re.search(f"{time}miburi: {failed} has failed\nTraceback", done.stderr, re.M)
     assert done.stderr.count("KeyError: 'angles'") == 2
 
 

@@ -178,6 +178,7 @@ def test_elsewhere_nothing_but_the_pairing_page_answers_without_the_token(tmp_pa
             connect(url.replace("http", "ws") + "/api/v1/live")
         assert get(url + "/pair").status_code == 200
         assert post(url + "/pair", json={"token": "wrong"}).status_code == 401
+        program.errors.next("requests with a wrong token from 127.0.0.1: 1")
         with httpx.Client(base_url=url) as phone:
             assert phone.post("/pair", json={"token": token}).status_code == 204
             cookie = next(iter(phone.cookies.jar))

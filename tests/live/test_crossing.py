@@ -359,7 +359,7 @@ def test_nobody_waits_for_a_process_that_has_ended(pair: tuple[FarPartner, Lanes
 
 
 def test_the_body_is_stopped_while_the_server_serves_nobody(
-    live: Runner, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    live: Runner, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr("miburi.live.crossing.answering.UNSERVED", 0.0)
     near, ends = lanes()
@@ -367,7 +367,7 @@ def test_the_body_is_stopped_while_the_server_serves_nobody(
     far = FarPartner(ends)
     far.tell_ready()
     until(lambda: live.held)
-    assert "the server does not respond" in capsys.readouterr().err
+    until(lambda: "the server does not respond" in caplog.text)
     ends.close()
 
 

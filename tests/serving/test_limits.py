@@ -112,6 +112,25 @@ def test_too_frequent_requests_are_refused_for_a_while(
     assert answers(3) == [answer, answer, 429]
 
 
+def test_wrong_tokens_are_logged_once_a_minute_and_never_shown(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    clock = Clock()
+    gate = Gate(behind, keys(TOKEN), clock)
+    for minute in (0.0, 61.0):
+        clock.now = minute
+        for client in (HERE, THERE):
+            for _ in range(int(WRONG_BURST) + 3):
+                ask(gate, client=(client, 5000), authorization="Bearer guessed")
+    assert ask(gate)[0] == 401  # without a token, as a new browser
+    assert ask(gate, **MINE)[0] == 200
+    assert caplog.messages == [
+        f"requests with a wrong token from {who}: {count}"
+        for count in (1, int(WRONG_BURST) + 3)
+        for who in (HERE, THERE)
+    ]
+
+
 @pytest.mark.parametrize(("token", "scheme"), [(None, "http"), (TOKEN, "http"), (TOKEN, "https")])
 def test_stop_is_never_refused_to_its_users(token: str | None, scheme: str) -> None:
     gate = Gate(behind, token and keys(token), Clock(), https=scheme == "https")

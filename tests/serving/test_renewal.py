@@ -118,7 +118,7 @@ def test_what_fails_is_said_once_and_tried_again(
     home: Home,
     address: list[str],
     monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    caplog: pytest.LogCaptureFixture,
 ) -> None:
     def full(*_: object) -> None:
         raise OutputError("the disk is full.")
@@ -128,7 +128,7 @@ def test_what_fails_is_said_once_and_tried_again(
         patched.setattr("miburi.serving.authority.kept_certificates", full)
         home.renewal.look(NOW)
         home.renewal.look(NOW)
-    assert capsys.readouterr().err.count("the disk is full") == 1
+    assert caplog.text.count("the disk is full") == 1
     assert "192.168.1.4" in home.reach.addresses[0]
     home.renewal.look(NOW)
     assert "192.168.1.9" in home.reach.addresses[0]

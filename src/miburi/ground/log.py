@@ -1,4 +1,7 @@
-"""Logging: each of Miburi's processes writes warnings and tracebacks to stderr."""
+"""Logging: each of Miburi's processes writes warnings and tracebacks to stderr.
+
+In a file or a pipe each has its time; on a terminal, somebody sees when it comes.
+"""
 
 import logging
 import os
@@ -16,18 +19,19 @@ LEVELS = ("debug", "info", "warning", "error", "critical")
 #: The environment variable that sets the level; child processes inherit it.
 VARIABLE = "MIBURI_LOG"
 _LOG = logging.getLogger(__name__)
-_FORMAT = "miburi: %(message)s"
+_FORMAT, _TIME = "miburi: %(message)s", "%Y-%m-%dT%H:%M:%S%z"
 #: How many records may wait for the terminal, and how many kinds of error are logged (our choice).
 _WAITING, _KINDS = 1000, 100
 _SEEN: set[tuple[object, ...]] = set()
 
 
-def log_to_stderr(level: str | None = None, *, apart: bool = False) -> None:
+def log_to_stderr(level: str | None = None, *, apart: bool = False) -> Callable[[], None]:
     """Write log records at or above a level to stderr; a second call changes the level.
 
     ``level`` is one of :data:`LEVELS`; None means the level in the environment variable
     :data:`VARIABLE` or, without one, ``warning``. With ``apart``, a separate thread writes, so that
     a blocked terminal never blocks the caller; records that do not fit its queue are dropped.
+    Return what ends this thread once it has written what waits.
 
     Raises
     ------
@@ -38,15 +42,20 @@ def log_to_stderr(level: str | None = None, *, apart: bool = False) -> None:
     if level not in LEVELS:
         raise InputError(f"the log level must be one of {', '.join(LEVELS)}, got {level!r}.")
     os.environ[VARIABLE] = level
-    logging.basicConfig(format=_FORMAT)
+    form = _FORMAT if sys.stderr.isatty() else f"%(asctime)s {_FORMAT}"
+    logging.basicConfig(format=form, datefmt=_TIME)
+    end: Callable[[], None] = logging.getLogger().handlers[0].flush
     if apart:
         waiting: queue.Queue[logging.LogRecord] = queue.Queue(_WAITING)
         writer = logging.StreamHandler()
-        writer.setFormatter(logging.Formatter(_FORMAT))
-        QueueListener(waiting, writer).start()  # its thread is a daemon
+        writer.setFormatter(logging.Formatter(form, _TIME))
+        listener = QueueListener(waiting, writer)
+        listener.start()  # its thread is a daemon
+        end = listener.stop
         logging.basicConfig(handlers=[_Dropping(waiting)], force=True)
     logging.getLogger().setLevel(level.upper())
     threading.excepthook = _note_thread
+    return end
 
 
 class _Dropping(QueueHandler):
@@ -76,11 +85,8 @@ def _note_thread(failed: threading.ExceptHookArgs) -> None:
 
 
 def logged(work: Callable[..., None], *arguments: object) -> None:
-    """Run a process's main function; if it raises, log the exception and exit with code 1.
-
-    A :class:`MiburiError` is logged as its message, since that says all.
-    """
-    log_to_stderr()
+    """Run a process's main function; if it raises, log the exception and exit with code 1."""
+    end = log_to_stderr(apart=True)
     try:
         work(*arguments)
     except MiburiError as error:
@@ -89,3 +95,6 @@ def logged(work: Callable[..., None], *arguments: object) -> None:
     except Exception:
         _LOG.exception("the process %s has failed", work.__name__)
         sys.exit(1)
+    finally:
+        with suppress(queue.Full):  # a blocked terminal
+            end()

@@ -6,6 +6,7 @@ the watchdog.
 """
 
 import gc
+import logging
 import os
 import sys
 import threading
@@ -52,6 +53,7 @@ from miburi.talk.endpoint import Endpoint
 _OWN = ("people.json", "manners.json", "events.sqlite", "events.sqlite-wal")
 #: The stimulus at each start (our number).
 GREETING = Stimulus("happiness", 0.8)
+_LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -208,7 +210,7 @@ def _feelings(launch: Launch, memory: Path | None) -> FeelingModel:
         try:
             kept = remembered(memory, launch.temperament, launch.emotional_model)
         except InputError as error:
-            print(f"miburi: {error}", file=sys.stderr)
+            _LOG.warning("%s", error)
     feelings = kept or launch.emotional_model(launch.temperament)
     feelings.stimulate(GREETING)
     return feelings

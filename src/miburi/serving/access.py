@@ -20,6 +20,7 @@ from miburi.serving.allowance import Allowance
 from miburi.serving.files import for_connections, lasting_of
 from miburi.serving.heads import (
     RefusedError,
+    WrongTokenError,
     asker,
     check_host,
     check_site,
@@ -32,6 +33,7 @@ from miburi.serving.heads import (
 from miburi.serving.keys import Keys
 from miburi.serving.origins import API, Headers, cors, permit
 from miburi.serving.policy import NICEGUI, POLICY
+from miburi.serving.strangers import Strangers
 
 #: The only paths that need no token: the pairing page, the privacy page and, if there is https, the
 #: certificate authority.
@@ -125,6 +127,7 @@ class Gate:
         self._pages = Allowance(PAGE_RATE, PAGE_BURST, clock)
         self._all_pages = Allowance(_PAGES_RATE, _PAGES_BURST, clock)
         self._wrong = Allowance(WRONG_RATE, WRONG_BURST, clock)
+        self._strangers = Strangers(clock)
         self._sockets = 0
         self._next_page = 0.0  # on the event loop's clock
 
@@ -142,6 +145,8 @@ class Gate:
         try:
             key = self.check(scope)
         except RefusedError as refused:
+            if isinstance(refused, WrongTokenError):
+                self._strangers.note(asker(scope))
             if refused.status in (401, 426) and _wants_page(scope):
                 where = f"{PAIRING}#{scope['path']}".encode()
                 headers = [(b"location", where), (b"content-length", b"0")]
@@ -265,9 +270,10 @@ class Gate:
             if keys.fits(one):
                 return one
         if given and not self._wrong.take(who):
-            raise RefusedError(429, "too many wrong tokens; wait a minute.")
+            raise WrongTokenError(429, "too many wrong tokens; wait a minute.")
         wrong = "this token is wrong, or was withdrawn" if given else "a token is needed here"
-        raise RefusedError(
+        refusal = WrongTokenError if given else RefusedError
+        raise refusal(
             401,
             f"{wrong}. Scan the QR code in the studio or in the terminal, open "
             f"{PAIRING}, or send the header Authorization: Bearer TOKEN.",

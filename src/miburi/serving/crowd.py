@@ -2,7 +2,6 @@
 
 import errno
 import logging
-import threading
 from collections import defaultdict
 from collections.abc import Callable
 
@@ -104,8 +103,7 @@ class Crowd:
             return False
         if not self._warned:
             self._warned = True
-            # In a thread, because a blocked terminal must not delay a Stop.
-            threading.Thread(target=_LOG.warning, args=(_FULL, self._most), daemon=True).start()
+            _LOG.warning(_FULL, self._most)
         return self._make_room(_largest(self._addresses))
 
     def _make_room(self, crowd: dict[Guest, None]) -> bool:

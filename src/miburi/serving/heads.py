@@ -24,6 +24,10 @@ class RefusedError(Exception):
         self.status = status
 
 
+class WrongTokenError(RefusedError):
+    """A request whose token is wrong."""
+
+
 def headers_of(scope: Scope) -> dict[bytes, str]:
     """Return a request's headers as text."""
     return {name: value.decode("latin-1") for name, value in scope["headers"]}

@@ -197,6 +197,7 @@ def configure(app: ASGIApp, *, lifespan: bool = True) -> uvicorn.Config:
         known,
         http=_Connection,
         log_level="error",  # strangers' malformed requests are no news
+        log_config=None,  # it logs as we do
         lifespan="on" if lifespan else "off",
         ws=_Socket,
         ws_max_size=LARGEST,

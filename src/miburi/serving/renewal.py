@@ -5,8 +5,8 @@ certificate is near its end, the certificate is renewed; the pages' codes and li
 and new connections get the new certificate.
 """
 
+import logging
 import ssl
-import sys
 from datetime import datetime
 from pathlib import Path
 from urllib.parse import urlsplit
@@ -18,6 +18,7 @@ from miburi.serving.reach import Reach, way_in
 
 #: The interval between two checks, in s (our choice).
 EVERY = 60.0
+_LOG = logging.getLogger(__name__)
 
 
 def reach_of(listeners: Listeners, folder: Path, now: datetime) -> tuple[Reach, Path | None]:
@@ -40,7 +41,7 @@ def reach_of(listeners: Listeners, folder: Path, now: datetime) -> tuple[Reach, 
     hosts = [urlsplit(each).hostname or "" for each in addresses]
     kept = kept_certificates(folder / "https", [*own_names(), *hosts], now)
     if kept.news:
-        print(f"miburi: {kept.news}", file=sys.stderr)
+        _LOG.warning("%s", kept.news)
     reach = Reach(addresses, keys, kept.authority.read_bytes(), kept.fingerprint)
     return reach, kept.server
 
@@ -71,7 +72,7 @@ class Renewal:
             self._renew(now)
         except (MiburiError, OSError) as error:
             if self._trouble != str(error):
-                print(f"miburi: addresses could not be renewed: {error}", file=sys.stderr)
+                _LOG.warning("addresses could not be renewed: %s", error)
             self._trouble = str(error)
         else:
             self._trouble = ""

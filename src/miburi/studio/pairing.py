@@ -6,9 +6,10 @@ from pydantic import Field
 
 from miburi.serving.access import AUTHORITY, PAIRING
 from miburi.serving.allowance import Allowance
-from miburi.serving.heads import COOKIE
+from miburi.serving.heads import COOKIE, asker
 from miburi.serving.keys import LIFE
 from miburi.serving.reach import Reach
+from miburi.serving.strangers import Strangers
 from miburi.studio.pages import page as page_of
 from miburi.wire.messages import Message
 
@@ -27,7 +28,7 @@ def pairing_router(reach: Reach) -> APIRouter:
     """Return the routes of the pairing page, which need no token."""
     router = APIRouter(include_in_schema=False)
     wrong = Allowance(_RATE, _BURST)
-    keys = reach.keys
+    keys, strangers = reach.keys, Strangers()
 
     @router.get(PAIRING)
     async def page(request: Request) -> Response:
@@ -46,6 +47,7 @@ def pairing_router(reach: Reach) -> APIRouter:
         if keys is None:
             return Response(status_code=204)
         if not keys.is_token(wish.token):
+            strangers.note(asker(request.scope))
             if not wrong.take("everybody"):
                 return JSONResponse({"detail": "Too many wrong tokens; wait a minute."}, 429)
             return JSONResponse({"detail": _WRONG}, 401)

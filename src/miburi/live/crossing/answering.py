@@ -1,7 +1,7 @@
 """The partner's side of the pipes: it answers the requests from the server's process."""
 
+import logging
 import math
-import sys
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -34,6 +34,7 @@ from miburi.serving.press import Press
 #: How long the server, or the reception, may hang, s (our choice).
 UNSERVED = 3.0
 _SLOW_THREADS = 4
+_LOG = logging.getLogger(__name__)
 
 
 class Answering:
@@ -91,8 +92,8 @@ class Answering:
             threading.Thread(target=work, daemon=True).start()
 
     def _stop(self, who: str) -> None:
-        print(f"miburi: the {who} does not respond, so the body was stopped.", file=sys.stderr)
         self._runner.stop(Press("partner"))
+        _LOG.error("the %s does not respond, so the body was stopped.", who)
 
     def _stop_all(self, stopping: Connection) -> None:
         """Stop the body at each message that holds a press; None is only a heartbeat."""
