@@ -131,7 +131,7 @@ def one_round(
     reports, stops = heard["report"], heard["stops"]
     over.set()
     asked = time.monotonic()
-    stopped, _ = asyncio.run(stop_and_look(BROKER))
+    stopped = asyncio.run(stop_and_look(BROKER)).held
     took = time.monotonic() - asked
     due = sent.get()
     being.join()

@@ -22,6 +22,7 @@ from miburi.live.runner import Runner
 from miburi.live.view import UnreachableError
 from miburi.live.wishes import Release
 from miburi.safety.stop import StopReason
+from miburi.version import __version__
 
 
 def report(**more: Any) -> str:
@@ -146,11 +147,42 @@ def test_stop_reaches_a_living_partner_and_says_who_has_not_stopped(
     address = find_broker(f"127.0.0.1:{broker.port}")
     with at_home(live, address) as server, connect(server.url) as partner:
         listener.hear(Topics("kitchen").available, lambda text: text == "online")
-        assert asyncio.run(stop_and_look(address, "kitchen")) == (["kitchen"], [])
+        assert asyncio.run(stop_and_look(address, "kitchen")) == (["kitchen"], {}, [])
         assert partner.state.stop is not None
-        assert asyncio.run(stop_and_look(address)) == (["kitchen"], ["hall", "attic"])
+        assert asyncio.run(stop_and_look(address)) == (["kitchen"], {}, ["hall", "attic"])
         with pytest.raises(InputError, match="there are: attic, hall, kitchen"):
             asyncio.run(stop_and_look(address, "cellar"))
+
+
+def test_a_partner_that_was_switched_off_is_not_lost_until_it_is_back(
+    broker: Mosquitto, listener: Listener, live: Runner
+) -> None:
+    address = find_broker(f"127.0.0.1:{broker.port}")
+    with at_home(live, address):
+        listener.hear(Topics("kitchen").report, lambda text: __version__ in text)
+    listener.hear(Topics("kitchen").available, lambda text: text == "offline")
+    done = asyncio.run(stop_and_look(address))
+    assert (done.held, [*done.off], done.unknown) == ([], ["kitchen"], [])
+    assert not live.held, "it did not hear that"
+    be(listener, "kitchen")
+    be(listener, "kitchen", "offline")  # as its last will says
+
+    async def work(fleet: Fleet) -> None:
+        news = await until(fleet, lambda news: news.partners and news.partners[0].report)
+        assert (news.partners[0].lost, news.partners[0].off) == (True, False)
+
+    run(broker, work)
+
+
+def test_a_partner_that_hangs_at_its_end_was_not_switched_off(
+    broker: Mosquitto, listener: Listener, live: Runner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    address = find_broker(f"127.0.0.1:{broker.port}")
+    with at_home(live, address):
+        listener.hear(Topics("kitchen").available, lambda text: text == "online")
+        monkeypatch.setattr(type(live), "reachable", False)
+    listener.hear(Topics("kitchen").available, lambda text: text == "offline")
+    assert asyncio.run(stop_and_look(address)).unknown == ["kitchen"]
 
 
 def test_a_group_is_a_fleet_of_its_own_and_all_is_all(
@@ -171,10 +203,10 @@ def test_a_group_is_a_fleet_of_its_own_and_all_is_all(
                 return [one.name for one in fleet.news.partners]
 
         assert asyncio.run(names(address + "/east")) == ["kitchen"]
-        assert asyncio.run(stop_and_look(ward)) == (["kitchen"], [])
+        assert asyncio.run(stop_and_look(ward)) == (["kitchen"], {}, [])
         listener.hear(Topics("east/all").stop)
         live.ask(Release(by_person=True)).result(60)
-        stopped, others = asyncio.run(stop_and_look(find_broker(address)))
+        stopped, _, others = asyncio.run(stop_and_look(find_broker(address)))
         assert (stopped, others) == (["east/kitchen"], ["hall", "west/bath"])
         assert partner.state.held
 

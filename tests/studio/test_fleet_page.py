@@ -69,12 +69,17 @@ def test_the_table_in_the_terminal(broker: Mosquitto, listener: Listener) -> Non
 
 @pytest.mark.parametrize(
     ("name", "code", "words"),
-    [("hall", 1, "hall did not confirm it"), ("cellar", 2, "there are: hall")],
+    [
+        ("hall", 1, "hall did not confirm it"),
+        ("cellar", 2, "there are: hall, shed"),
+        ("shed", 0, "shed was switched off, and this broker has not heard of it since."),
+    ],
 )
 def test_stop_from_the_terminal_says_what_became_of_it(
     broker: Mosquitto, listener: Listener, name: str, code: int, words: str
 ) -> None:
     listener.say(Topics("hall").available, "online", retain=True)
+    be(listener, "shed", "offline", ended=True)
     done = miburi("fleet", "--broker", f"127.0.0.1:{broker.port}", "--stop", name)
     assert done.returncode == code
-    assert words in done.stderr
+    assert words in done.stdout + done.stderr

@@ -39,13 +39,15 @@ def fleet(
     found = find_broker(broker, broker_ca)
     if stop is not None:
         print("Stopping, and checking whether it has stopped …", file=sys.stderr)
-        stopped, not_stopped = asyncio.run(stop_and_look(found, stop))
-        for name in stopped:
+        answers = asyncio.run(stop_and_look(found, stop))
+        for name in answers.held:
             print(f"{name} is stopped.")
-        if not_stopped:
-            raise BodyError(
-                f"{', '.join(not_stopped)} did not confirm it; go there, and use the power switch."
-            )
+        for name, wall in answers.off.items():
+            since = "" if wall is None else f" at {wall.astimezone():%Y-%m-%d %H:%M}"
+            print(f"{name} was switched off{since}, and this broker has not heard of it since.")
+        if answers.unknown:
+            names = ", ".join(answers.unknown)
+            raise BodyError(f"{names} did not confirm it; go there, and use the power switch.")
         return
     _watch(Fleet(found), found, port)
 
@@ -89,7 +91,16 @@ async def _serve(server: "uvicorn.Server", sockets: list[socket], show: Callable
 def _table(news: "FleetOut") -> "Table":
     from rich.table import Table
 
-    heads = ("partner", "feels", "body", "stopped because", "stops today", "hottest")
+    heads = (
+        "partner",
+        "feels",
+        "body",
+        "stopped because",
+        "stops today",
+        "hottest",
+        "runs since",
+        "version",
+    )
     table = Table(
         *heads,
         caption=None
@@ -107,9 +118,12 @@ def _table(news: "FleetOut") -> "Table":
                 " ".join(why).strip(),
                 f"{report.stops_today}",
                 "" if partner.hottest is None else f"{partner.hottest:.0f} °C",
+                "" if report.since is None else f"{report.since.astimezone():%Y-%m-%d %H:%M}",
+                report.version or "",
             ]
-        if partner.lost:
-            row[1:3] = ["", "lost"]
+        gone = partner.lost or partner.off
+        if gone:
+            row[1:3] = ["", "lost" if partner.lost else "off"]
         stopped = report is not None and report.stopped is not None
-        table.add_row(*row, style="dim" if partner.lost else "red" if stopped else "")
+        table.add_row(*row, style="dim" if gone else "red" if stopped else "")
     return table

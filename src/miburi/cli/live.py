@@ -8,6 +8,7 @@ import typer
 if TYPE_CHECKING:
     from miburi.client.remote import RemotePartner
     from miburi.live.state import State
+    from miburi.wire.robot import RobotOut
 
 
 PartnerAddress = Annotated[str, typer.Option("--url", help="Where the partner lives.")]
@@ -45,8 +46,8 @@ def status(
 ) -> None:
     """Print the state of a live partner: what it feels, whether its body is stopped, and why."""
     with partner_at(url) as partner:
-        state = partner.state
-    print(state.model_dump_json() if as_json else _in_words(state))
+        state, robot = partner.state, partner.robot
+    print(state.model_dump_json() if as_json else _in_words(state, robot))
 
 
 def feel(
@@ -70,7 +71,7 @@ def stop(url: PartnerAddress = HERE) -> None:
     print("stopped; a person can release it in the studio or on the face's page.")
 
 
-def _in_words(state: "State") -> str:
+def _in_words(state: "State", robot: "RobotOut") -> str:
     felt = (
         "nothing strongly" if state.felt is None else f"{state.felt.feeling} {state.felt.mood:.2f}"
     )
@@ -82,4 +83,7 @@ def _in_words(state: "State") -> str:
         waits = "; a person must release it" if state.held else ""
         lines.append(f"body     stopped: {state.stop.reason.spoken}{motor}{waits}")
     lines.append(f"nature   {state.temperament}")
+    if robot.since is not None:
+        since = f"{robot.since.astimezone():%Y-%m-%d %H:%M}"
+        lines.append(f"runs     since {since}, Miburi {robot.version}")
     return "\n".join(lines)

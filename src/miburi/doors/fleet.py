@@ -1,7 +1,8 @@
 """A fleet: all partners at one broker, or in one group there, and Stop for one or all.
 
-The broker keeps each partner's last report, and reports a partner that is gone as ``offline``. This
-module needs the extra ``mqtt``.
+The broker keeps each partner's last report, and reports a partner that is gone as ``offline``. The
+last report of a partner that was switched off says so; any other is lost. This module needs the
+extra ``mqtt``.
 """
 
 import asyncio
@@ -10,6 +11,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from datetime import UTC, datetime
 from secrets import token_hex
+from typing import NamedTuple
 
 from pydantic import BaseModel, Field, ValidationError
 
@@ -36,14 +38,15 @@ class PartnerOut(BaseModel):
     """One partner; the report is null until it has sent one."""
 
     name: str
-    lost: bool = Field(description="Whether it is gone, or its broker is.")
+    lost: bool = Field(description="Whether it is gone, or its broker is, unless it is off.")
+    off: bool = Field(description="Whether it was switched off, and is not back.")
     report: HomeReport | None
     hottest: float | None = Field(description="The highest temperature of its motors, °C.")
     age: float | None = Field(description="Time since its report by the two computers' clocks, s.")
 
 
 class FleetOut(BaseModel):
-    """All partners: first the stopped ones, then the lost ones, then the rest, each by name."""
+    """All partners: the stopped ones, the lost ones, the rest, those that are off; each by name."""
 
     connected: bool = Field(description="Whether the broker can be reached.")
     partners: list[PartnerOut]
@@ -78,7 +81,8 @@ class Fleet:
         partners = [
             PartnerOut(
                 name=name,
-                lost=not (connected and self._online[name]),
+                lost=not (connected and self._online[name]) and not self._is_off(name),
+                off=self._is_off(name),
                 report=(report := self._reports.get(name)),
                 hottest=max(report.temperatures.values(), default=None) if report else None,
                 age=_age(report),
@@ -86,7 +90,7 @@ class Fleet:
             for name in sorted(self._online)
         ]
         # Partners that need a person come first.
-        partners.sort(key=lambda one: (not _is_stopped(one), not one.lost))
+        partners.sort(key=lambda one: (one.off, not _is_stopped(one), not one.lost))
         return FleetOut(connected=connected, partners=partners)
 
     async def stop(self, name: str = ALL) -> None:
@@ -107,6 +111,11 @@ class Fleet:
                 f"the broker at {self._broker.host}:{self._broker.port} cannot be reached; stop "
                 "the robots at their switches."
             ) from error
+
+    def _is_off(self, name: str) -> bool:
+        report = self._reports.get(name)
+        gone = self._client is not None and not self._online[name]
+        return gone and report is not None and report.ended
 
     async def _live(self, client: Client) -> None:
         group = self._broker.group
@@ -169,8 +178,16 @@ async def listening_to(fleet: Fleet) -> AsyncIterator[None]:
         await asyncio.gather(task, return_exceptions=True)
 
 
-async def stop_and_look(broker: Broker, name: str = ALL) -> tuple[list[str], list[str]]:
-    """Stop one partner or all; return the names that report that they are held, and the others.
+class Stopped(NamedTuple):
+    """Names of partners: held, as they report; switched off, with when; and the others."""
+
+    held: list[str]
+    off: dict[str, datetime | None]
+    unknown: list[str]
+
+
+async def stop_and_look(broker: Broker, name: str = ALL) -> Stopped:
+    """Stop one partner or all; return which have stopped.
 
     Raises InputError if there is no such partner; UnreachableError if the broker cannot be reached,
     or knows no partner, or more than ``LARGEST``.
@@ -187,8 +204,9 @@ async def stop_and_look(broker: Broker, name: str = ALL) -> tuple[list[str], lis
             partners = [one for one in fleet.news.partners if name in (ALL, one.name)]
             # A body that a contact stopped goes on by itself: that is no answer to a Stop.
             held = [one for one in partners if one.report is not None and one.report.held]
-            stopped = [one.name for one in held if not one.lost]
-            if fleet.greeted.is_set() and len(stopped) == sum(not one.lost for one in partners):
+            stopped = [one.name for one in held if not (one.lost or one.off)]
+            there = sum(not (one.lost or one.off) for one in partners)
+            if fleet.greeted.is_set() and len(stopped) == there:
                 break
             await asyncio.sleep(_LOOK)
     where = f"the broker at {broker.host}:{broker.port}"
@@ -199,7 +217,9 @@ async def stop_and_look(broker: Broker, name: str = ALL) -> tuple[list[str], lis
             f"{where} has more than {LARGEST} partners; all were told to stop, but nobody has "
             "seen whether the others did. Look at them, or use several brokers."
         )
-    return stopped, [one.name for one in partners if one.name not in stopped]
+    off = {one.name: one.report and one.report.wall for one in partners if one.off}
+    known = {*stopped, *off}
+    return Stopped(stopped, off, [one.name for one in partners if one.name not in known])
 
 
 def _age(report: HomeReport | None) -> float | None:

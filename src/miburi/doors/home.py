@@ -33,10 +33,11 @@ from miburi.doors.topics import (
 )
 from miburi.errors import InputError, MiburiError, needs_extra
 from miburi.live.events.event import Cursor, LiveEvent
-from miburi.live.events.log import History
+from miburi.live.state import State
 from miburi.live.view import LivePartner
 from miburi.serving.allowance import Allowance
 from miburi.serving.beside import live_beside
+from miburi.version import __version__
 from miburi.wire.messages import SpeakIn, StimulusIn
 
 try:
@@ -85,7 +86,7 @@ def add_home(
         Returns the time, s.
     """
     about = About(broker.path(name), partner.robot.name, studio)
-    home = _Home(Asker.within(app, "home"), partner.history, about, clock)
+    home = _Home(Asker.within(app, "home"), partner, about, clock)
 
     async def admit() -> None:
         # Two partners with one name would keep disconnecting each other; Stop would reach only one.
@@ -138,9 +139,10 @@ class _Home:
     """One partner at one broker, across all reconnections."""
 
     def __init__(
-        self, partner: Asker, history: History, about: About, clock: Callable[[], float]
+        self, asker: Asker, partner: LivePartner, about: About, clock: Callable[[], float]
     ) -> None:
-        self._partner, self._history, self._about = partner, history, about
+        self._partner, self._history, self._about = asker, partner.history, about
+        self._runs = {"version": __version__, "since": partner.since}
         self._urgent = Allowance(_URGENT_RATE, _REPORT_BURST, clock)
         self._reports = Allowance(_REPORT_RATE, _REPORT_BURST, clock)
         self._wishes = Allowance(RATE, BURST, clock)
@@ -177,6 +179,11 @@ class _Home:
             async with asyncio.TaskGroup() as tasks:
                 tasks.create_task(self._report(client))
                 tasks.create_task(self._obey(client, tasks))
+        except asyncio.CancelledError:
+            with suppress(MqttError, MiburiError):  # if it cannot be reached, it is lost
+                report = await self._report_of(await self._partner.state())
+                await self._publish(client, report, ended=True)
+            raise
         finally:
             with suppress(MqttError):  # it may be the broker that has gone
                 await self._say_whether(client, _OFFLINE)
@@ -203,9 +210,9 @@ class _Home:
             await self._remember(Cursor(state.boot, state.latest))
         now = Cursor(state.boot, state.latest)
         events = [] if self._told == now else await self._partner.log(str(self._told))
-        report_of = make_report(state, await self._partner.motors(), self._about.studio)
-        if self._announced != [*report_of.temperatures]:
-            self._announced = [*report_of.temperatures]
+        report = await self._report_of(state)
+        if self._announced != [*report.temperatures]:
+            self._announced = [*report.temperatures]
             message = json.dumps(discovery(self._about, self._announced))
             await client.publish(discovery_topic(self._about), message, qos=1, retain=True)
         if not self._online or self._contradicted:
@@ -216,11 +223,19 @@ class _Home:
             self._told = event.cursor
         if self._day != (today := date.today()):
             self._day, self._stops = today, 0
-        report = report_of.model_copy(update={"stops_today": self._stops})
+        report = report.model_copy(update={"stops_today": self._stops})
         if self._may_report(report):
-            content = report.model_copy(update={"wall": datetime.now(UTC)}).model_dump_json()
-            await client.publish(self._topics.report, content, qos=1, retain=True)
+            await self._publish(client, report)
             self._reported = report
+
+    async def _report_of(self, state: State) -> HomeReport:
+        report = make_report(state, await self._partner.motors(), self._about.studio)
+        return report.model_copy(update={"stops_today": self._stops, **self._runs})
+
+    async def _publish(self, client: Client, report: HomeReport, *, ended: bool = False) -> None:
+        more = {"wall": datetime.now(UTC), "ended": ended}
+        content = report.model_copy(update=more).model_dump_json()
+        await client.publish(self._topics.report, content, qos=1, retain=True)
 
     def _may_report(self, report: HomeReport) -> bool:
         """Return whether to report now: urgent changes at once, others rarely."""

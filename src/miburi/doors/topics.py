@@ -48,6 +48,12 @@ class HomeReport(BaseModel):
         default=None, description="The address of its pages for other devices."
     )
     wall: Wall | None = Field(default=None, description="The time of this report, UTC.")
+    version: str | None = Field(default=None, description="The version of Miburi that runs.")
+    since: Wall | None = Field(default=None, description="When it began to run, UTC.")
+    ended: bool = Field(
+        default=False,
+        description="Whether it was switched off; a partner that is gone without it was lost.",
+    )
 
 
 class StopNews(BaseModel):

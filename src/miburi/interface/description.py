@@ -12,6 +12,7 @@ from miburi.live.view import LivePartner
 from miburi.robot import JOINTS
 from miburi.robot.mjcf import HAND_AWAY, HAND_SIZE
 from miburi.robot.shape import COLOURS, links, parts
+from miburi.version import __version__
 from miburi.wire.messages import Refusal
 from miburi.wire.robot import LinkOut, PartOut, RobotOut
 
@@ -45,6 +46,8 @@ def describe(runner: LivePartner) -> RobotOut:
             PartOut.model_validate(asdict(part) | {"colour": COLOURS[part.colour]})
             for part in parts(robot)
         ],
+        version=__version__,
+        since=runner.since,
     )
 
 

@@ -7,6 +7,7 @@
 from abc import ABC, abstractmethod
 from collections import deque
 from concurrent.futures import Future
+from datetime import UTC, datetime
 from operator import attrgetter, itemgetter
 from pathlib import Path
 from typing import Protocol
@@ -79,6 +80,8 @@ class LivePartner(ABC):
         The latest state.
     motors
         The state of the motors, at most a second old.
+    since
+        When it began to run.
     """
 
     robot: Robot
@@ -91,6 +94,7 @@ class LivePartner(ABC):
     motors: MotorsOut
 
     def __init__(self) -> None:
+        self.since = datetime.now(UTC)
         self._samples: deque[tuple[int, Sample]] = deque(maxlen=_SAMPLED)
         self._steps: deque[Snapshot] = deque(maxlen=_STEPPED)
 

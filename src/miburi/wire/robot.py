@@ -2,6 +2,7 @@
 
 from pydantic import BaseModel, Field
 
+from miburi.live.events.event import Wall
 from miburi.live.state import Eight
 
 
@@ -49,3 +50,5 @@ class RobotOut(BaseModel):
     hand_away: list[float] = Field(description="Where the human hand waits, m.")
     links: list[LinkOut] = Field(description="The links.")
     parts: list[PartOut] = Field(description="The solids on them.")
+    version: str | None = Field(default=None, description="The version of Miburi that runs.")
+    since: Wall | None = Field(default=None, description="When it began to run, UTC.")

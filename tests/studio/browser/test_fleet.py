@@ -28,14 +28,15 @@ def be(listener: Listener, name: str, available: str = "online", **more: object)
 def test_the_page_of_a_fleet(page: Page, broker: Mosquitto, listener: Listener) -> None:
     be(listener, "bath", studio="https://192.168.1.4:8081")
     be(listener, "attic", "offline")
+    be(listener, "shed", "offline", ended=True)
     be(listener, "hall", stopped="contact", motor="waist")
     fleet = Fleet(find_broker(f"127.0.0.1:{broker.port}"))
     page.set_viewport_size(PHONE)
     with serving(Gate(make_fleet_app(fleet)), lifespan=True) as url:
         page.goto(url)
         names = page.locator("tbody tr td:first-child")
-        expect(names).to_have_text(["hall", "attic", "bath"])
-        expect(page.get_by_role("status")).to_have_text("3 partners, 1 stopped, 1 lost.")
+        expect(names).to_have_text(["hall", "attic", "bath", "shed"])
+        expect(page.get_by_role("status")).to_have_text("4 partners, 1 stopped, 1 lost, 1 off.")
         expect(names.nth(2).get_by_role("link")).to_have_attribute(
             "href", "https://192.168.1.4:8081"
         )
