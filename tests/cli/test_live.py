@@ -24,7 +24,9 @@ def test_somebody_at_a_terminal_lets_it_feel_stops_it_and_sees_why(server: Serve
     assert miburi("feel", "surprise", "--strength", "0.9", *here).exit_code == 0
     said = miburi("status", *here).stdout
     assert "feels    surprise" in said
-    assert re.search(rf"^runs     since \d{{4}}-\d\d-\d\d \d\d:\d\d, Miburi {__version__}$", said, re.M)
+    assert re.search(
+        rf"^runs     since \d{{4}}-\d\d-\d\d \d\d:\d\d, Miburi {__version__}$", said, re.M
+    )
     assert miburi("stop", *here).stdout.startswith("stopped")
     until(lambda: server.runner.held)
     told = until(lambda: "stopped: " in (said := miburi("status", *here).stdout) and said)

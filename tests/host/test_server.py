@@ -177,6 +177,7 @@ def test_elsewhere_nothing_but_the_pairing_page_answers_without_the_token(tmp_pa
         with pytest.raises(InvalidStatus):
             connect(url.replace("http", "ws") + "/api/v1/live")
         assert get(url + "/pair").status_code == 200
+        assert get(url + "/health").json() == {"alive": True}
         assert post(url + "/pair", json={"token": "wrong"}).status_code == 401
         program.errors.next("requests with a wrong token from 127.0.0.1: 1")
         with httpx.Client(base_url=url) as phone:
@@ -475,6 +476,8 @@ def test_while_the_partner_hangs_the_server_says_that_it_cannot_be_reached(there
         answer = until(lambda: get(url + "/state"), lambda answer: answer.status_code != 200)
         assert (answer.status_code, "cannot be reached" in answer.text) == (503, True)
         assert post(url + "/stop").status_code == 503
+        health = get(there.url + "/health")
+        assert (health.status_code, health.json()) == (503, {"alive": False})
     finally:
         process.send_signal(signal.SIGCONT)
     until(lambda: get(url + "/state"), lambda answer: answer.status_code != 503)

@@ -7,7 +7,7 @@ from tests.fixtures.gate import TOKEN, ask, behind, exchange, scope_of
 from tests.fixtures.keys import keys
 
 from miburi.errors import InputError
-from miburi.serving.access import AGENTS, AUTHORITY, PAIRING, PRIVACY, STOP, Gate
+from miburi.serving.access import AGENTS, AUTHORITY, HEALTH, PAIRING, PRIVACY, STOP, Gate
 from miburi.serving.keys import Keys
 from miburi.serving.origins import check_origin
 
@@ -65,12 +65,12 @@ CASES: dict[str, tuple[dict[str, Any], list[str], list[dict[str, str]], int, str
         OPEN, [STATE], [{"cookie": text} for foreign in COOKIES
                         for text in (f"{foreign}; {COOKIE}", f"{COOKIE}; {foreign}")], 200, "",
     ),
-    "pairing and privacy": (OPEN, [PAIRING, PRIVACY], [{}], 200, ""),
+    "pairing, privacy and health": (OPEN, [PAIRING, PRIVACY, HEALTH], [{}], 200, ""),
     "an authority where there is none": (OPEN, [AUTHORITY], [{"at": HOME}], 401, "token"),
     "https without the token": (SAFE, [STATE], BY_HTTPS, 401, "token"),
     "https with the token": (SAFE, [STATE], [one | MINE for one in BY_HTTPS], 200, ""),
     "how to pair, by https": (SAFE, [PAIRING, AUTHORITY], BY_HTTPS, 200, ""),
-    "how to pair, by http": (SAFE, [PAIRING, PRIVACY, AUTHORITY], PLAINLY, 200, ""),
+    "how to pair, by http": (SAFE, [PAIRING, PRIVACY, HEALTH, AUTHORITY], PLAINLY, 200, ""),
     "http beside https, here": (SAFE, [STATE], [{}], 200, ""),
     "http beside https, by a name that points here": (
         SAFE, [STATE], [{"host": HOME}, {"host": "evil.example"}], 403, "--host",
@@ -81,7 +81,8 @@ CASES: dict[str, tuple[dict[str, Any], list[str], list[dict[str, str]], int, str
          for key in ({}, MINE, {"cookie": COOKIE})], 426, "https",
     ),
     "a token given away by http": (
-        SAFE, [PAIRING, PRIVACY, AUTHORITY], [MINE | {"method": "POST"} | PLAINLY[0]], 426, "https",
+        SAFE, [PAIRING, PRIVACY, HEALTH, AUTHORITY],
+        [MINE | {"method": "POST"} | PLAINLY[0]], 426, "https",
     ),
     "by https, a page of ours that came by http": (  # somebody in the middle could have made it
         SAFE, [STATE], [MINE | BY_HTTPS[0] | {"origin": f"http://{HOME}:8081"}], 403, "other sites",

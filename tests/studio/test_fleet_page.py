@@ -6,6 +6,7 @@ import subprocess
 from contextlib import suppress
 
 import pytest
+from tests.doors.test_fleet import be
 from tests.fixtures.broker import Listener, Mosquitto
 from tests.fixtures.command import COMMAND, miburi
 from tests.fixtures.live import serving

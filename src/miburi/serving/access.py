@@ -1,9 +1,9 @@
 """Access control and rate limits for the server: one gate in front of every route.
 
 On the loopback address anybody at this computer has access; on other addresses every path but the
-pairing and privacy pages needs a token. Requests from other sites' pages are refused unless the
-user allows their origin. If the server also serves https, then over plain http it accepts no token,
-and gives other devices only the pairing and privacy pages and the certificate authority.
+pairing and privacy pages and the health check needs a token. Requests from other sites' pages are
+refused unless the user allows their origin. If the server also serves https, it accepts no token
+over plain http, and other devices get only these paths and the certificate authority there.
 """
 
 import asyncio
@@ -35,9 +35,9 @@ from miburi.serving.origins import API, Headers, cors, permit
 from miburi.serving.policy import NICEGUI, POLICY
 from miburi.serving.strangers import Strangers
 
-#: The only paths that need no token: the pairing page, the privacy page and, if there is https, the
-#: certificate authority.
-PAIRING, PRIVACY, AUTHORITY = "/pair", "/privacy", "/ca.pem"
+#: The only paths that need no token: the pairing page, the privacy page, the health check and, if
+#: there is https, the certificate authority.
+PAIRING, PRIVACY, HEALTH, AUTHORITY = "/pair", "/privacy", "/health", "/ca.pem"
 #: The path of Stop, which no limit delays for authorised clients.
 STOP = "/api/v1/stop"
 #: The path of a stream of events, which stays open as a WebSocket does.
@@ -238,7 +238,7 @@ class Gate:
         check_host(headers, near=keys is None)
         if self.origin_of(path, headers) is None:
             check_site(headers, encrypted=encrypted)
-        unlocked = path in (PAIRING, PRIVACY) or (self._https and path == AUTHORITY)
+        unlocked = path in (PAIRING, PRIVACY, HEALTH) or (self._https and path == AUTHORITY)
         if keys is not None and plain and not (unlocked and method in ("GET", "HEAD")):
             raise RefusedError(
                 426, "no token is accepted over plain http; use this partner's https address."
@@ -250,7 +250,7 @@ class Gate:
             return key
         if method not in _METHODS:
             raise RefusedError(405, f"{method[:20]} is not allowed at this address.")
-        limited = path.startswith("/api") or path in (PAIRING, PRIVACY, AUTHORITY)
+        limited = path.startswith("/api") or path in (PAIRING, PRIVACY, HEALTH, AUTHORITY)
         if limited and not self._requests.take(who):
             raise RefusedError(429, f"too many requests; at most {RATE:g} a second, please.")
         if path in _PAGES and not self._pages.take(who):

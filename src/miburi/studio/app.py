@@ -12,6 +12,7 @@ from miburi.interface.api import make_api
 from miburi.interface.socket import live_router
 from miburi.live.view import LivePartner
 from miburi.serving.beside import beside
+from miburi.serving.health import health_router
 from miburi.serving.reach import Reach
 from miburi.studio.body_shapes import shapes_router
 from miburi.studio.face_page import add_face_page
@@ -35,6 +36,7 @@ def make_app(
     app = make_api(runner, doors.talk, doors.care, doors.seed, folder)
     app.include_router(live_router(runner))
     app.include_router(pairing_router(reach))
+    app.include_router(health_router(lambda: runner.snapshot.serial))
     app.mount("/static", StaticFiles(directory=Path(__file__).parent / "static"), name="static")
     doors.open(app, runner, next(iter(reach.addresses), None))
     sounded = () if doors.voice is None else LANGUAGES
