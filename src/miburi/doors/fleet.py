@@ -178,7 +178,7 @@ async def listening_to(fleet: Fleet) -> AsyncIterator[None]:
         await asyncio.gather(task, return_exceptions=True)
 
 
-class Stopped(NamedTuple):
+class StopAnswers(NamedTuple):
     """Names of partners: held, as they report; switched off, with when; and the others."""
 
     held: list[str]
@@ -186,7 +186,7 @@ class Stopped(NamedTuple):
     unknown: list[str]
 
 
-async def stop_and_look(broker: Broker, name: str = ALL) -> Stopped:
+async def stop_and_look(broker: Broker, name: str = ALL) -> StopAnswers:
     """Stop one partner or all; return which have stopped.
 
     Raises InputError if there is no such partner; UnreachableError if the broker cannot be reached,
@@ -217,9 +217,9 @@ async def stop_and_look(broker: Broker, name: str = ALL) -> Stopped:
             f"{where} has more than {LARGEST} partners; all were told to stop, but nobody has "
             "seen whether the others did. Look at them, or use several brokers."
         )
-    off = {one.name: one.report and one.report.wall for one in partners if one.off}
+    off = {one.name: one.report.wall for one in partners if one.off and one.report is not None}
     known = {*stopped, *off}
-    return Stopped(stopped, off, [one.name for one in partners if one.name not in known])
+    return StopAnswers(stopped, off, [one.name for one in partners if one.name not in known])
 
 
 def _age(report: HomeReport | None) -> float | None:
