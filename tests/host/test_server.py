@@ -313,6 +313,17 @@ def test_the_emulated_card_lives(tmp_path: Path, firmware: Path) -> None:
         assert post(url + "/api/v1/bodies", json=again).status_code == 204
 
 
+@pytest.mark.parametrize("name", ["people.json", "manners.json", "feelings.json", "events.sqlite"])
+def test_what_cannot_be_read_keeps_it_from_starting_and_is_left(tmp_path: Path, name: str) -> None:
+    """It began anew in its place, so it forgot what root had restored."""
+    (tmp_path / name).mkdir()
+    given = (iphonoid(), shipped_repertoire(), shipped_temperament())
+    launch = Launch(*given, folder=tmp_path, port=70_000)  # it would not start anyway
+    with pytest.raises(InputError, match=rf"{name}: cannot be read \(.*; it belongs to .* chown"):
+        serve(launch)
+    assert [path.name for path in tmp_path.iterdir()] == [name]
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such limit")
 @pytest.mark.parametrize("files", [64, 160])
 def test_so_few_files_are_refused_or_leave_enough_for_stop(tmp_path: Path, files: int) -> None:

@@ -85,7 +85,10 @@ def _note_thread(failed: threading.ExceptHookArgs) -> None:
 
 
 def logged(work: Callable[..., None], *arguments: object) -> None:
-    """Run a process's main function; if it raises, log the exception and exit with code 1."""
+    """Run a process's main function; if it raises, log the exception and exit with code 1.
+
+    A :class:`MiburiError` is logged as its message, since that says all.
+    """
     end = log_to_stderr(apart=True)
     try:
         work(*arguments)
