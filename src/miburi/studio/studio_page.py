@@ -171,8 +171,7 @@ class _Studio:
                 )
             more = button("⋯", say["more"], "more-button")
             more.props(f'popovertarget="more" aria-label="{say["more"]}"')
-            release = button(say["release"], say["release_hint"], "release-button", "R")
-            release.props('aria-keyshortcuts="R"')
+            release = button(say["release"], say["release_hint"], "release-button")
             release.on("click", self._release, js_handler=_RELEASE)
             stop = button(say["stop"], say["stop_hint"], "stop-button", "Esc")
             stop.set_content(

@@ -1,7 +1,7 @@
 """The whole way by keyboard alone: nothing is clicked."""
 
 from playwright.sync_api import Page, expect
-from tests.fixtures.browser import needs_browser, release_by_key, tab_to, until
+from tests.fixtures.browser import ask, needs_browser, posts, release_by_key, tab_to, until
 
 pytestmark = needs_browser
 
@@ -28,7 +28,7 @@ def test_everything_is_done_by_keyboard(studio: Page) -> None:
     press("Enter")
     until(page, lambda now: now["emotion"][4] > 0.3)
     tab_to(page, "Say something to it")
-    page.keyboard.type("I am so angry r")  # an r in a line releases nothing
+    page.keyboard.type("I am so angry")
     press("Enter")
     expect(page.locator(".talk output")).to_contain_text("I heard anger")
     tab_to(page, "Contact")
@@ -43,3 +43,16 @@ def test_everything_is_done_by_keyboard(studio: Page) -> None:
     until(page, lambda now: now["asked"] and now["expressed"]["feeling"] == "surprise")
     press("Escape")
     until(page, lambda now: now["stop"] and now["stop"]["reason"] == "asked")
+
+
+def test_what_is_typed_on_the_face_goes_into_its_line_and_releases_nothing(face: Page) -> None:
+    ask(face, "/stop")
+    face.wait_for_function("document.documentElement.dataset.phase === 'stopped'")
+    sent = posts(face, "release")
+    face.keyboard.type("are")
+    face.get_by_text("Say something", exact=True).press("Enter")
+    face.keyboard.type("are")
+    expect(face.get_by_label("Say something to it")).to_have_value("are")
+    with face.expect_response("**/stop"):
+        face.keyboard.press("Escape")
+    assert sent == []

@@ -1,4 +1,4 @@
-// On every page: Stop and Release by button and by keyboard, and a word when something is refused.
+// On every page: Stop by button and by Esc, Release by button, and a word when something is refused.
 import { ask, listen, live, lost, release, send, stop } from "/static/live.js";
 
 const UNSENT = "miburi_unsent", HIDDEN = "miburi_hidden"; // the distress whose banner was hidden
@@ -54,11 +54,7 @@ function showNeed({ boot, distress }) {
 
 document.addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.altKey || event.metaKey || event.repeat) return;
-  const typing = event.target.closest?.("input:not([type=range]), textarea, [contenteditable]");
-  if (event.key === "Escape") wish("/stop");
-  else if (event.key.toLowerCase() === "r" && !typing) {
-    document.querySelector(".release-button, #release")?.click();
-  }
+  if (event.key === "Escape") wish("/stop"); // Release has no key: a letter would be typed by mistake
 }, true);
 
 listen((state, connected) => {
