@@ -11,7 +11,7 @@ from miburi.feelings.catalogue import CATALOGUE
 from miburi.live.settle import granted
 from miburi.live.view import LivePartner
 from miburi.live.wishes import Release
-from miburi.studio.forms import banner, senses_form, signs, talk_form
+from miburi.studio.forms import banner, reason, senses_form, signs, talk_form
 from miburi.studio.pages import page
 from miburi.studio.preferences import Preferences
 from miburi.studio.words import words
@@ -47,7 +47,7 @@ def add_face_page(
             "faces": CATALOGUE.faces(),
             **say["face"],
             **{name: say["studio"][name] for name in shared},
-            **{name: say[name] for name in ("phase", "contact", "joint", "reason")},
+            "phase": say["phase"],
         }
         senses = senses_form(say, "voice", "speech", "motion", "ears", "eyes", sounded=sounded)
         return page(
@@ -56,6 +56,7 @@ def add_face_page(
             words=content,
             talk=talk_form(say),
             senses=senses + signs(say),
+            why=reason(say),
             banner=banner(say, care, language),
         )
 

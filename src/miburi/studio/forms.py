@@ -6,6 +6,7 @@ from html import escape
 from typing import Literal
 
 from miburi.feelings.catalogue import CATALOGUE
+from miburi.safety.stop import StopReason
 from miburi.senses.tone import tones
 from miburi.serving.access import PRIVACY
 from miburi.studio.words import Words
@@ -61,6 +62,17 @@ def banner(words: Words, care: Care, language: str) -> str:
     return (
         f'<div class="need" role="alert" data-needs="{escape(json.dumps(needs))}" hidden>'
         f'<span></span><button type="button">{escape(say["hide"])}</button></div>'
+    )
+
+
+def reason(words: Words) -> str:
+    """Return the box that says why the body is stopped, as HTML; ``static/why.js`` fills it."""
+    told = {name: words[name] for name in ("contact", "joint", "reason")}
+    passing = [each for each in StopReason if each.passes]
+    given = escape(json.dumps({**told, "passes": passing}))
+    return (
+        f'<div class="why" role="alert" data-why="{given}" hidden><p><b></b> <small></small></p>'
+        f'<button type="button">{escape(words["talk"]["hide"])}</button></div>'
     )
 
 

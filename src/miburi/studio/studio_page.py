@@ -26,9 +26,9 @@ from miburi.robot import JOINTS
 from miburi.serving.access import PAIRING
 from miburi.serving.reach import Reach, pairing_url, qr_svg
 from miburi.studio.body_panel import body_panel
-from miburi.studio.contact_panel import contact_panel, why, why_ended
+from miburi.studio.contact_panel import contact_panel, why_ended
 from miburi.studio.elements import Choice, Levels, Plots, RobotView
-from miburi.studio.forms import banner, senses_form, signs, talk_form
+from miburi.studio.forms import banner, reason, senses_form, signs, talk_form
 from miburi.studio.gestures_panel import gestures_panel
 from miburi.studio.pages import missing_page
 from miburi.studio.parts import attempt, button, heading, set_label
@@ -129,6 +129,7 @@ class _Studio:
             '<link rel="preload" href="/static/fonts/japanese.woff" as="font" crossorigin>'
             '<link rel="stylesheet" href="/static/studio.css">'
             '<script type="module" src="/static/page.js"></script>'
+            '<script type="module" src="/static/why.js"></script>'
             '<script type="module" src="/static/senses.js"></script>'
         )
         self._top()
@@ -137,6 +138,7 @@ class _Studio:
         if not self._preferences.met:
             self._first_hint()
         with ui.element("div").classes("studio"):  # NiceGUI brings the main landmark
+            ui.html(reason(self._words), sanitize=False).classes("why-place")
             self._stage()
             self._feelings()
             self._tabs()
@@ -184,8 +186,8 @@ class _Studio:
             resting = state.paused and state.phase == "idle"
             recording.set_visibility(state.recording is not None)
             end = state.recording_end
-            reason = why_ended(end.reason, end.detail, self._words) if end else ""
-            ended.set_text(say["recording_ended"].format(reason=reason) if end else "")
+            because = why_ended(end.reason, end.detail, self._words) if end else ""
+            ended.set_text(say["recording_ended"].format(reason=because) if end else "")
             breathing = state.phase == "moving" and state.expressed is None and not state.asked
             shown = "paused" if resting else "idle" if breathing else state.phase
             pill.set_text(self._words["phase"][shown])
@@ -219,10 +221,6 @@ class _Studio:
             robot = describe(self._runner).model_dump()
             told = {name: say[name] for name in ("no_3d", "clip", "clip_making")}
             view = RobotView(robot=robot, faces=CATALOGUE.faces(), label=say["scene"], words=told)
-            with ui.element("div").classes("why").props('role="alert" aria-live="assertive"'):
-                headline = ui.label()
-                with ui.element("small"):
-                    more = ui.label()
             with ui.element("div").classes("over low"):
                 hand = button(say["hand_out"], say["hand_hint"])
                 button(say["reset_view"], "").on("click", view.reset)
@@ -243,10 +241,6 @@ class _Studio:
             hand.set_visibility(state.hand is not None)
             hint.set_visibility(shown)
             set_label(hand, say["hand_away" if shown else "hand_out"])
-            if state.stop is not None:
-                first, second = why(state, self._words)
-                headline.set_text(first)
-                more.set_text(second)
 
         self._updates.append(update)
 
