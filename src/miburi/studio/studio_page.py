@@ -132,6 +132,10 @@ class _Studio:
             '<script type="module" src="/static/why.js"></script>'
             '<script type="module" src="/static/senses.js"></script>'
         )
+        without = escape(self._words["studio"]["no_script"])
+        ui.add_body_html(
+            f'<noscript><p class="lost" style="display: block">{without}</p></noscript>'
+        )
         self._top()
         told = banner(self._words, self._care, self._preferences.language)
         ui.html(told, sanitize=False).classes("needs")
@@ -142,7 +146,9 @@ class _Studio:
             self._stage()
             self._feelings()
             self._tabs()
-        with ui.element("div").classes("lost").props('role="alert"'):
+        with ui.element("div").classes("lost").props('role="alert"') as lost:
+            lost.props["data-back"] = self._words["studio"]["back"]
+            lost.props["data-back-stopped"] = self._words["studio"]["back_stopped"]
             ui.label(self._words["studio"]["lost"])
             ui.label(self._words["studio"]["stop_unsent"]).classes("unsent")
         ui.timer(_LOOK, self._look)
@@ -152,7 +158,7 @@ class _Studio:
         with ui.element("header").classes("bar-top"):
             with ui.element("h1").classes("brand"):
                 ui.html("Miburi <small>身振り</small>", sanitize=False)
-            pill = ui.label("…").classes("pill").props('role="status"')
+            pill = ui.label("…").classes("pill")  # not announced: it changes with each move
             ui.label(say["unreachable"]).classes("pill-lost")
             recording = ui.label(say["recording"]).classes("on-air")
             ui.html(signs(self._words), sanitize=False).classes("signs")

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Route, expect
-from tests.fixtures.browser import Home, needs_browser, open_studio, release, until, visiting
+from tests.fixtures.browser import Home, ask, needs_browser, open_studio, release, until, visiting
 from tests.fixtures.waiting import until as is_so
 
 pytestmark = needs_browser
@@ -71,7 +71,8 @@ def test_the_pages_say_once_that_stop_reaches_nobody_and_send_it_later(
         face.get_by_role("button", name=NO_STOP["en"]).click()
         expect(studio.get_by_role("alert").filter(has_text=ALONE)).to_be_visible()
         studio.wait_for_timeout(2500)  # NiceGUI's own message would have come
-        expect(studio.locator(".studio")).to_have_attribute("inert", "")  # no face, no Say
+        for part in (".levels", ".talk button"):
+            expect(studio.locator(part)).to_have_attribute("inert", "")
         text = studio.evaluate("document.body.innerText")  # all that somebody sees
         assert not ALIVE.search(text)
         assert text.count(ALONE) == 1
@@ -84,13 +85,41 @@ def test_the_pages_say_once_that_stop_reaches_nobody_and_send_it_later(
         until(studio, lambda now: now["held"])
         expect(studio.locator(".stop-button .reached")).to_be_visible()
         expect(studio.locator(".unsent")).to_be_hidden()
-        expect(studio.locator(".studio")).not_to_have_attribute("inert", "")
+        expect(studio.locator(".levels")).not_to_have_attribute("inert", "")
         release(studio)
         is_so(lambda: not home.runner.held)
         wires[0].mend()
         face.goto(home.url + "/face")
         until(face, lambda now: now["held"])
         release(face)
+
+
+@pytest.mark.parametrize("where", ["/", "/face"])
+def test_what_was_being_typed_is_still_there_when_the_connection_is_back(
+    browser: Browser, home: Home, where: str
+) -> None:
+    """Also where the studio loads anew, as it does after a while."""
+    with visiting(browser) as visitor:
+        wire, page = Wire(visitor), visitor.new_page()
+        page.goto(home.url + where)
+        page.wait_for_function("document.documentElement.dataset.connected === 'true'")
+        if where == "/face":
+            page.get_by_text("Say something", exact=True).click()
+        line = page.get_by_label("Say something to it")
+        line.press_sequentially("I am so")
+        wire.cut()
+        page.wait_for_function("document.documentElement.dataset.connected === 'false'")
+        line.press_sequentially(" glad")
+        expect(line).to_be_focused()
+        ask(page, "/stop")
+        wire.mend()
+        page.reload()
+        expect(page.locator("#said")).to_have_text("Connected again. The robot is stopped.")
+        release(page)
+        if where == "/face":
+            page.get_by_text("Say something", exact=True).click()
+        expect(line).to_have_value("I am so glad")
+        expect(line).to_be_focused()
 
 
 @pytest.mark.parametrize("answered", [True, False])

@@ -20,7 +20,9 @@ from tests.fixtures.browser import (
     on_screen,
     open_studio,
     press_above,
+    release,
     release_by_key,
+    see,
     settled_on_screen,
     state,
     until,
@@ -192,9 +194,9 @@ def test_stop_by_key_holds_and_acts_over_an_open_dialog_with_one_press(
     )
     now = until(face, lambda now: now["stop"])
     assert now["stop"]["reason"] == "asked"
-    expect(studio.get_by_role("status").first).to_have_text("Stopped")
+    expect(studio.locator(".pill")).to_have_text("Stopped")
     studio.reload()
-    expect(studio.get_by_role("status").first).to_have_text("Stopped")
+    expect(studio.locator(".pill")).to_have_text("Stopped")
     expect(studio.locator(".why")).to_contain_text("Somebody pressed Stop")
     expect(studio.locator(".log")).to_contain_text("Stop was pressed by a person")
     release_by_key(studio)
@@ -212,6 +214,51 @@ def test_stop_by_key_holds_and_acts_over_an_open_dialog_with_one_press(
         expect(dialog).to_be_hidden()
         studio.locator(".release-button").click()
         until(studio, lambda now: now["phase"] != "stopped")
+
+
+@pytest.mark.parametrize("where", ["/privacy", "/people", "/mistyped"])
+def test_a_page_to_read_stops_the_robot_too(browser: Browser, url: str, where: str) -> None:
+    with visiting(browser) as context:
+        page = context.new_page()
+        page.goto(url + where)
+        stop = page.get_by_role("button", name="Stop", exact=True)
+        for press in (stop.click, lambda: page.keyboard.press("Escape")):
+            expect(stop).to_be_in_viewport(ratio=1)
+            press()
+            until(page, lambda now: now["held"])
+            expect(page.get_by_role("banner")).to_contain_text("Stopped")
+            release(page)
+            expect(page.get_by_role("banner")).not_to_contain_text("Stopped")
+
+
+def test_the_studio_announces_what_is_felt_and_no_moves(own_tab: Page, url: str) -> None:
+    see(own_tab, now := {"phase": "idle", "felt": None, "expressed": None, "stop": None})
+    open_studio(own_tab, url)
+    own_tab.evaluate(
+        "() => { window.told = []; new MutationObserver((changes) => { for (const { target } of"
+        " changes) { const live = target.closest?.('[role=status], [aria-live], output');"
+        " if (live?.textContent) told.push(live.textContent); } })"
+        ".observe(document.body, { childList: true, subtree: true }); }"
+    )
+    for feeling in ("sadness", "anger"):
+        for phase in ("moving", "idle", "moving"):
+            now.update(phase=phase, felt={"feeling": feeling, "mood": 0.5})
+            own_tab.wait_for_function(f"document.documentElement.dataset.phase === '{phase}'")
+        expect(own_tab.get_by_role("status").get_by_text(feeling)).to_be_visible()
+    assert own_tab.evaluate("told") == ["sadness", "anger"]
+
+
+@pytest.mark.parametrize("where", ["/", "/face"])
+def test_without_javascript_a_page_says_that_its_stop_does_not_work(
+    browser: Browser, url: str, where: str
+) -> None:
+    with visiting(browser, java_script_enabled=False) as context:
+        page = context.new_page()
+        page.goto(url + where)
+        said = page.locator("noscript p")
+        expect(said).to_be_visible()
+        expect(said).to_contain_text("Stop does not work without it")
+        expect(page.get_by_role("button")).to_have_count(0)
 
 
 def test_a_visitors_settings_are_remembered(studio: Page) -> None:

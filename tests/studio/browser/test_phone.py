@@ -1,6 +1,6 @@
 """The pages on a phone, with a finger."""
 
-import json
+import itertools
 import os
 import re
 from collections.abc import Iterator
@@ -9,7 +9,7 @@ from typing import Any
 
 import matplotlib
 import pytest
-from playwright.sync_api import Browser, Page, ViewportSize, WebSocketRoute, expect
+from playwright.sync_api import Browser, Page, ViewportSize, expect
 from tests.fixtures.browser import (
     CHROMIUM,
     FLAGS,
@@ -20,6 +20,7 @@ from tests.fixtures.browser import (
     needs_browser,
     press_above,
     release,
+    see,
     settled_on_screen,
     until,
     visiting,
@@ -109,18 +110,6 @@ def test_stop_keeps_its_place_and_release_never_takes_it(
         page.wait_for_function("document.documentElement.dataset.phase !== 'stopped'")
 
 
-def see(page: Page, changes: dict[str, Any]) -> None:
-    """Let a tab see states with these changes, which may change later."""
-
-    def changed(state: str | bytes) -> str:
-        return json.dumps(json.loads(state) | changes)
-
-    def line(to_page: WebSocketRoute) -> None:
-        to_page.connect_to_server().on_message(lambda state: to_page.send(changed(state)))
-
-    page.route_web_socket("**/live?*", line)
-
-
 CONTACT = {
     "time": 100.0, "reason": "contact", "motor": "right_elbow", "mood_before": 0.5,
     "mood_after": 0.4,
@@ -166,24 +155,17 @@ def test_why_it_stopped_is_told_at_once_and_can_be_read_after_it_went_on(
     assert [said[: len(met)] for said in told[1:]] == [met, met]
 
 
-def need_help(page: Page, kinds: list[str]) -> None:
-    """Let a tab see states in which the partner has heard the last of these kinds of distress."""
-
-    def add(state: str | bytes) -> str:
-        distress = {"number": len(kinds), "time": 1.0, "kind": kinds[-1], "words": None}
-        return json.dumps(json.loads(state) | {"distress": distress})
-
-    def line(to_page: WebSocketRoute) -> None:
-        to_page.connect_to_server().on_message(lambda state: to_page.send(add(state)))
-
-    page.route_web_socket("**/live?*", line)
-
-
 @pytest.mark.parametrize("where", ["/face", "/"])
 def test_what_says_that_help_is_near_covers_no_field_names_no_violence_and_can_be_hidden(
     own_tab: Page, url: str, where: str
 ) -> None:
-    need_help(own_tab, kinds := ["breathing"])
+    heard, now = itertools.count(), dict[str, Any]()
+
+    def hear(kind: str) -> None:
+        now["distress"] = {"number": next(heard), "time": 1.0, "kind": kind, "words": None}
+
+    hear("breathing")
+    see(own_tab, now)
     own_tab.set_viewport_size(SMALL)
     own_tab.goto(url + where)
     banner, line = own_tab.locator(".need"), own_tab.get_by_label("Say something to it")
@@ -197,7 +179,7 @@ def test_what_says_that_help_is_near_covers_no_field_names_no_violence_and_can_b
     ]
     over, *fields = [box for box in boxes if box is not None]
     assert [over["y"] + over["height"] <= field["y"] for field in fields] == [True, True]
-    kinds.append("abuse")
+    hear("abuse")
     expect(banner).to_contain_text("For help, call your local emergency number.")
     assert not re.search("violence|abuse", own_tab.inner_text("body"))
     banner.get_by_role("button", name="Hide").click()
@@ -205,7 +187,7 @@ def test_what_says_that_help_is_near_covers_no_field_names_no_violence_and_can_b
     own_tab.reload()
     own_tab.wait_for_function("document.documentElement.dataset.connected === 'true'")
     expect(banner).to_be_hidden()
-    kinds.append("suicide")
+    hear("suicide")
     expect(banner).to_contain_text("For help, call")
 
 

@@ -9,7 +9,7 @@ export default {
   template: `<div class="levels">
     <div class="mood-now" :class="{ faint: !shown }">
       <div class="mood-number" :aria-label="words.mood"><i>μ</i> <b ref="mu">0.00</b></div>
-      <div class="mood-words"><b ref="what"></b><span ref="why"></span></div>
+      <div class="mood-words"><b ref="what" role="status"></b><span ref="why"></span></div>
     </div>
     <div class="level-legend" aria-hidden="true">
       <span v-for="level in levels" :class="level">{{ words[level] }}</span>
@@ -63,7 +63,8 @@ export default {
       const now = state.expressed ?? state.felt;
       this.shown = Boolean(now);
       this.$refs.mu.textContent = (now?.mood ?? 0).toFixed(2);
-      this.$refs.what.textContent = now ? this.words.names[now.feeling] : this.words.neutral;
+      const name = now ? this.words.names[now.feeling] : this.words.neutral;
+      if (this.$refs.what.textContent !== name) this.$refs.what.textContent = name; // else it is read again
       this.$refs.why.textContent = this.reason(state, now);
     },
 

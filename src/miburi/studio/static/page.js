@@ -1,7 +1,7 @@
 // On every page: Stop by button and by Esc, Release by button, and a word when something is refused.
 import { ask, listen, live, lost, release, send, stop } from "/static/live.js";
 
-const UNSENT = "miburi_unsent", HIDDEN = "miburi_hidden"; // the distress whose banner was hidden
+const UNSENT = "miburi_unsent", LOST = "miburi_lost", LINE = "miburi_line", HIDDEN = "miburi_hidden"; // the distress whose banner was hidden
 const ATTENDED = 3000; // ms until it is told again that somebody types
 const RAISED = "a raised voice"; // as senses/tone.py has it
 
@@ -57,11 +57,20 @@ document.addEventListener("keydown", (event) => {
   if (event.key === "Escape") wish("/stop"); // Release has no key: a letter would be typed by mistake
 }, true);
 
+const MUTE = ".stage, .levels, .strength, .tabs-card, .bar-more, .senses, .talk button";
+let wasLost = sessionStorage.getItem(LOST) !== null;
 listen((state, connected) => {
   const root = document.documentElement;
   root.dataset.connected = connected;
-  // Without a connection only Stop can be pressed; it is sent as soon as the server is back.
-  for (const one of document.querySelectorAll(".studio, .bar-more, .talk, .senses")) one.inert = connected === false;
+  // Without a connection only Stop can be pressed; it is sent as soon as the server is back. A line can be typed on.
+  for (const one of document.querySelectorAll(MUTE)) one.inert = connected === false;
+  if (connected === false) wasLost = true;
+  const box = document.querySelector("[data-back]");
+  if (connected && state && wasLost && box) {
+    wasLost = false;
+    sessionStorage.removeItem(LOST);
+    say(box.dataset[state.stop ? "backStopped" : "back"]);
+  }
   if (connected && sessionStorage.getItem(UNSENT)) {
     send({ do: "stop", press: sessionStorage.getItem(UNSENT) });
     keep(null);
@@ -82,6 +91,26 @@ new MutationObserver((changes) => {
     for (const entry of entries(addedNodes)) entry.open = opened.has(entry.dataset.entry);
   }
 }).observe(document, { childList: true, subtree: true });
+
+// The studio loads anew where its server was away for long: the line that was being typed is still there then.
+addEventListener("pagehide", () => {
+  const line = document.querySelector("[data-talk]")?.elements.text;
+  if (wasLost) sessionStorage.setItem(LOST, "");
+  if (line?.value) sessionStorage.setItem(LINE, JSON.stringify([line.value, line === document.activeElement]));
+});
+function restore() {
+  const line = document.querySelector("[data-talk]")?.elements.text;
+  if (!line) return false;
+  const [text, focused] = JSON.parse(sessionStorage.getItem(LINE) ?? "[]");
+  sessionStorage.removeItem(LINE);
+  if (text && !line.value) line.value = text;
+  if (focused) line.focus();
+  return true;
+}
+if (!restore()) {
+  const observer = new MutationObserver(() => restore() && observer.disconnect());
+  observer.observe(document, { childList: true, subtree: true });
+}
 
 // The partner attends to who types to it.
 let attended = -Infinity;
