@@ -21,7 +21,7 @@ from miburi.talk.endpoint import Endpoint
 OPEN = Doors(
     agents=True,
     broker=Broker("broker.local", 1883, user="anna", password="secret"),
-    talk=Endpoint("https://models.example/v1", "some-model", "a-key"),
+    talk=Endpoint("https://models.example/v1", "some-model", "models-key"),
     ros=RosNetwork(),
 )
 SAFE = Reach(("https://192.168.1.4:8081",), keys("a-token"), b"PEM", "AB:CD")
@@ -60,7 +60,7 @@ def test_with_all_open_it_names_with_whom_and_no_secret(runner: Runner) -> None:
     assert said.count('class="now on"') == 6, "by https, so not by plain http"
     for where in ("broker.local gets", "go to models.example"):
         assert where in said
-    for secret in ("a-token", "a-key", "anna", "secret", "AB:CD", str(Path.home())):
+    for secret in ("a-token", "models-key", "anna", "secret", "AB:CD", str(Path.home())):
         assert secret not in said
     assert "Nothing is encrypted" in page(
         runner, Doors(), Reach(("http://192.168.1.4",), keys("t"))
