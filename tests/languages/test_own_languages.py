@@ -1,5 +1,6 @@
 """Languages in a user's own folder, such as that of the examples."""
 
+import re
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -7,9 +8,11 @@ from pathlib import Path
 import pytest
 
 from miburi.errors import DescriptionError
-from miburi.languages import VARIABLE, folders, language_of
+from miburi.languages import VARIABLE, common_words, folders, language_of, words_of
+from miburi.languages.rules import rules_of
 from miburi.senses.distress import hear_distress
 from miburi.studio.words import own_name, page_languages, words
+from miburi.talk.answers import stops_in, wants_stop
 from miburi.talk.care import Care
 from miburi.talk.own_languages import check_languages
 from miburi.talk.script import script
@@ -18,18 +21,21 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "own_language"
 ENGLISH = Path(str(folders()["en"]))
 
 
+def forget() -> None:
+    """Forget what was read of languages."""
+    for each in (folders, rules_of, words_of, page_languages, script, own_name, words):
+        each.cache_clear()
+
+
 @pytest.fixture
 def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A copy of the example, which the partner knows."""
     shutil.copytree(EXAMPLE, tmp_path, dirs_exist_ok=True)
     monkeypatch.setenv(VARIABLE, str(tmp_path))
-    caches = (folders, page_languages, script, own_name, words)
-    for each in caches:
-        each.cache_clear()
+    forget()
     yield tmp_path
     monkeypatch.undo()
-    for each in caches:
-        each.cache_clear()
+    forget()
 
 
 def test_the_example_is_recognised_answered_and_cared_for(own: Path) -> None:
@@ -42,6 +48,32 @@ def test_the_example_is_recognised_answered_and_cared_for(own: Path) -> None:
     assert heard.kind == "fall"
     assert "Chiami" in Care().help(heard.kind, "it", 0)
     assert language_of("Je suis triste") == "fr"  # those that ship are still there
+
+
+def test_a_pattern_is_written_as_people_write(own: Path) -> None:
+    shutil.copytree(own / "it", own / "de")
+    rules, talk = own / "de" / "language.toml", own / "de" / "talk.toml"
+    rules.write_text('common = "ich bin für"\naccents = false\n', encoding="utf-8")
+    stop = "['^(Hör auf|Schluß|gib[’]s auf|l[aä]ss \\\\S+ los)$']"
+    text = talk.read_text(encoding="utf-8")
+    talk.write_text(re.sub(r"(do = \"stop\"\nwhen = ).*", rf"\1{stop}", text), encoding="utf-8")
+    forget()
+    for said in ("hör auf!", "Hoer auf", "hor auf", "Schluss!", "Lass mich los", "Läss mich los"):
+        assert wants_stop(said, "de"), said
+    assert not wants_stop("Hohr auf", "de")
+    assert "fur" in common_words("de")
+
+
+@pytest.mark.parametrize("said", ["Alza!", "Fermo!", "Mah, boh!", "Marghera"])
+def test_short_words_are_in_the_language_of_the_talk(own: Path, said: str) -> None:
+    assert language_of(said, "it") == "it"
+
+
+def test_stop_in_any_language_stops(own: Path) -> None:
+    assert stops_in("Basta!", "en") == "it"
+    assert stops_in("止まって！", "it") == "ja"
+    assert stops_in("That hurts!", "it", moving=True) == "en"
+    assert stops_in("Ciao!", "it") is None
 
 
 def test_pages_are_shown_in_a_language_that_has_words_for_them(own: Path) -> None:

@@ -36,6 +36,15 @@ def test_every_utterance_shows_at_most_a_feeling_from_silence_to_one() -> None:
     assert alarms <= 0.01 * len(ROWS)
 
 
+def test_no_feeling_is_heard_in_an_unknown_language_and_english_is_known() -> None:
+    rows = Path(__file__).with_name("utterances-unknown.tsv").read_text(encoding="utf-8")
+    heard = [hear(row.split("\t")[1]) for row in rows.splitlines() if row[0] != "#"]
+    assert {each.feeling for each in heard} == {None}
+    assert sum(each.topic == "unknown" for each in heard) >= 0.8 * len(heard)
+    known = [*ROWS, *(["", text] for text in ("Spiders terrify me.", "Harry's gobsmacked."))]
+    assert [text for _, text in known if hear(text).topic == "unknown"] == []
+
+
 @pytest.mark.parametrize("text", ["I love you, 太郎", "I love you 世界", "さくら, I love you"])
 def test_a_name_in_other_letters_takes_away_no_feeling(text: str) -> None:
     assert hear(text).feeling == "happiness"

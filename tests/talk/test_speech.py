@@ -7,6 +7,7 @@ from datetime import timedelta
 import pytest
 from tests.fixtures.talk import Talk
 
+from miburi.languages import language_of
 from miburi.live.wishes import Pause, Release
 from miburi.safety.stop import StopReason
 from miburi.talk.answers import Answerer
@@ -25,6 +26,27 @@ def test_stop_stops_the_body_and_only_a_person_releases_it(talk: Talk, said: str
     assert answer.answer in [
         line for words in ("en", "ja", "fr") for line in script(words).intent[0].say
     ]
+
+
+@pytest.mark.parametrize(
+    ("before", "said"),
+    [("Hello!", "Guten Morgen!"), ("Bonjour !", "Guten Morgen!"), ("こんにちは", "Tanz mal!")],
+)
+def test_it_says_in_the_language_of_the_talk_that_it_did_not_understand(
+    talk: Talk, before: str, said: str
+) -> None:
+    talk.say(before)
+    language = language_of(before)
+    heard = talk.say(said)
+    assert heard.answer in script(language).unknown
+    assert (heard.felt, heard.meant) == ([], None)
+
+
+@pytest.mark.parametrize(("page", "language"), [("ja", "ja"), ("xx", "en"), (None, "en")])
+def test_the_first_words_may_be_in_the_pages_language(
+    talk: Talk, page: str | None, language: str
+) -> None:
+    assert talk.say("Guten Morgen!", usual=page).answer in script(language).unknown
 
 
 @pytest.mark.parametrize(

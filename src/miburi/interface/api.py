@@ -272,7 +272,7 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
 
         It obeys orders, too: "stop" stops all motors; "wave" and "lift your arms" are carried out.
         """
-        return await speech.take(wish.text, tone=wish.tone, by=by)
+        return await speech.take(wish.text, tone=wish.tone, by=by, usual=wish.language)
 
     often = f"too many requests; at most {NOTICED_RATE:g} a second."
     not_too_often = _limited(NOTICED_RATE, NOTICED_BURST, often)

@@ -13,20 +13,14 @@ outside Miburi: name the folder around it in the environment variable ``MIBURI_L
 Miburi's folder of the same name.
 """
 
-import os
 import re
 import unicodedata
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import cache, cached_property
-from importlib import resources
-from importlib.resources.abc import Traversable
-from pathlib import Path
-from typing import Annotated, Literal
+from collections.abc import Callable, Collection, Container, Iterable, Iterator, Mapping
+from functools import cache
+from typing import Literal
 
-from pydantic import Field
-
-from miburi.errors import DescriptionError
-from miburi.ground.tables import AnyTable, Table, load_table
+from miburi.languages.files import VARIABLE, Language, folders, read, texts_of
+from miburi.languages.rules import APOSTROPHES, Clue, filled, rules_of
 
 __all__ = [
     "FALLBACK",
@@ -42,177 +36,98 @@ __all__ = [
     "folders",
     "is_elsewhere",
     "is_spaced",
+    "known_share",
     "language_of",
     "otherwise_named",
+    "own_letters",
     "plain",
     "read",
     "same_words",
     "subjects_of",
     "whom_of",
     "with_whom",
+    "words_of",
 ]
 
-#: The name of one of the :func:`folders`.
-Language = str
-#: The environment variable with the folder of the user's own languages.
-VARIABLE = "MIBURI_LANGUAGES"
 #: The language of a text that no other language claims.
 FALLBACK: Language = "en"
 
-_APOSTROPHES = "'’‘`´ʼ"
+_WORD = re.compile(rf"\w+[{APOSTROPHES}]?\w*")
 _WORD_SIGNS = re.compile(r"[^\w]+|_+")
-_NAME = re.compile(r"\{([a-z_]+)\}")
-_POSSESSIVE = re.compile(rf"[{_APOSTROPHES}]s\b")
+_POSSESSIVE = re.compile(rf"[{APOSTROPHES}]s\b")
 _NAMED = re.compile(r"(?<=[^.!?] )(?!I\b)[A-Z]\w+")
-
-
-class _Whom(Table):
-    """Patterns for pronouns such as "she", and for whom they mean (groups ``own``, ``it``)."""
-
-    says: str
-    means: str
-
-
-class Clue(Table):
-    """A kind of question, and the statements that answer it, by regular expressions.
-
-    With ``names``, a name in a statement is an answer, too. A clue that is not ``enough`` counts
-    only if question and statement also share a word. A statement without a ``needed`` clue, such as
-    a time for "when", is no answer.
-    """
-
-    asks: str
-    tells: str = "(?!)"
-    names: bool = False
-    enough: bool = True
-    needed: bool = False
-
-
-class _Rules(Table):
-    """One language's ``language.toml``."""
-
-    script: str | None = None
-    common: str = ""
-    spaced: bool = True
-    apostrophes: Annotated[str, Field(pattern="^(join|split)$")] = "join"
-    accents: bool = True
-    spellings: dict[str, str] = Field(default_factory=dict)
-    denied: str = "(?!)"
-    same: list[str] = Field(default_factory=list)
-    subject: str = "(?!)"
-    everything: str = "(?!)"
-    own: str = ""
-    naming: str = "(?!)"
-    clues: list[Clue] = Field(default_factory=list)
-    elsewhere: list[str] = Field(default_factory=list)
-    whom: list[_Whom] = Field(default_factory=list)
-    called: list[str] = Field(default_factory=list)
-    parts: dict[str, str] = Field(default_factory=dict)
-
-    @cached_property
-    def words(self) -> frozenset[str]:
-        return frozenset(self.common.split())
-
-    @cached_property
-    def first(self) -> dict[str, str]:
-        groups = [group.split() for group in self.same]
-        return {word: words[0] for words in groups for word in words}
-
-    @cached_property
-    def respelled(self) -> re.Pattern[str]:
-        either = "|".join(re.escape(each) for each in self.spellings)
-        return re.compile(rf"(?<!\S)(?:{either})(?!\S)" if either else r"(?!)")
-
-    @cached_property
-    def told_clues(self) -> list[tuple[re.Pattern[str], bool]]:
-        """For each clue, the pattern of statements that answer, and whether a name does."""
-        return [(re.compile(_filled(each.tells, self.parts)), each.names) for each in self.clues]
-
-
-@cache
-def folders() -> dict[Language, Traversable]:
-    """Return each language's folder, in the order of the names.
-
-    Raises
-    ------
-    DescriptionError
-        Your own folder is not there, or has no language in it.
-    """
-    found = _folders_in(resources.files(__package__))
-    if own := os.environ.get(VARIABLE):
-        if not Path(own).is_dir():
-            raise DescriptionError(f"{own}: there is no such folder.")
-        mine = _folders_in(Path(own))
-        if not mine:
-            raise DescriptionError(
-                f"{own}: no language is in this folder. Put a folder for each into it, such as "
-                f"{Path(own) / 'it' / 'language.toml'}."
-            )
-        found |= mine
-    return dict(sorted(found.items()))
-
-
-def _folders_in(place: Traversable) -> dict[Language, Traversable]:
-    return {one.name: one for one in place.iterdir() if (one / "language.toml").is_file()}
-
-
-def read(model: type[AnyTable], language: Language, name: str) -> AnyTable | None:
-    """Return a file of a language, such as ``talk``; None if it has no such file.
-
-    Raises DescriptionError if the file cannot be read, or is wrong; the message names the file and
-    every wrong key.
-    """
-    with resources.as_file(folders()[language] / f"{name}.toml") as path:
-        return load_table(model, path) if path.is_file() else None
-
-
-@cache
-def _rules(language: Language) -> _Rules:
-    return read(_Rules, language, "language") or _Rules()
-
-
 #: If a text has at least this many of a language's commonest words, letters of another language in
 #: it are a name or a quotation (our choice).
 _SENTENCE = 2
+#: A text is in a language other than the usual one if this share of its letters is in words of that
+#: language; the second share is for two words or more. "Au!" has too few letters for any language
+#: but the usual one (our choice).
+_MOST, _MANY, _LEAST = 1 / 2, 1 / 3, 3
 
 
 def language_of(text: str, usual: Language = FALLBACK) -> Language:
-    """Return the language of a text: by its letters, else by its commonest words.
+    """Return the language of a text: by its letters, else by its words.
 
     A text that no language claims, such as a name, is in the ``usual`` one. A name in other letters
     does not change a sentence's language.
 
     >>> [language_of(text) for text in ("Hello.", "こんにちは", "Je suis très triste.")]
     ['en', 'ja', 'fr']
-    >>> language_of("I love you, 太郎")
-    'en'
+    >>> language_of("I love you, 太郎"), language_of("Tanz mal!"), language_of("Tanz mal!", "fr")
+    ('en', 'en', 'fr')
     """
-    hits, written = {}, {}
-    for language in folders():
-        rules = _rules(language)
-        written[language] = len(re.findall(rules.script, text)) if rules.script else 0
-        hits[language] = sum(word in rules.words for word in plain(text, language).split())
-    best = max(hits, key=lambda language: (hits[language], language == usual))
-    script = max(written, key=lambda language: written[language])
+    words = {language: plain(text, language).split() for language in folders()}
+    hits = {each: len({*words[each]} & common_words(each)) for each in words}
+    known = {each: known_share(words[each], words_of(each)) for each in words}
+    best = max(words, key=lambda each: (known[each], hits[each], each == usual))
+    enough = _MANY if len({*words[best]} & words_of(best)) > 1 else _MOST
+    if known[best] < enough or sum(map(len, words[best])) < _LEAST:
+        best = usual
+    written = {each: own_letters(text, each) for each in words}
+    script = max(written, key=lambda each: written[each])
     other = sum(map(str.isalpha, text)) - written[script]
     if written[script] and not (hits[best] >= _SENTENCE and other > written[script]):
         return script
     return best
 
 
+def own_letters(text: str, language: Language) -> int:
+    """Return how many letters of a text only this language has."""
+    script = rules_of(language).script
+    return len(re.findall(script, text)) if script else 0
+
+
+def known_share(words: Collection[str], known: Container[str]) -> float:
+    """Return the share of the letters of some words that are in known words.
+
+    >>> known_share(["guten", "day"], {"day"})
+    0.375
+    """
+    letters = sum(map(len, words))
+    return sum(len(word) for word in words if word in known) / letters if letters else 0.0
+
+
+@cache
+def words_of(language: Language) -> frozenset[str]:
+    """Return the words in a language's files, normalised; without spaces, the commonest only."""
+    texts = texts_of(language) if is_spaced(language) else ""
+    each = " ".join(set(_WORD.findall(texts)))  # each once, as they are hundreds of thousands
+    return common_words(language).union(plain(each, language).split())
+
+
 def is_spaced(language: Language) -> bool:
     """Return whether a language writes spaces between its words."""
-    return _rules(language).spaced
+    return rules_of(language).spaced
 
 
 def common_words(language: Language) -> frozenset[str]:
     """Return a language's most common words, normalised; empty if its file lists none."""
-    return _rules(language).words
+    return rules_of(language).words
 
 
 def same_words(language: Language) -> dict[str, str]:
     """Return a language's synonyms: each word, with the first word of its group."""
-    return _rules(language).first
+    return rules_of(language).first
 
 
 def subjects_of(question: str, language: Language) -> list[str]:
@@ -221,7 +136,7 @@ def subjects_of(question: str, language: Language) -> list[str]:
     >>> subjects_of("What is my dog called?", "en")
     ['dog']
     """
-    found = re.finditer(_rules(language).subject, plain(question, language))
+    found = re.finditer(rules_of(language).subject, plain(question, language))
     names = _NAMED.findall(question) if is_spaced(language) else []
     return [match["it"] for match in found] + [plain(name, language) for name in names]
 
@@ -233,7 +148,10 @@ def otherwise_named(question: str, told: Iterable[str], language: Language) -> I
     ['When does Simon come?']
     """
     found = (
-        one for each in told for rule in _rules(language).called for one in re.finditer(rule, each)
+        one
+        for each in told
+        for rule in rules_of(language).called
+        for one in re.finditer(rule, each)
     )
     for one in found:
         for called, instead in ((one["who"], one["name"]), (one["name"], one["who"])):
@@ -248,7 +166,7 @@ def fits(rule: Literal["everything", "naming", "own"], said: str, language: Lang
     >>> fits("everything", "So what do you know about me?", "en")
     True
     """
-    return bool(re.search(getattr(_rules(language), rule), plain(said, language)))
+    return bool(re.search(getattr(rules_of(language), rule), plain(said, language)))
 
 
 def clues_in(question: str, language: Language) -> tuple[dict[int, Clue], str]:
@@ -258,7 +176,7 @@ def clues_in(question: str, language: Language) -> tuple[dict[int, Clue], str]:
     'when is my'
     """
     words, found = plain(question, language), {}
-    for number, clue in enumerate(_rules(language).clues):
+    for number, clue in enumerate(rules_of(language).clues):
         rest, times = re.subn(clue.asks, " ", words)
         if times:
             found[number] = clue
@@ -269,7 +187,7 @@ def clues_in(question: str, language: Language) -> tuple[dict[int, Clue], str]:
 def clues_of(told: str, language: Language) -> set[int]:
     """Return the indices of the clues that a statement answers."""
     words, named = plain(told, language), _NAMED.search(told)
-    clues = enumerate(_rules(language).told_clues)
+    clues = enumerate(rules_of(language).told_clues)
     return {n for n, (tells, names) in clues if (names and named) or tells.search(words)}
 
 
@@ -304,7 +222,7 @@ def _whom(
     find: Callable[[str, str], re.Match[str] | None],
 ) -> str | None:
     words = plain(said, language)
-    meant = next((one for one in _rules(language).whom if find(rf"\b{one.says}", words)), None)
+    meant = next((one for one in rules_of(language).whom if find(rf"\b{one.says}", words)), None)
     if meant is None or re.search(meant.means, words):
         return None
     for sentence in earlier:
@@ -329,7 +247,7 @@ def is_elsewhere(sentence: str, language: Language) -> bool:
 
 @cache
 def _elsewhere(language: Language) -> re.Pattern[str]:
-    rules = _rules(language)
+    rules = rules_of(language)
     return compile_phrases(rules.elsewhere or ["(?!)"], language, rules.parts)
 
 
@@ -341,20 +259,18 @@ def plain(text: str, language: Language) -> str:
     >>> plain("I'll be ill.", "en")
     'i will be ill'
     """
-    rules = _rules(language)
+    rules = rules_of(language)
     text = unicodedata.normalize("NFKC", text).lower()
     if not rules.spaced:
         text = _WORD_SIGNS.sub("", text)
         for written, wanted in rules.spellings.items():
             text = text.replace(written, wanted)
         return text
-    if not rules.accents:
-        apart = unicodedata.normalize("NFD", text)
-        text = "".join(one for one in apart if unicodedata.category(one) != "Mn")
+    text = rules.spelt(text)
     if rules.apostrophes == "join":
         # Without its apostrophe, "I'll" is "ill".
-        text = re.sub(rf"(?<=\w)[{_APOSTROPHES}]ll\b", " will", text)
-        text = re.sub(rf"(?<=\w) ?[{_APOSTROPHES}] ?(?=\w)|[{_APOSTROPHES}]", "", text)
+        text = re.sub(rf"(?<=\w)[{APOSTROPHES}]ll\b", " will", text)
+        text = re.sub(rf"(?<=\w) ?[{APOSTROPHES}] ?(?=\w)|[{APOSTROPHES}]", "", text)
         text = re.sub(r"\b(\w+) (m|s|t|re|ve)\b", r"\1\2", _WORD_SIGNS.sub(" ", text).strip())
     else:
         text = _WORD_SIGNS.sub(" ", text).strip()
@@ -366,19 +282,14 @@ def compile_phrases(
     phrases: list[str], language: Language, words: Mapping[str, str] | None = None
 ) -> re.Pattern[str]:
     """Join patterns into one that matches whole words, with their {names} filled in."""
-    whole = "|".join(f"(?:{_filled(phrase, words)})" for phrase in phrases)
-    return re.compile(rf"(?<!\S)(?:{whole})(?!\S)" if _rules(language).spaced else whole)
-
-
-def _filled(phrase: str, words: Mapping[str, str] | None) -> str:
-    while words and _NAME.search(phrase):
-        phrase = _NAME.sub(lambda found: words[found.group(1)], phrase)
-    return phrase.replace(" .. ", r"(?: \S+){0,4} ")
+    rules = rules_of(language)
+    whole = "|".join(f"(?:{rules.as_pattern(filled(phrase, words))})" for phrase in phrases)
+    return re.compile(rf"(?<!\S)(?:{whole})(?!\S)" if rules.spaced else whole)
 
 
 def find_phrase(pattern: re.Pattern[str], said: str, language: Language) -> str | None:
     """Return the first phrase in normalised text that is not negated, if any."""
-    denied = _rules(language).denied
+    denied = rules_of(language).denied
     for match in pattern.finditer(said):
         if not re.search(denied, said[: match.start()].rstrip()):
             return match.group()

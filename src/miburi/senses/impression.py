@@ -14,6 +14,12 @@ from miburi.errors import InputError
 from miburi.feelings import FEELINGS, SOURCES, Stimulus, Temperament
 from miburi.senses.kinds import Distress
 
+_TOPICS = {
+    "asked": "a question about its own feelings",
+    "unknown": "words of an unknown language",
+    None: "nothing clear",
+}
+
 
 @dataclass(frozen=True)
 class Brought:
@@ -45,7 +51,7 @@ class Impression:
         The evidence for the feeling, the strongest first.
     topic
         A topic that decides the answer, whatever feeling was shown: ``asked`` for questions about
-        the partner's feelings.
+        the partner's feelings, ``unknown`` for words of no language that it knows.
     distress
         The kind of distress in which they need help now, if any. If there is one, no feeling is
         looked for.
@@ -64,7 +70,7 @@ class Impression:
     strength: float
     source: str
     why: tuple[Brought, ...] = ()
-    topic: Literal["asked"] | None = None
+    topic: Literal["asked", "unknown"] | None = None
     distress: Distress | None = None
     worry: Distress | None = None
     hint: Distress | None = None
@@ -81,8 +87,7 @@ class Impression:
     @property
     def reason(self) -> str:
         """The impression in words, such as "'lovely' and 'thank': happiness 0.80"."""
-        nothing = "a question about its own feelings" if self.topic == "asked" else "nothing clear"
-        *most, last = [f"'{part.what}'" for part in self.why] or [nothing]
+        *most, last = [f"'{part.what}'" for part in self.why] or [_TOPICS[self.topic]]
         parts = f"{', '.join(most)} and {last}" if most else last
         if self.distress is not None:
             return (f"{parts}: " if self.why else "") + f"distress ({self.distress})"

@@ -28,7 +28,16 @@ from unicodedata import category
 import numpy as np
 from numpy.typing import NDArray
 
-from miburi.languages import FALLBACK, Language, common_words, language_of
+from miburi.languages import (
+    FALLBACK,
+    Language,
+    common_words,
+    known_share,
+    language_of,
+    own_letters,
+    plain,
+    words_of,
+)
 from miburi.senses.distress import Doubt, judge_distress
 from miburi.senses.impression import Brought, Impression
 from miburi.senses.linear import find, softmax
@@ -68,6 +77,12 @@ _TAKEN_BACK = 1.6
 
 _TOLD = 4  # the most words that are named as the reason
 _TELLING = 0.25  # the least evidence of a word that is named, as a share of the strongest word's
+
+#: English is unknown if less than the first share of its letters is in words that the model has
+#: learnt, and less than the second in words whose meaning it has (our choice). Of 61 remarks in
+#: five other languages 51 are; of 64,000 by strangers in English 55 are, and many of those are not
+#: in English.
+_LEARNT, _MEANT = 0.38, 0.6
 
 Array = NDArray[np.float64]
 
@@ -174,11 +189,35 @@ def hear(text: str, usual: Language = FALLBACK) -> Impression:
 
 def _felt(text: str, usual: Language) -> Impression:
     language = language_of(text, usual)
+    if is_unknown(text, language):
+        return smileys_alone(text) or Impression(None, 0.0, "speech", topic="unknown")
     rest = cut_questions(text, language)
     if rest is None:
         return _shown(text, language)
     beside = _shown(rest, language)
     return beside if beside.feeling else replace(beside, topic="asked")
+
+
+def is_unknown(text: str, language: Language) -> bool:
+    """Return whether a text is probably in no language that the partner knows.
+
+    ``language`` is the one that :func:`miburi.languages.language_of` supposes. English has the
+    model's words besides those of its files; in other languages, two words without a known one
+    are unknown.
+
+    >>> is_unknown("Guten Morgen", "en"), is_unknown("Spiders terrify me", "en")
+    (True, False)
+    """
+    words, known = plain(text, language).split(), words_of(language)
+    if language != FALLBACK:
+        some = own_letters(text, language) or known_share(words, known)
+        return len(text.split()) > 1 and not some
+    model, numbers = load_model(), numbers_of(words)[: len(words)]
+    shares = []
+    for table in (model.words, model.meanings):
+        places, _ = table.look_up(numbers)
+        shares.append(known_share(words, known.union(words[place] for place in places)))
+    return bool(words) and shares[0] < _LEARNT and shares[1] < _MEANT
 
 
 def _shown(text: str, language: Language) -> Impression:

@@ -13,7 +13,7 @@ from datetime import datetime, timedelta
 
 import numpy as np
 
-from miburi.languages import Language
+from miburi.languages import Language, folders
 from miburi.senses.impression import Impression
 from miburi.talk.cue import Cue, Do, Match
 from miburi.talk.meaning import about, gives_way, is_surer, named_in, sayable, settled, slots_in
@@ -75,6 +75,15 @@ def wants_stop(said: str, language: Language, *, moving: bool = False) -> bool:
     return any(script(language).intents_of(said, ("moving",) if moving else (), do="stop"))
 
 
+def stops_in(said: str, language: Language, *, moving: bool = False) -> Language | None:
+    """Return the language in which somebody tells the body to stop; None: in none.
+
+    ``language`` is the one that they probably speak, but all are searched.
+    """
+    each = (language, *(other for other in folders() if other != language))
+    return next((one for one in each if wants_stop(said, one, moving=moving)), None)
+
+
 def is_needless(worry: str, wanted: Iterable[Match]) -> bool:
     """Whether words that may mean distress have a better reply than a question about distress.
 
@@ -101,8 +110,13 @@ class Answerer:
         self._recalled: str | None = None  # what it has just recalled
         self._named: deque[Cue | None] = deque(maxlen=_NAMED)  # in the last remarks
 
-    def wanted(self, said: str, language: Language, known: Mapping[str, str]) -> list[Match]:
-        """Return the intents of a remark at this point of the talk, the most urgent first."""
+    def wanted(
+        self, said: str, language: Language, known: Mapping[str, str], *, guess: bool = True
+    ) -> list[Match]:
+        """Return the intents of a remark at this point of the talk, the most urgent first.
+
+        If there are none, the model may ``guess`` at an order.
+        """
         words = script(language)
         said = words.reword(said)
         filled = {"next", *known, *self._fun(), *self._further(said, words)}
@@ -110,7 +124,8 @@ class Answerer:
         if asks := told_before(said, words)[1]:
             # An example: "Will you remember something for me, the milk is running low"
             found += words.intents_of(asks, filled, do="remember")
-        return found or ([] if words.fits("heavy", said) else list(words.orders_of(said)))
+        guess = guess and not found and not words.fits("heavy", said)
+        return list(words.orders_of(said)) if guess else found
 
     def _further(self, said: str, words: Script) -> dict[str, str]:
         """Return slots: ``itself`` if a remark is about the partner, ``told`` for a follow-up."""
@@ -163,7 +178,9 @@ class Answerer:
         if heard.strength < _SPOKEN_OF or (feeling in _GLAD and (heavy or not glad)):
             feeling = None
         shown = feeling is not None
-        match = settled(match, said, heard, words, slots, shown=shown, heavy=heavy, told=told)
+        unknown = heard.topic == "unknown"
+        if not unknown:  # the models would guess at words that they do not know
+            match = settled(match, said, heard, words, slots, shown=shown, heavy=heavy, told=told)
         match = match and self._refer(match, words, said)
         self._named.append(named_in(said, words))
         kept_to = self._keep_to(match, words, said, felt=shown)
@@ -177,6 +194,8 @@ class Answerer:
             text = f"{echo}{text}" if echo else text
         elif heard.topic == "asked":
             text = self._choose(words.feelings.lines("asked", felt), slots, always=True)
+        elif unknown:
+            text = self._choose(words.unknown, slots, always=True)
         elif feeling is not None:
             text = self._feel_with(words, feeling, felt, topic, slots)
         elif topic is not None:

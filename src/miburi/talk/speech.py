@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures import KeyPose, look
-from miburi.languages import FALLBACK, Language, language_of
+from miburi.languages import FALLBACK, Language, folders, language_of
 from miburi.live.settle import done, granted
 from miburi.live.view import LivePartner
 from miburi.live.wishes import Feel, Lean, NoteTalk, NoteTrouble, Perform, Sense, Speak
@@ -20,7 +20,7 @@ from miburi.safety.stop import StopReason
 from miburi.senses import Impression
 from miburi.senses.tone import Tone, coloured
 from miburi.serving.press import Press, who
-from miburi.talk.answers import JOYS, Answerer, SmallAnswer, wants_stop
+from miburi.talk.answers import JOYS, Answerer, SmallAnswer, stops_in
 from miburi.talk.beginning import Beginning
 from miburi.talk.body import slots_of
 from miburi.talk.care import Care, may_be_said, words_of_care
@@ -76,7 +76,8 @@ class Speech:
     ) -> None:
         self._partner, self._clock = partner, clock
         self.memory = Memory(folder and folder / "people.json", partner.own_temperament, clock)
-        self._answerer, self._language = Answerer(seed), FALLBACK
+        self._answerer = Answerer(seed)
+        self._language: Language | None = None  # of the talk so far
         self.beginning = Beginning(
             partner, self.memory, self._answerer, clock, folder and folder / "manners.json"
         )
@@ -106,11 +107,20 @@ class Speech:
         from miburi.senses.words import hear
 
         said = "Are you there?"
-        heard = hear(said, self._language)
-        Answerer().answer(said, heard, None, self._language, self._clock())
-        words_of_care(self._language)
+        language = self._language or FALLBACK
+        Answerer().answer(said, hear(said, language), None, language, self._clock())
+        words_of_care(language)
+        for each in folders():  # any of them may have to stop the body
+            stops_in(said, each)
 
-    async def take(self, said: str, *, tone: Tone = "plain", by: str = "person") -> SayOut:
+    async def take(
+        self,
+        said: str,
+        *,
+        tone: Tone = "plain",
+        by: str = "person",
+        usual: Language | None = None,
+    ) -> SayOut:
         """Respond to a remark in feelings and words; return the result.
 
         "Stop" stops the body before anything else. A newer remark cancels a model's pending answer.
@@ -124,19 +134,19 @@ class Speech:
             The tone of voice, which may weaken the feeling of the words, or change it.
         by
             The speaker, as for :func:`miburi.serving.press.who`.
+        usual
+            The language to assume at first if the words show none, such as the page's.
         """
         from miburi.senses.words import hear
 
         self._forget_deleted()
-        self._language = language = language_of(said, self._language)
-        self.beginning.notice(language)
-        self._body = slots_of(self._partner.snapshot.state, language)
-        if wants_stop(said, language, moving="moving" in self._body):
-            await done(self._partner.stop(Press(who(by))))
+        language = await self._listen(said, by, usual)
         heard = coloured(await asyncio.to_thread(hear, said, language), tone)
         heard = self._comfort.confirm(heard, said, language)
         grave = heard.distress is not None
-        wanted = self._answerer.wanted(said, language, self._known(said, language))
+        known = self._known(said, language)
+        unknown = heard.topic == "unknown"
+        wanted = self._answerer.wanted(said, language, known, guess=not unknown)
         after = self._partner.snapshot.state.distress is not None
         heard = self._comfort.weigh(heard, said, language, wanted, after=after)
         acts = any(match.cue.acts for match in wanted)
@@ -167,7 +177,7 @@ class Speech:
         await self._note_unkept()
         if self.memory.deleted == self._deleted:
             # "Remember that" never stores words of distress, or the remark before them.
-            plain = "" if grave or heard.worry is not None else said
+            plain = "" if grave or heard.worry is not None or unknown else said
             words = script(language)
             shown = any(match.cue.shows for match in wanted)
             told = [] if shown else words.told_in(plain)
@@ -185,6 +195,19 @@ class Speech:
             answer=answer,
             trouble=None if self._conversation is None else self._conversation.trouble,
         )
+
+    async def _listen(self, said: str, by: str, usual: Language | None) -> Language:
+        """Stop the body if a remark says so in any language; return the remark's language."""
+        page = usual if usual in folders() else FALLBACK
+        language = language_of(said, self._language or page)
+        self._body = slots_of(self._partner.snapshot.state, language)
+        stop = stops_in(said, language, moving="moving" in self._body)
+        if stop is not None:
+            await done(self._partner.stop(Press(who(by))))
+            language = stop
+        self._language = language
+        self.beginning.notice(language)
+        return language
 
     def _forget_deleted(self) -> None:
         if self._deleted != self.memory.deleted:
@@ -213,7 +236,8 @@ class Speech:
         known = self._known(said, language)
         answer = self._answerer.answer(said, heard, feels, language, self._clock(), known)
         async with self._changing:
-            await asyncio.to_thread(self._remember, answer, said)
+            if answer.cue is not None or heard.topic != "unknown":
+                await asyncio.to_thread(self._remember, answer, said)
         text = await self._perform(answer)
         tune = None if answer.cue is None else answer.cue.tune
         await granted(self._partner, Speak(text, "partner", tune))

@@ -65,7 +65,7 @@ def fields_of(given: Stimulus | Expression, kind: type[Stimulus | Expression]) -
 
 
 class SayIn(Message):
-    """What somebody says to the partner, in English, Japanese or French."""
+    """What somebody says to the partner, in one of its languages."""
 
     model_config = _example(text="I am so happy today")
 
@@ -73,6 +73,10 @@ class SayIn(Message):
         str, StringConstraints(strip_whitespace=True, min_length=1, max_length=1000)
     ] = Field(description="What is said.")
     tone: Tone = Field(default="plain", description="How it was said; changes the words' weight.")
+    language: Annotated[str, StringConstraints(max_length=20)] | None = Field(
+        default=None,
+        description="The language, such as `en`, to suppose at first if the words show none.",
+    )
 
 
 class SpeakIn(Message):

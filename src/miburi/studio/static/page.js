@@ -138,7 +138,7 @@ document.addEventListener("submit", async (event) => {
     const answer = await fetch("/api/v1/say", {
       method: "POST",
       headers: { "Content-Type": "application/json" },
-      body: JSON.stringify({ text, tone }),
+      body: JSON.stringify({ text, tone, language: document.documentElement.lang || undefined }),
     });
     const heard = await answer.json();
     if (answer.ok && line.value.trim() === text) line.value = "";
