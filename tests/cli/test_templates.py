@@ -1,5 +1,6 @@
 """A file that ships is printed as it is, so that its copy works at once."""
 
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,11 @@ def run(*arguments: str) -> str:
     done = CliRunner().invoke(app, ["template", *arguments], catch_exceptions=False)
     assert done.exit_code == 0
     return done.stdout
+
+
+def test_the_english_files_of_a_language_are_all_there() -> None:
+    for name in ("care", "distress", "language", "pages", "rhythm", "talk"):
+        assert tomllib.loads(run("language", name))
 
 
 @pytest.mark.parametrize(

@@ -54,7 +54,7 @@ LINES = {
     "forward 1 2": "8 angles are needed, got [1.0, 2.0]",
     "forward --robot notes.txt": "notes.txt: this is not TOML",
     "export obj": "must be one of mjcf, urdf, got 'obj'",
-    "template face": "one of feelings, gesture, robot, servo, temperament, got 'face'",
+    "template face": "one of feelings, gesture, language, robot, servo, temperament, got 'face'",
     "template temperament merry": "playful, got 'merry'",
     "paper --claim table-2": "one of always-active",
     "trials --rule nothing": "--rule must be one of",

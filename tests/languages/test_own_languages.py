@@ -11,7 +11,7 @@ from miburi.errors import DescriptionError
 from miburi.languages import VARIABLE, common_words, folders, language_of, words_of
 from miburi.languages.rules import rules_of
 from miburi.senses.distress import hear_distress
-from miburi.studio.words import own_name, page_languages, words
+from miburi.studio.words import own_name, page_languages, untranslated, words
 from miburi.talk.answers import stops_in, wants_stop
 from miburi.talk.care import Care
 from miburi.talk.own_languages import check_languages
@@ -89,9 +89,11 @@ def test_pages_are_shown_in_a_language_that_has_words_for_them(own: Path) -> Non
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("{motor} met something", "{moter} met something", r"contact.met has \{moter\}"),
-        ('stop = "Stop"', "stop = 1", "studio.stop has an unreadable text"),
+        ("{motor} met something", "{moter} met something", r"contact.met: .* has \{moter\}"),
+        ('stop = "Stop"', "stop = 1", "studio.stop: 1 is no text"),
         ('stop = "Stop"', "stop = Stop", "this is not TOML"),
+        ('stop = "Stop"', 'stopp = "Stop"', "studio.stopp: not a known key here"),
+        ("[studio]", "[studium]", "studium: not a known key here"),
         ('stop = "Stop"', "", ""),
     ],
 )
@@ -108,6 +110,7 @@ def test_a_page_lacks_no_word_and_fills_in_what_it_knows(
             words("it")
     else:
         assert words("it")["studio"]["stop"] == "Stop"
+        assert untranslated("it") == 1
 
 
 def test_english_of_ones_own_needs_all_files(own: Path) -> None:
@@ -123,8 +126,10 @@ def test_a_language_without_words_of_distress_is_named(own: Path) -> None:
     shutil.copytree(own / "it", own / "xx")
     (own / "xx" / "distress.toml").unlink()
     folders.cache_clear()
-    (warning,) = check_languages(own)
-    assert warning.startswith(f"{own / 'xx'}: distress.toml is missing")
+    (own / "xx" / "care.toml").unlink()
+    distress, care = check_languages(own)
+    assert distress.startswith(f"{own / 'xx'}: distress.toml is missing")
+    assert care.startswith(f"{own / 'xx'}: care.toml is missing")
 
 
 @pytest.mark.parametrize(
@@ -134,13 +139,31 @@ def test_a_language_without_words_of_distress_is_named(own: Path) -> None:
         ("yb", "talk", "'^(no )?(stop|", "'^(no )?((stop|", "is no regular expression"),
         ("yc", "language", 'apostrophes = "split"', 'apostrophes = "cut"', "apostrophes"),
         ("yd", "distress", "gas = [", "gasp = [", "kinds.gasp"),
-        ("ye", "distress", "gas = [", "# gas = [", "'gas' is missing"),
-        ("yf", "distress", "idioms = [", "sayings = [", "'idioms' is missing"),
-        ("yg", "distress", "{they} e", "{tehy} e", "'tehy' is missing in a file, or misspelt"),
-        ("yh", "care", "fall = [", "# fall = [", "'fall' is missing"),
-        ("yi", "care", "Chiami {medical}, o", "Chiami {medcal}, o", "'medcal' is missing"),
-        ("yj", "care", "Chiami {medical}, o", "Chiami {medical, o", "care.toml: "),
+        ("ye", "distress", "gas = [", "# gas = [", "distress.toml: kinds: 'gas' is missing"),
+        ("yf", "distress", "idioms = [", "sayings = [", "excuses: 'idioms' is missing"),
+        ("yg", "distress", "{they} e", "{tehy} e", r"distress.toml: kinds.fall.0 has \{tehy\}"),
+        ("yh", "care", "fall = [", "# fall = [", "care.toml: help: 'fall' is missing"),
+        ("yi", "care", "Chiami {medical}, o", "Chiami {medcal}, o", r"help.fall.0: .* \{medcal\}"),
+        ("yj", "care", "Chiami {medical}, o", "Chiami {medical, o", "help.fall.0: .* be filled in"),
         ("yk", "talk", "Ecco, in alto!", "Ecco, in alto}!", "Single '}' encountered"),
+        ("yl", "talk", "{hour} e {minute}", "{hour} e {minuto}", r"talk.toml: clock: .*\{minuto\}"),
+        ("ym", "talk", "{day} {month}", "{giorno} {month}", r"talk.toml: date: .*\{giorno\}"),
+        ("yn", "talk", "Ecco, in alto!", "{nome}!", r"intent.2.say.0: .* has \{nome\}; allowed"),
+        ("yo", "talk", "Ecco, in alto!", "{it}!", r"no pattern in `when` has a group"),
+        (
+            "yp",
+            "talk",
+            "Sono in pausa.",
+            "{name}!",
+            r"paused.0: .* has \{name\}; .* none",
+        ),
+        (
+            "yq",
+            "talk",
+            "fermo|ferma|fermati|basta)(",
+            "fermo|(ferma)(",
+            "intent.0.when.0 = .*fermo",
+        ),
     ],
 )
 def test_a_mistake_in_a_file_is_named(
@@ -155,6 +178,31 @@ def test_a_mistake_in_a_file_is_named(
     with pytest.raises(DescriptionError, match=said) as refused:
         check_languages(own)
     assert str(wrong) in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "file", "said"),
+    [
+        ("Deutsch", "language.toml", "is named by its code"),
+        ("x", "talk.toml", "is named by its code"),
+        ("de", "talk.toml", "language.toml is missing"),
+        ("de", None, "language.toml is missing"),
+        ("notes", "plan.txt", None),
+        ("pt-BR", "language.toml", None),
+    ],
+)
+def test_a_folder_of_a_language_is_named_by_its_code(
+    own: Path, name: str, file: str | None, said: str | None
+) -> None:
+    (own / name).mkdir()
+    if file:
+        (own / name / file).touch()
+    folders.cache_clear()
+    if said is None:
+        assert (name in folders()) == (file == "language.toml")
+    else:
+        with pytest.raises(DescriptionError, match=said):
+            folders()
 
 
 def test_a_folder_without_a_language_is_refused(own: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -60,6 +60,8 @@ def test_languages_call_themselves() -> None:
         (("ja",), "ja"),
         ((None, "ja-JP,en;q=0.5"), "ja"),
         (("xx", None, "fr, ja;q=0.3"), "ja"),
+        (("en;q=0.1,ja;q=0.9",), "ja"),
+        (("ja;q=0, en;q=0.2",), "en"),
         ((None, None), "en"),
         (("../../etc/passwd",), "en"),
     ],

@@ -72,6 +72,7 @@ def to_ros(
 _FOLDERS = {
     "feelings": ("miburi.feelings", "."),
     "gesture": ("miburi.gestures", "."),
+    "language": ("miburi.languages", "en"),
     "robot": ("miburi.robot", "."),
     "servo": ("miburi.servos", "."),
     "temperament": ("miburi.feelings", "temperaments"),

@@ -56,7 +56,7 @@ SensesFile = Annotated[
 def _choose_languages(path: Path | None) -> Path | None:
     if path is not None:
         from miburi.languages import VARIABLE, folders
-        from miburi.studio.words import page_languages, words
+        from miburi.studio.words import page_languages, untranslated, words
         from miburi.talk.own_languages import check_languages
 
         os.environ[VARIABLE] = str(path.resolve())  # also for the processes that it starts
@@ -65,6 +65,9 @@ def _choose_languages(path: Path | None) -> Path | None:
             typer.echo(f"miburi: {warning}", err=True)
         for language in page_languages():
             words(language)  # raises an error if a page could not be shown in it
+            if (path / language).is_dir() and (english := untranslated(language)):
+                file = path / language / "pages.toml"
+                typer.echo(f"miburi: {file}: {english} texts are still in English.", err=True)
     return path
 
 

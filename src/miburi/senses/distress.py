@@ -23,7 +23,7 @@ from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import AfterValidator, Field, field_validator
 
 from miburi.ground.tables import Table
 from miburi.languages import (
@@ -36,7 +36,7 @@ from miburi.languages import (
     plain,
     read,
 )
-from miburi.senses.kinds import KINDS, Distress
+from miburi.senses.kinds import KINDS, Distress, check_kinds
 from miburi.senses.linear import groups_of, load_model, numbered
 from miburi.senses.network import agreed, load_network
 
@@ -80,8 +80,17 @@ class _Patterns(Table):
     words: dict[str, str]
     read_as: dict[str, str] = Field(default_factory=dict)
     asks: dict[Distress, list[str]] = Field(default_factory=dict)
-    kinds: dict[Distress, Annotated[list[str], Field(min_length=1)]]
+    kinds: Annotated[
+        dict[Distress, Annotated[list[str], Field(min_length=1)]], AfterValidator(check_kinds)
+    ]
     excuses: dict[str, Annotated[list[str], Field(min_length=1)]]
+
+    @field_validator("excuses")
+    @classmethod
+    def _check_excuses(cls, excuses: dict[str, list[str]]) -> dict[str, list[str]]:
+        if "idioms" not in excuses:
+            raise ValueError("'idioms' is missing; add it")
+        return excuses
 
 
 class Doubt(IntEnum):

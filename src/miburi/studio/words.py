@@ -1,20 +1,24 @@
 """The words of the pages, and of the feelings, by language."""
 
+import re
 import tomllib
+from collections.abc import Iterable
 from datetime import datetime
 from functools import cache
 from importlib import resources
 from importlib.resources.abc import Traversable
-from string import Formatter
+from operator import itemgetter
 from typing import Any
 
 from miburi.errors import DescriptionError, InputError
 from miburi.feelings.catalogue import CATALOGUE
+from miburi.ground.placeholders import check_placeholders, placeholders
 from miburi.languages import folders
 
 Words = dict[str, dict[str, str]]
 
 FALLBACK = "en"
+_QUALITY = re.compile(r";\s*q\s*=\s*([01](?:\.\d*)?)\s*$")
 
 
 @cache
@@ -43,23 +47,27 @@ def words(language: str) -> Words:
     """Return a language's words, by section and key; missing ones are in English.
 
     Raises InputError if there are no pages in that language; DescriptionError if the file is not
-    TOML, or has a value that is not a text, or a {placeholder} that is not in the English text.
+    TOML, or has a key or a {placeholder} that the English one lacks, or a value that is no text.
     """
     own, sections = _read(language), _load(resources.files("miburi.languages") / FALLBACK)
+    file, own = folders()[language] / "pages.toml", dict(own)
+    own.pop("language", None)
     sections = {key: value for key, value in sections.items() if isinstance(value, dict)}
+    if unknown := own.keys() - sections.keys():
+        raise DescriptionError(f"{file}: {_not_known(unknown, sections)}")
     for section, texts in sections.items():
-        for key, english in texts.items():
+        told = own.get(section, {})
+        if not isinstance(told, dict):
+            raise DescriptionError(f"{file}: {section} = {told!r}: this must be a table.")
+        if unknown := told.keys() - texts.keys():
+            raise DescriptionError(f"{file}: {_not_known(unknown, texts, f'{section}.')}")
+        for key, text in told.items():
             try:
-                told = own.get(section, {}).get(key, english)
-                unknown = _placeholders(told) - _placeholders(english)
-            except (AttributeError, TypeError, ValueError):
-                unknown = {"an unreadable text"}
-            if unknown:
+                texts[key] = _checked(text, texts[key])
+            except ValueError as error:
                 raise DescriptionError(
-                    f"{folders()[language] / 'pages.toml'}: {section}.{key} has "
-                    f"{', '.join(sorted(unknown))}; the English text is {english!r}."
-                )
-            texts[key] = told
+                    f"{file}: {section}.{key}: {error}. The English text is {texts[key]!r}."
+                ) from error
     feelings = {each.name: each.words.get(language, each.name) for each in CATALOGUE.feeling}
     return {**sections, "feeling": feelings}
 
@@ -76,8 +84,27 @@ def pressed_by(by: str, before: str | None, words: Words) -> str:
     return say["pressed_before"].format(by=name, when=when)
 
 
-def _placeholders(text: str) -> set[str]:
-    return {f"{{{name}}}" for _, name, _, _ in Formatter().parse(text) if name is not None}
+def _checked(text: object, english: str) -> str:
+    if not isinstance(text, str):
+        raise ValueError(f"{text!r} is no text; put it in quotes")
+    return check_placeholders(text, {each.strip("{}"): 0 for each in placeholders(english)})
+
+
+def _not_known(keys: Iterable[str], known: Iterable[str], table: str = "") -> str:
+    names = ", ".join(f"{table}{each}" for each in sorted(keys))
+    return f"{names}: not a known key here; the known ones are {', '.join(known)}."
+
+
+def untranslated(language: str) -> int:
+    """Return how many texts of the pages are still the English ones."""
+    own = _read(language)
+    english = _load(resources.files("miburi.languages") / FALLBACK)
+    return sum(
+        key not in own.get(section, {})
+        for section, texts in english.items()
+        if isinstance(texts, dict)
+        for key in texts
+    )
 
 
 @cache
@@ -89,11 +116,16 @@ def own_name(language: str) -> str:
 def preferred(*wishes: str | None) -> str:
     """Return the first language in these wishes for which there are pages.
 
-    A wish is a language's name, or an ``Accept-Language`` header.
+    A wish is a language's name, or an ``Accept-Language`` header with its weights.
     """
     for wish in wishes:
-        for part in (wish or "")[:200].split(","):
-            language = part.split(";")[0].strip().lower().split("-")[0]
-            if language in page_languages():
-                return language
+        parts = [(part, _QUALITY.search(part)) for part in (wish or "")[:200].split(",")]
+        weighed = [(part, float(found[1]) if found else 1.0) for part, found in parts]
+        for part, quality in sorted(weighed, key=itemgetter(1), reverse=True):
+            tag = part.split(";")[0].strip().lower()
+            fitting = [
+                name for name in page_languages() if name.lower() in (tag, tag.split("-")[0])
+            ]
+            if fitting and quality:
+                return max(fitting, key=len)
     return FALLBACK

@@ -15,8 +15,8 @@ import numpy as np
 
 from miburi.languages import Language, folders
 from miburi.senses.impression import Impression
-from miburi.talk.cue import Cue, Do, Match
-from miburi.talk.meaning import about, gives_way, is_surer, named_in, sayable, settled, slots_in
+from miburi.talk.cue import Cue, Do, Match, slots_in
+from miburi.talk.meaning import about, gives_way, is_surer, named_in, sayable, settled
 from miburi.talk.remembering import SIGNS, announces, is_short, told_before
 from miburi.talk.script import Script, script
 

@@ -6,14 +6,16 @@ from datetime import datetime
 from functools import cached_property
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
+from miburi.ground.placeholders import filled_with
 from miburi.ground.tables import Table
 from miburi.languages import Language, compile_phrases, is_spaced, plain
 
 #: Operations on two numbers.
 Sign = Literal["plus", "minus", "times", "by"]
 _HUNDRED = 100
+_CLOCK = ("hour", "hour12", "minute", "minutes", "half")
 
 
 class Calendar(Table):
@@ -26,6 +28,8 @@ class Calendar(Table):
     weekdays, months, days, clock, date
         Names of weekdays from Monday, and of months from January; ``days`` maps words such as
         "tomorrow" to a number of days; ``clock`` and ``date`` are the formats of times and dates.
+        ``clock`` fills in {hour}, {hour12}, {minute} as two digits, {minutes} and {half} ("am" or
+        "pm"), and ``date`` {weekday}, {day} and {month}.
     away
         Phrases for how far away a day is: today, tomorrow, or {days} days away.
     ordinals, dated
@@ -48,9 +52,9 @@ class Calendar(Table):
     days: dict[str, Annotated[int, Field(ge=0, le=30)]]
     weekdays: Annotated[list[str], Field(min_length=7, max_length=7)]
     months: Annotated[list[str], Field(min_length=12, max_length=12)]
-    clock: str
-    date: str
-    away: list[str] = Field(default_factory=list)
+    clock: Annotated[str, AfterValidator(filled_with(**dict.fromkeys(_CLOCK, "9")))]
+    date: Annotated[str, AfterValidator(filled_with(weekday="…", day=1, month="…"))]
+    away: list[Annotated[str, AfterValidator(filled_with(days=1))]] = Field(default_factory=list)
     ordinals: list[str] = Field(default_factory=list)
     dated: list[str] = Field(default_factory=list)
     later: dict[str, Annotated[int, Field(ge=1, le=60)]] = Field(default_factory=dict)

@@ -12,9 +12,10 @@ from functools import cache
 from importlib import resources
 from typing import Annotated, Literal
 
-from pydantic import Field, TypeAdapter
+from pydantic import AfterValidator, Field, TypeAdapter
 
 from miburi.errors import InputError
+from miburi.ground.placeholders import filled_with
 from miburi.ground.tables import Table
 from miburi.languages import (
     FALLBACK,
@@ -26,10 +27,11 @@ from miburi.languages import (
     read,
 )
 from miburi.senses.distress import hear_distress
-from miburi.senses.kinds import Distress
+from miburi.senses.kinds import Distress, check_kinds
 
 _CLAUSE = re.compile(r"[^,.!;:、。！]+")
-_Line = Annotated[str, Field(min_length=1, max_length=240)]
+_NUMBERS = dict.fromkeys(("medical", "fire", "police", "listening"), "112")
+_Line = Annotated[str, Field(min_length=1, max_length=240), AfterValidator(filled_with(**_NUMBERS))]
 _Lines = Annotated[list[_Line], Field(min_length=1)]
 
 
@@ -95,7 +97,7 @@ class WordsOfCare(Table):
     besides: list[str]
     words: dict[str, str] = Field(default_factory=dict)
     misheard: _Lines
-    help: dict[Distress, _Lines]
+    help: Annotated[dict[Distress, _Lines], AfterValidator(check_kinds)]
     never: list[str]
 
 

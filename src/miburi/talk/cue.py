@@ -2,12 +2,12 @@
 
 from collections.abc import Container
 from functools import cached_property
-from string import Formatter
 from typing import Annotated, Literal, NamedTuple, Self
 
 from pydantic import AfterValidator, Field, RootModel, model_validator
 
 from miburi.feelings.catalogue import FeelingName
+from miburi.ground.placeholders import filled_with, placeholders
 from miburi.ground.tables import Table
 from miburi.talk.moves import MOVES
 
@@ -15,15 +15,20 @@ from miburi.talk.moves import MOVES
 Do = Literal["stop", "repeat", "name", "remember", "amend", "recall", "forget"]
 
 
-def _check_slots(line: str) -> str:
-    """Refuse a lone brace, which would fail only once the sentence is chosen."""
-    _ = [*Formatter().parse(line)]
-    return line
+#: What an answer may mention; a sentence is left out while one of its slots is empty.
+_NAMES = """clock date tomorrow name it words told surely before next last day away ahead sum kept
+latest lately corrected stopped"""
+_SLOTS = dict.fromkeys(_NAMES.split(), "…")
 
-
+_Said = Annotated[str, Field(min_length=1, max_length=160)]
 #: A sentence that can be said.
-Line = Annotated[str, Field(min_length=1, max_length=160), AfterValidator(_check_slots)]
+Line = Annotated[_Said, AfterValidator(filled_with(**_SLOTS))]
 Lines = Annotated[list[Line], Field(min_length=2)]
+#: Sentences at the beginning of a talk, and those that mention nothing.
+Openings = Annotated[
+    list[Annotated[_Said, AfterValidator(filled_with(name="…", told="…"))]], Field(min_length=2)
+]
+PlainLines = Annotated[list[Annotated[_Said, AfterValidator(filled_with())]], Field(min_length=2)]
 
 
 class Cue(Table):
@@ -93,6 +98,15 @@ class Cue(Table):
     within: str | None = None
     tune: list[Annotated[list[float], Field(min_length=2, max_length=2)]] | None = None
 
+    @model_validator(mode="after")
+    def _check_subject(self) -> Self:
+        about = [line for line in self.say if {"it", "words"} & slots_in(line)]
+        if about and not any("(?P<it>" in pattern for pattern in self.when):
+            raise ValueError(
+                f"{about[0]!r} needs a subject: no pattern in `when` has a group (?P<it>…)"
+            )
+        return self
+
     @property
     def acts(self) -> bool:
         """Whether an act accompanies the words."""
@@ -116,6 +130,11 @@ class Cue(Table):
     def fits(self, filled: Container[str]) -> bool:
         """Return whether ``without`` and ``within`` allow this cue when these slots are filled."""
         return self.without not in filled and (self.within is None or self.within in filled)
+
+
+def slots_in(line: str) -> set[str]:
+    """Return the names of a sentence's slots."""
+    return {name.strip("{}") for name in placeholders(line)}
 
 
 class Match(NamedTuple):

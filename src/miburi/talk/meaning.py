@@ -3,11 +3,10 @@
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import chain
 from operator import itemgetter
-from string import Formatter
 
 from miburi.languages import compile_phrases, plain
 from miburi.senses.impression import Impression
-from miburi.talk.cue import Cue, Match
+from miburi.talk.cue import Cue, Match, slots_in
 from miburi.talk.remembering import SIGNS, is_short
 from miburi.talk.script import OPEN, Script
 
@@ -84,8 +83,3 @@ def gives_way(match: Match | None, fun: list[str]) -> bool:
 def about(match: Match) -> dict[str, str]:
     """Return the slots for an intent's subject."""
     return {} if not match.it or not match.words else {"it": match.it, "words": match.words}
-
-
-def slots_in(line: str) -> set[str]:
-    """Return the names of a sentence's slots."""
-    return {name for _, name, _, _ in Formatter().parse(line) if name}

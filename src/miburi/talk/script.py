@@ -11,7 +11,7 @@ from miburi.errors import DescriptionError
 from miburi.languages import Language, compile_phrases, folders, is_spaced, plain, read
 from miburi.talk.asking import NOTHING, asked_for, tells_a_fact
 from miburi.talk.calendar import Calendar
-from miburi.talk.cue import Answers, Cue, Do, Line, Lines, Match
+from miburi.talk.cue import Answers, Cue, Do, Line, Lines, Match, Openings, PlainLines
 from miburi.talk.initiative import Reason
 from miburi.talk.wording import Turner, as_written
 
@@ -96,9 +96,9 @@ class Script(Calendar):
     intent: list[Cue]
     topic: list[Cue]
     feelings: Answers
-    begin: dict[Reason, Lines]
-    stopped: Lines
-    paused: Lines
+    begin: dict[Reason, Openings]
+    stopped: PlainLines
+    paused: PlainLines
     gentle: Lines = Field(default_factory=list)
     unknown: Lines = Field(default_factory=list)
     whys: dict[str, str] = Field(default_factory=dict)
@@ -309,7 +309,8 @@ def script(language: Language) -> Script:
     written = read(Script, language, "talk")
     if written is None:
         raise DescriptionError(f"{folders()[language]}: talk.toml is missing; add it.")
-    return written.model_copy(update={"language": language})
+    numbers = {plain(word, language): number for word, number in written.numbers.items()}
+    return written.model_copy(update={"language": language, "numbers": numbers})
 
 
 def _is_brief(said: str, language: Language) -> bool:
