@@ -1,6 +1,7 @@
 """The pages on a phone, with a finger."""
 
 import itertools
+import json
 import os
 import re
 from collections.abc import Iterator
@@ -269,6 +270,41 @@ def test_the_face_says_that_it_is_paused_and_why_it_is_stopped(face: Page) -> No
     ask(face, "/stop")
     expect(face.locator("#now")).to_have_text("Stopped")
     expect(face.get_by_text("Somebody pressed Stop.")).to_be_in_viewport(ratio=1)
+
+
+LONG = {
+    "#stop .reached": "Sofort anhalten",
+    "#release": "Bewegungsfreigabe",
+    "#studio": "Bedienungsoberfläche",
+    "#now": "Zwischenzeitlich angehalten",
+}
+
+
+@pytest.mark.parametrize("size", [SMALL, ViewportSize(width=740, height=360)])
+def test_no_corner_of_the_face_covers_another_however_long_its_words(
+    face: Page, size: ViewportSize
+) -> None:
+    face.set_viewport_size(size)
+    ask(face, "/stop")
+    expect(face.locator("#now")).to_have_text("Stopped")
+    for place, text in LONG.items():
+        face.locator(place).evaluate("(one, text) => { one.textContent = text; }", text)
+    boxes = []
+    for place in ("#stop", "#release", "#studio", "#now", "#talk"):
+        corner = face.locator(place)
+        expect(corner).to_be_in_viewport(ratio=1)
+        assert corner.evaluate("one => one.scrollWidth <= one.clientWidth")
+        box = corner.bounding_box()
+        assert box is not None
+        boxes.append(box)
+    for one, other in itertools.combinations(boxes, 2):
+        beside = max(one["x"], other["x"]) >= min(
+            one["x"] + one["width"], other["x"] + other["width"]
+        )
+        above = max(one["y"], other["y"]) >= min(
+            one["y"] + one["height"], other["y"] + other["height"]
+        )
+        assert beside or above, (one, other)
 
 
 def swipe(page: Page, x: float, y: float, way: float) -> None:
