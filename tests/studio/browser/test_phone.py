@@ -290,10 +290,11 @@ def test_no_corner_of_the_face_covers_another_however_long_its_words(
     for place, text in LONG.items():
         face.locator(place).evaluate("(one, text) => { one.textContent = text; }", text)
     boxes = []
-    for place in ("#stop", "#release", "#studio", "#now", "#talk"):
+    for place in ("#stop", "#release", "#now", "#talk", "#studio", ".senses"):
         corner = face.locator(place)
         expect(corner).to_be_in_viewport(ratio=1)
-        assert corner.evaluate("one => one.scrollWidth <= one.clientWidth")
+        if place != "#studio":  # which may be cut short
+            assert corner.evaluate("one => one.scrollWidth <= one.clientWidth")
         box = corner.bounding_box()
         assert box is not None
         boxes.append(box)
