@@ -111,6 +111,97 @@ def test_stop_keeps_its_place_and_release_never_takes_it(
         page.wait_for_function("document.documentElement.dataset.phase !== 'stopped'")
 
 
+def see(page: Page, changes: dict[str, Any]) -> None:
+    """Let a tab see states with these changes, which may change later."""
+
+    def changed(state: str | bytes) -> str:
+        return json.dumps(json.loads(state) | changes)
+
+    def line(to_page: WebSocketRoute) -> None:
+        to_page.connect_to_server().on_message(lambda state: to_page.send(changed(state)))
+
+    page.route_web_socket("**/live?*", line)
+
+
+CONTACT = {
+    "time": 100.0, "reason": "contact", "motor": "right_elbow", "mood_before": 0.5,
+    "mood_after": 0.4,
+}  # fmt: skip
+#: Collects what an alert holds at each moment at which it appears.
+ALERTS = """() => {
+  const box = document.querySelector(".why");
+  window.alerts = [];
+  new MutationObserver(() => box.hidden || alerts.push(box.innerText.replaceAll("\\n", " ")))
+    .observe(box, { attributeFilter: ["hidden"] });
+}"""
+
+
+@pytest.mark.parametrize("where", ["/face", "/"])
+def test_why_it_stopped_is_told_at_once_and_can_be_read_after_it_went_on(
+    own_tab: Page, url: str, where: str
+) -> None:
+    see(own_tab, now := {"stop": None, "held": False, "phase": "idle", "time": 100.0})
+    own_tab.goto(url + where)
+    own_tab.wait_for_function("document.querySelector('.why')")
+    own_tab.wait_for_function("document.documentElement.dataset.phase === 'idle'")
+    own_tab.evaluate(ALERTS)
+    why, hide = own_tab.locator(".why"), own_tab.get_by_role("button", name="Hide")
+    asked = CONTACT | {"reason": "asked", "motor": None}
+    now.update(stop=asked, held=True, phase="stopped")
+    expect(why).to_contain_text("It stays stopped until you press Release.")
+    now.update(stop=None, held=False, phase="returning")
+    expect(why).to_be_hidden()  # who released it knows
+    for end in ("time", "Hide"):
+        now.update(stop=CONTACT, phase="stopped", time=100.0)
+        expect(why).to_contain_text("It releases itself after a while")
+        expect(hide).to_be_hidden()
+        now.update(stop=None, phase="moving", time=100.5)
+        expect(why).not_to_contain_text("It releases itself")
+        now.update(time=110.0)
+        expect(why).to_have_text(re.compile("The right elbow met something.*Hide"))
+        if end == "Hide":
+            hide.click()
+        now.update(time=120.0)
+        expect(why).to_be_hidden()
+    told = [said.split(",")[0] for said in own_tab.evaluate("alerts")]
+    met = "The right elbow met something"
+    assert [said[: len(met)] for said in told[1:]] == [met, met]
+
+
+def need_help(page: Page, kinds: list[str]) -> None:
+    """Let a tab see states in which the partner has heard the last of these kinds of distress."""
+
+
+@pytest.mark.parametrize(
+    ("where", "stop", "free"),
+    [("/", ".stop-button", ".release-button"), ("/face", "#stop", "#release")],
+)
+def test_stop_keeps_its_place_and_release_never_takes_it(
+    page: Page, url: str, where: str, stop: str, free: str
+) -> None:
+    """A second tap in haste is another Stop, also where the page was not connected before."""
+    page.goto(url + where)
+    page.wait_for_function("document.documentElement.dataset.connected === 'true'")
+    for width, height in ((320, 640), (360, 740), (390, 780), (740, 360), (1180, 520)):
+        page.set_viewport_size({"width": width, "height": height})
+        lost = page.evaluate(
+            f"() => {{ const root = document.documentElement.dataset; root.connected = false;"
+            f" const box = ({BOX})('{stop}'); root.connected = true; return box; }}"
+        )
+        before = page.evaluate(BOX, stop)
+        page.locator(stop).click()
+        page.wait_for_function("document.documentElement.dataset.phase === 'stopped'")
+        expect(page.locator(free)).to_be_visible()
+        expect(page.locator(".why")).to_be_in_viewport(ratio=1)
+        assert page.evaluate(BOX, stop) == before
+        left, top, right, bottom = page.evaluate(BOX, free)
+        for box in (before, lost):
+            beside = right <= box[0] or left >= box[2] or bottom <= box[1] or top >= box[3]
+            assert beside, (width, height)
+        release(page)
+        page.wait_for_function("document.documentElement.dataset.phase !== 'stopped'")
+
+
 def test_at_400_percent_nothing_on_the_face_lies_on_another(face: Page) -> None:
     face.set_viewport_size({"width": 320, "height": 200})
     ask(face, "/stop")
