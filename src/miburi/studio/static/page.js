@@ -2,7 +2,6 @@
 import { ask, listen, live, lost, release, send, stop } from "/static/live.js";
 
 const UNSENT = "miburi_unsent", LOST = "miburi_lost", LINE = "miburi_line", HIDDEN = "miburi_hidden"; // the distress whose banner was hidden
-const LONG = 30_000; // ms after it is connected again within which the studio may load anew
 const ATTENDED = 3000; // ms until it is told again that somebody types
 const RAISED = "a raised voice"; // as senses/tone.py has it
 
@@ -59,7 +58,7 @@ document.addEventListener("keydown", (event) => {
 }, true);
 
 const MUTE = ".stage, .levels, .strength, .tabs-card, .bar-more, .senses, .talk button";
-let wasLost = sessionStorage.getItem(LOST) !== null, back = -Infinity;
+let wasLost = sessionStorage.getItem(LOST) !== null;
 listen((state, connected) => {
   const root = document.documentElement;
   root.dataset.connected = connected;
@@ -68,7 +67,7 @@ listen((state, connected) => {
   if (connected === false) wasLost = true;
   const box = document.querySelector("[data-back]");
   if (connected && state && wasLost && box) {
-    [wasLost, back] = [false, performance.now()];
+    wasLost = false;
     sessionStorage.removeItem(LOST);
     say(box.dataset[state.stop ? "backStopped" : "back"]);
   }
@@ -97,7 +96,7 @@ new MutationObserver((changes) => {
 addEventListener("pagehide", () => {
   const line = document.querySelector("[data-talk]")?.elements.text;
   if (wasLost) sessionStorage.setItem(LOST, "");
-  if (line?.value && (wasLost || performance.now() - back < LONG)) sessionStorage.setItem(LINE, JSON.stringify([line.value, line === document.activeElement]));
+  if (line?.value) sessionStorage.setItem(LINE, JSON.stringify([line.value, line === document.activeElement]));
 });
 function restore() {
   const line = document.querySelector("[data-talk]")?.elements.text;
