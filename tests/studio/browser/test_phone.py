@@ -110,6 +110,53 @@ def test_stop_keeps_its_place_and_release_never_takes_it(
         page.wait_for_function("document.documentElement.dataset.phase !== 'stopped'")
 
 
+def test_at_400_percent_nothing_on_the_face_lies_on_another(face: Page) -> None:
+    face.set_viewport_size({"width": 320, "height": 200})
+    ask(face, "/stop")
+    expect(face.locator(".why")).to_be_in_viewport(ratio=1)
+    expect(face.locator("#release")).to_be_visible()
+    boxes = [face.evaluate(BOX, one) for one in ("#now", "#studio", ".senses", "#low", "#face")]
+    for one, other in itertools.combinations(sorted(boxes, key=lambda box: box[1]), 2):
+        assert one[3] <= other[1]
+    for name in ("#stop", "#release"):
+        assert face.evaluate(BOX, "main")[3] <= face.evaluate(BOX, name)[1]
+        expect(face.locator(name)).to_be_in_viewport(ratio=1)
+
+
+@pytest.mark.parametrize("width", [320, 360])
+def test_no_name_is_cut_on_a_small_phone(studio: Page, width: int) -> None:
+    studio.set_viewport_size({"width": width, "height": 640})
+    expect(studio.locator(".q-tabs__arrow").first).to_be_hidden()
+    cut = studio.evaluate(
+        """() => [...document.querySelectorAll(".feel-name, .q-tab__label, .stop-button span")]
+          .filter((one) => {
+            const range = document.createRange(), button = one.closest(".feel, .q-tab, button");
+            range.selectNodeContents(one);
+            const box = button.getBoundingClientRect(), lines = [...range.getClientRects()];
+            return (lines.length > 1 && !one.matches(".unreached")) ||
+              lines.some((line) => line.left < box.left || line.right > box.right);
+          }).map((one) => one.textContent)"""
+    )
+    assert cut == []
+
+
+@pytest.mark.parametrize("where", ["/", "/face", "/privacy"])
+def test_text_is_as_large_as_the_browser_is_told(page: Page, url: str, where: str) -> None:
+    page.goto(url + where)
+    page.wait_for_function("document.documentElement.dataset.connected === 'true'")
+    fixed = page.evaluate(
+        """() => {
+          const texts = [...document.querySelectorAll("body *")].filter((one) =>
+            one.checkVisibility() && [...one.childNodes].some((part) => part.data?.trim()));
+          const size = (one) => parseFloat(getComputedStyle(one).fontSize);
+          const usual = texts.map(size);
+          document.documentElement.style.fontSize = "200%";
+          return texts.filter((one, i) => size(one) !== 2 * usual[i]).map((one) => one.outerHTML);
+        }"""
+    )
+    assert fixed == []
+
+
 CONTACT = {
     "time": 100.0, "reason": "contact", "motor": "right_elbow", "mood_before": 0.5,
     "mood_after": 0.4,
