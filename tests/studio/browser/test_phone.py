@@ -157,6 +157,31 @@ def test_text_is_as_large_as_the_browser_is_told(page: Page, url: str, where: st
     assert fixed == []
 
 
+@pytest.mark.parametrize(
+    ("where", "lined"),
+    [
+        ("/face", ["#stop", ".why", "#release", "#now", "#talk"]),
+        ("/", [".stop-button", ".why", ".release-button", ".bar", ".pill", ".q-slider__track"]),
+        ("/privacy", ["#stop"]),
+    ],
+)
+def test_in_the_systems_own_colours_everything_has_a_line(
+    page: Page, url: str, where: str, lined: list[str]
+) -> None:
+    page.emulate_media(forced_colors="active")
+    page.goto(url + where)
+    page.wait_for_function("document.documentElement.dataset.connected === 'true'")
+    ask(page, "/stop")
+    page.wait_for_function("document.documentElement.dataset.phase === 'stopped'")
+    width = "one => parseFloat(getComputedStyle(one).borderTopWidth)"
+    stop, *others = [page.locator(each).first.evaluate(width) for each in lined]
+    colour = page.locator(lined[0]).evaluate("one => getComputedStyle(one).backgroundColor")
+    page.emulate_media(forced_colors="none")
+    assert all(others)
+    assert stop > max(others, default=1)
+    assert colour == "rgb(198, 40, 40)"
+
+
 CONTACT = {
     "time": 100.0, "reason": "contact", "motor": "right_elbow", "mood_before": 0.5,
     "mood_after": 0.4,
