@@ -2,6 +2,7 @@
 import { ask, listen, live, lost, release, send, stop } from "/static/live.js";
 
 const UNSENT = "miburi_unsent", LOST = "miburi_lost", LINE = "miburi_line", HIDDEN = "miburi_hidden"; // the distress whose banner was hidden
+const LONG = 30_000; // ms after it is connected again within which the studio may load anew
 const ATTENDED = 3000; // ms until it is told again that somebody types
 const RAISED = "a raised voice"; // as senses/tone.py has it
 
@@ -58,7 +59,7 @@ document.addEventListener("keydown", (event) => {
 }, true);
 
 const MUTE = ".stage, .levels, .strength, .tabs-card, .bar-more, .senses, .talk button";
-let wasLost = sessionStorage.getItem(LOST) !== null;
+let wasLost = sessionStorage.getItem(LOST) !== null, back = -Infinity;
 listen((state, connected) => {
   const root = document.documentElement;
   root.dataset.connected = connected;
@@ -67,7 +68,7 @@ listen((state, connected) => {
   if (connected === false) wasLost = true;
   const box = document.querySelector("[data-back]");
   if (connected && state && wasLost && box) {
-    wasLost = false;
+    [wasLost, back] = [false, performance.now()];
     sessionStorage.removeItem(LOST);
     say(box.dataset[state.stop ? "backStopped" : "back"]);
   }
@@ -96,7 +97,7 @@ new MutationObserver((changes) => {
 addEventListener("pagehide", () => {
   const line = document.querySelector("[data-talk]")?.elements.text;
   if (wasLost) sessionStorage.setItem(LOST, "");
-  if (line?.value) sessionStorage.setItem(LINE, JSON.stringify([line.value, line === document.activeElement]));
+  if (line?.value && (wasLost || performance.now() - back < LONG)) sessionStorage.setItem(LINE, JSON.stringify([line.value, line === document.activeElement]));
 });
 function restore() {
   const line = document.querySelector("[data-talk]")?.elements.text;
