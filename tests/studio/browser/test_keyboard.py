@@ -51,8 +51,10 @@ def test_what_is_typed_on_the_face_goes_into_its_line_and_releases_nothing(face:
     sent = posts(face, "release")
     face.keyboard.type("are")
     face.get_by_text("Say something", exact=True).press("Enter")
+    line = face.get_by_label("Say something to it")
+    expect(line).to_be_focused()
     face.keyboard.type("are")
-    expect(face.get_by_label("Say something to it")).to_have_value("are")
+    expect(line).to_have_value("are")
     with face.expect_response("**/stop"):
         face.keyboard.press("Escape")
     assert sent == []
