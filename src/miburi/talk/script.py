@@ -63,10 +63,11 @@ class Script(Calendar):
     fact, question, belongs
         Regular expressions for facts, for questions, and for a sentence that belongs to the fact
         before it.
-    begin, stopped, paused, gentle, unknown
+    begin, stopped, paused, gentle, unkept, unknown
         What the partner says when it speaks first, for each reason; when the body cannot move; in
-        answer to ``heavy`` words that have no other answer; and in answer to words of an unknown
-        language (by default, the usual answers).
+        answer to ``heavy`` words that have no other answer; when the disk takes nothing of what it
+        should keep; and in answer to words of an unknown language (the last two by default the
+        usual answers).
     whys
         Why the body is stopped, by the name of a stop's reason; ``other`` stands for the rest.
     likely
@@ -100,6 +101,7 @@ class Script(Calendar):
     stopped: PlainLines
     paused: PlainLines
     gentle: Lines = Field(default_factory=list)
+    unkept: Lines = Field(default_factory=list)
     unknown: Lines = Field(default_factory=list)
     whys: dict[str, str] = Field(default_factory=dict)
     likely: Annotated[float, Field(gt=0, lt=1)] = 0.45
