@@ -1,7 +1,7 @@
 """The local searches: each moves a bacterium downhill, by Eq. 12 or by damped Newton steps.
 
-Each is a generator. It yields points, (k, n), and is sent the function's results at them:
-residuals, (k, m), or values, (k, 1). It changes its bacterium in place.
+Each local search is a generator, which yields points, (k, n), and is sent the function's results at
+these points: residuals, (k, m), or values, (k, 1). The search changes its bacterium in place.
 """
 
 from collections.abc import Callable, Generator
@@ -17,8 +17,8 @@ from miburi.ground.arguments import real_numbers
 
 #: Maps a point, (n,), to the derivatives of the function's residuals, (m, n), or value, (n,).
 Jacobian = Callable[[Array], ArrayLike]
-#: Yields points, is sent the function's results at them, and returns the value that was reached,
-#: and whether the residuals proved to be linear.
+#: Yields points, and is sent the function's results at these points. At the end it returns the
+#: value that was reached, and whether the residuals proved to be linear.
 LocalSearch = Generator[Array, Array, tuple[float, bool]]
 
 _ROUNDING = 1e-16  # a relative gain smaller than this does not count
@@ -100,8 +100,8 @@ def _search_from_ends(
 def _descend(problem: Problem, x: Array, told: Array, best: float, iterations: int) -> LocalSearch:
     """Take damped Newton steps from ``x``, where the function returned ``told``, (m,) or (1,).
 
-    Half the Hessian is JᵀJ for residuals; for other functions it is learned from the gradients on
-    the way (BFGS). Steps and derivatives measure each variable in units of ``scale``.
+    Half the Hessian is JᵀJ for residuals; for other functions, BFGS estimates it from the gradients
+    along the way. Steps and derivatives measure each variable in units of ``scale``.
     """
     settings, by_residual = problem.settings, problem.by_residual
     width = problem.upper - problem.lower
@@ -148,7 +148,7 @@ def _descend(problem: Problem, x: Array, told: Array, best: float, iterations: i
 
 
 def _learn(known: int, normal: Array, step: Array, gradient: Array, old: Array) -> Array:
-    """Return half the Hessian after a new ``gradient``; ``known`` counts the earlier ones."""
+    """Return half the Hessian after a new ``gradient``; ``known`` counts the earlier gradients."""
     if known == 0:  # scaled so that the first step is about _FIRST long
         return np.eye(gradient.size) * float(np.linalg.norm(gradient)) / (2.0 * _FIRST)
     change = gradient - old
@@ -172,7 +172,7 @@ def _slopes(problem: Problem, x: Array, told: Array) -> Generator[Array, Array, 
 
 
 def inside(problem: Problem, x: Array, step: Array) -> Array:
-    """Return x + s clipped to the box (the clipping is ours), or ``x`` where that is NaN."""
+    """Return x + s clipped to the box (the clipping is ours), or ``x`` where x + s is NaN."""
     new = x + step
     new[np.isnan(new)] = x[np.isnan(new)]
     return np.minimum(np.maximum(new, problem.lower), problem.upper)

@@ -1,4 +1,4 @@
-"""Minimise a function in a box, in one call; also as a method for SciPy."""
+"""Minimise a function in a box with one call, directly or through SciPy."""
 
 import time
 from collections.abc import Callable
@@ -49,8 +49,8 @@ def minimize(
     deadline
         The time limit in seconds, above 0; once it has passed, the best point so far is returned.
     callback
-        Called after each generation with the best result so far. It ends the search by returning a
-        true value or by raising StopIteration.
+        Called after each generation with the best result so far. The callback ends the search by
+        returning a true value or by raising StopIteration.
 
     Raises
     ------
@@ -101,15 +101,15 @@ def scipy_method(
 ) -> Any:
     """Serve as ``method`` of ``scipy.optimize.minimize``.
 
-    ``scipy.optimize.minimize(f, x0, method=bma.scipy_method, bounds=…, options={"seed": 1})``;
-    settings, seed and deadline are options, as in :func:`minimize`. So are SciPy's own maxiter
+    Call ``scipy.optimize.minimize(f, x0, method=bma.scipy_method, bounds=…, options={"seed": 1})``.
+    The options are settings, seed and deadline, as in :func:`minimize`, and SciPy's own maxiter
     (generations) and tol (the length of the gradient at which a local search ends). ``jac`` is
-    used, the Hessian is not.
+    used, but the Hessian is not.
 
     Returns
     -------
-    A scipy.optimize.OptimizeResult. Its ``success`` is true if the search converged or settled; its
-    ``status`` is 0 in that case, 1 if the budget was spent, and 2 otherwise.
+    A scipy.optimize.OptimizeResult. If the search converged or settled, ``success`` is true and
+    ``status`` is 0. Otherwise ``status`` is 1 if the budget was spent, and 2 if not.
 
     Raises
     ------

@@ -64,7 +64,7 @@ def transfer(population: Array, genes: list[int], shares: Array) -> int:
     """Gene transfer within a ranked population; return the index of the changed bacterium.
 
     The first two random ``shares`` choose the giver from the better half and the taker from the
-    worse half; each of the others chooses a gene.
+    worse half; each further share chooses a gene.
     """
     individuals, half = len(population), len(population) // 2
     one, other, *picks = shares.tolist()

@@ -42,8 +42,8 @@ class Optimizer:
     seed
         A whole number, 0 or more, or a NumPy generator.
     jacobian
-        Maps a point to the derivatives of the residuals, (m, n), or of the value, (n,). By default
-        they are central differences.
+        Maps a point to the derivatives of the residuals, (m, n), or of the value, (n,). Without it,
+        derivatives are central differences.
 
     Raises
     ------
@@ -141,7 +141,7 @@ class Optimizer:
             self._end(ended.value)
 
     def _target(self, totals: Array, *, of_residuals: bool) -> float:
-        """Return the value that ends the search; ``totals`` are the costs of the first points."""
+        """Return the value that counts as converged; ``totals`` are costs of the first points."""
         if self.settings.target is not None:
             return self.settings.target
         if not of_residuals:

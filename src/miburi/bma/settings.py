@@ -41,8 +41,8 @@ class Settings:
         LM_prob, the probability of a local search, from 0 to 1; and LM_iter, its number of
         iterations, at least 0.
     damping, gradient_tolerance
-        γ_init, above 0; with ``relative`` it is a share of the greatest curvature. And τ, at least
-        0: a local search ends once the norm of the gradient is at most τ.
+        γ_init, above 0; with ``relative``, γ_init is a share of the greatest curvature. The
+        tolerance τ is at least 0: a local search ends once the norm of the gradient is at most τ.
     local_search
         "printed" is Eq. 12; "gradient" learns the curvature from the gradients it meets (BFGS);
         "residual" is Levenberg-Marquardt on the residuals, (JᵀJ + γI)s = -Jᵀe, as in the paper's
@@ -51,8 +51,8 @@ class Settings:
         Whether steps measure each variable in shares of its range, and γ as a share of the
         curvature, so that no result depends on a unit. "printed" uses only absolute numbers.
     ends
-        After a residual search has ended, it goes on from this many clones of its last point, each
-        with one variable at an end of its range; 0, as in the paper, leaves this out.
+        When a residual search has ended, it starts again from this many clones of its last point,
+        each with one variable at an end of its range; 0, as in the paper, leaves this out.
     local_first
         Whether a generation begins with local searches or, as in the paper, with mutation.
     first_iterations
@@ -135,7 +135,7 @@ class Settings:
 
 _SEARCHES = ("printed", "gradient", "residual")
 _MOST = 1_000_000
-#: The least value of some counts; the other counts may be 0.
+#: The least values of the counts that must not be 0; the other counts may be 0.
 _LEAST = {"individuals": 2, "clones": 2, "segment": 1, "transferred": 1}
 _COUNTS = tuple(name for name, kind in Settings.__annotations__.items() if kind is int)
 _TINY, _HUGE = 1e-300, 1e300
