@@ -1,4 +1,4 @@
-"""Bodies: the interface that the robot partner moves any body by, and the simulated body."""
+"""Bodies: the interface through which the robot partner moves any body, and the simulated body."""
 
 from miburi.bodies.base import Body, BodyState, Motor, Motors, Touch, Touchable
 

@@ -22,8 +22,9 @@ class BodyState:
     time
         The time in s on the body's clock.
     angles, velocities
-        (8,) rad and rad/s, as the encoders measure them. Velocities are means over the last 50 or
-        60 ms, because an encoder has steps; so they lag the angles by half of that.
+        Angles, (8,) in rad, and velocities, (8,) in rad/s, as the encoders measure them. Because
+        encoders count in steps, velocities are means over the last 50 or 60 ms; so they lag the
+        angles by half of this time.
     phase
         Idle, moving, stopped or returning.
     stop
@@ -124,7 +125,7 @@ class Touchable(Protocol):
         """True joint angles, (8,) rad, and the hand's pose, (7,): position in m, and quaternion."""
 
     def place_hand(self, position: Array, along: Array) -> None:
-        """Put the human hand somewhere. Move it in small steps, or through free space.
+        """Put the human hand somewhere. Move the hand in small steps, or through free space.
 
         ``position`` is the middle of the hand, (3,) m; ``along`` is the direction of the fingers,
         (3,), of any length except zero.

@@ -145,9 +145,11 @@ class Plant:
         return to_steps(self.robot, self.angles)
 
     def place_hand(self, position: Array, along: Array) -> None:
-        """Put the human hand's middle at ``position`` (3,) m, its fingers ``along`` (3,).
+        """Put the middle of the human hand at ``position``, (3,) in m.
 
-        A place inside the trunk becomes the nearest one outside it, since both are rigid.
+        ``along``, (3,), is the direction of the fingers, of any length except zero.
+
+        A hand inside the trunk is moved out of it by the shortest way, since both are rigid.
 
         Raises
         ------
@@ -205,7 +207,7 @@ class Plant:
         """Let one physics step pass with the motors at ``duties`` (8,), −1 to 1.
 
         A motor that is not ``driven`` (8,) turns freely: no current flows, so only its gears brake
-        it. Once it has been pushed, a plant must not :meth:`advance`.
+        it. After the first push, do not call :meth:`advance` on the same plant.
         """
         if self._driven is None or not np.array_equal(driven, self._driven):
             self._drive(driven)
@@ -249,7 +251,7 @@ class Plant:
         return touch
 
     def ordered(self, setpoint: Array) -> Array:
-        """Return the setpoint for the motors that brings the horns to ``setpoint``."""
+        """Return the setpoint that the motors need so that the horns reach ``setpoint``."""
         return setpoint - self._positions.take(self._plays) if self._plays.size else setpoint
 
     def _touch(self) -> Touch:

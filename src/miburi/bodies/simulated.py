@@ -1,4 +1,4 @@
-"""The simulated body: MuJoCo's physics below, the logic of the card above.
+"""The simulated body: MuJoCo simulates the physics, and the card's logic controls it.
 
 The servos follow their commanded profile with a lag, limited torque and encoder steps. All parts
 of the robot can collide, and a human hand can be put in the way. The
