@@ -26,7 +26,10 @@ if TYPE_CHECKING:
 
 
 class RuleTable(Table):
-    """The period in s, a multiple of 10 ms, and the ratio (Eqs. 1 and 2), in the card's ranges."""
+    """The rule's period in s and its ratio (Eqs. 1 and 2), within the ranges that a card accepts.
+
+    The period is a multiple of 10 ms.
+    """
 
     period: Annotated[float, Field(ge=0.02, le=0.2, multiple_of=0.01)]
     ratio: Annotated[float, Field(ge=0.8, le=1)]
@@ -122,7 +125,7 @@ class Calibration:
     rule
         The rule with the guards of this robot.
     servos
-        How the servos are mounted; None in a calibration that is not a card's.
+        How the servos are mounted; None if the calibration is not that of a card.
     identified
         The rule with a model of the measured servos; None if they were not measured.
     named
@@ -169,7 +172,7 @@ def write_calibration(
         lines += [f"gain = {servo.drive.gain:g}", f"divisor = {servo.divisor.p_divisor!r}"]
         lines.append(f"wear = {float(identified.wear)!r} # times the servo's friction")
         for name in _SHARES:
-            # Written with all digits, so that the card's integers come out the same.
+            # All digits are written, so that the card's integers come out the same.
             lines.append(f"{name} = {vars(identified)[name].tolist()} # times the description's")
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 

@@ -177,9 +177,9 @@ def calibrate(
     """Return the guards that let free motion pass, with a margin.
 
     ``traces`` are many free moves, some of them fast, in which nobody touched the robot; ``step``
-    is the angle of an encoder step, in rad. ``lag`` is (8,) µs, by default that of
-    :func:`measure_lag`; ``least`` is in steps, by default ``LEAST``. Each guard is ``margin`` (1 or
-    more) times what the moves needed.
+    is the angle of an encoder step, in rad. ``lag`` is each motor's lag, (8,) in µs, by default the
+    result of :func:`measure_lag`; ``least`` is the guard of this name in steps, by default
+    ``LEAST``. Each guard is ``margin`` (1 or more) times what the moves needed.
 
     Raises
     ------

@@ -39,10 +39,10 @@ def free_rule(robot: Robot, found: Identified, traces: Sequence[Trace]) -> FreeR
     """Return the rule for these servos, with the guards that their traces require.
 
     The guards are no less than the description's; see :func:`granted`. If at least three joints
-    show backlash, each guard exceeds the description's by at least the median of what the motors
-    need in addition, and the guards for lagging and leading also grow by the play itself. The
-    reason is that all gears are equally old, but a load, as at the shoulders, presses the teeth
-    together and hides their play.
+    show backlash, the guards grow further. Each guard then exceeds the description's by at least
+    the median of what the motors need beyond the description's, and the guards for lagging and
+    leading also grow by the play itself. The reason is that all gears are equally old, but a load,
+    as at the shoulders, presses the teeth together and hides their play.
     """
     least = in_whole_units(robot.guards, robot.servo.step)
     guards = replace(least, lag=np.full(len(JOINTS), found.delay))
@@ -88,8 +88,8 @@ def shaken(rule: FreeRule, traces: Sequence[Trace]) -> FreeRule:
     """Return a rule that tolerates how motors shake one another in these free moves.
 
     These moves shake harder than gestures do. The guards ``behind`` and ``ahead`` grow to what
-    these moves need, times the usual margins. The slack grows only to what they need: with a larger
-    slack, contacts at the waist are noticed too late.
+    these moves need, times the usual margins. ``slack`` grows only to what the moves need, without
+    a margin: with a larger slack, contacts at the waist are noticed too late.
     """
     free = [FreeTrace(**vars(trace), rule=rule) for trace in traces]
     slack = _widened(rule, rule.guards, free, 1.0).slack
@@ -142,12 +142,12 @@ def _shifted(traces: Sequence["FreeTrace"], other: FreeRule) -> Iterator["FreeTr
 
 @dataclass(frozen=True)
 class FreeTrace(Trace):
-    """A trace to compare with the rule's model of an unhindered servo, not the delayed profile.
+    """A trace to be compared with the model of a free servo instead of the delayed profile.
 
     Attributes
     ----------
     rule
-        The rule with the model of that servo.
+        The rule with the model of the free servo.
     """
 
     rule: FreeRule = field(kw_only=True)

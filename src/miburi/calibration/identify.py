@@ -28,9 +28,9 @@ from miburi.servos.free import STEP, travel
 
 #: The allowed and the recommended range of a servo's stiffness at the horn, N·m/rad. A softer servo
 #: cannot carry the body to a pose; a stiffer one oscillates where gears have backlash (our choice).
-#: It is measured 10 % too low on average, and 20 % at most: while all joints move, the wiring drops
-#: some of the supply's voltage, and the gears lose more torque than the model assumes. The true
-#: value should be 4 to 6.
+#: The measured stiffness is too low, by 10 % on average and by 20 % at most: while all joints move,
+#: the wiring drops some of the supply's voltage, and the gears lose more torque than the model
+#: assumes. The true stiffness should be 4 to 6 N·m/rad.
 STIFFNESS, _WELL = (2.0, 8.0), (4.0, 5.5)
 #: Steps of the search, coarse to fine: factors of the constants, and steps of the delay in µs.
 _FACTORS = (1.6, 1.25, 1.12, 1.06, 1.03)
@@ -44,23 +44,24 @@ _BOX = (0.2, 5.0)
 #: A servo is reported if it differs by more than these factors: from its counterpart on the other
 #: side or, if it has none, from the others; and from its description (our choice).
 _MIRRORED, _SINGLE, _EXPECTED = 1.5, 2.0, 1.25
-#: The same for a servo that is softer than its mirror image. A servo with a third of its torque
-#: measures 0.67 of its counterpart's stiffness and is reported; one with twice the friction
-#: measures 0.7 and is not (our choice).
+#: A servo is also reported if it is softer than its mirror image by more than this factor. A servo
+#: with a third of its torque measures 0.67 of its counterpart's stiffness and is reported; a servo
+#: with twice the friction measures 0.7 and is not reported (our choice).
 _SOFTER = 1.45
 #: The servos' common wear is measured at joints without play if there are at least this many of
 #: them (our choice).
 _FIRM_ONES = 3
-#: Wear beyond this is not believed; gears would take all of a motor's torque (our choice).
+#: The estimate of the wear is never above this value: with more wear, the gears would take all of a
+#: motor's torque (our choice).
 _MOST_WEAR = 2.5
-#: How many passes estimate the wear; and which share of the dry friction shows in free moves, since
-#: friction is lower in motion than at rest (found on simulated servos of known wear).
+#: The number of passes that estimate the wear, and the share of the dry friction that shows in free
+#: moves, since friction is lower in motion than at rest (found on simulated servos of known wear).
 _WEARS, _SEEN = 3, 0.92
-#: The model's RMS error in rad: the usual value without play, and the threshold above which gears
-#: count as loose. Then the same two in encoder steps, for coarser encoders. The last value converts
-#: the error beyond the usual into play, in rad per rad. Simulated servos without play had an error
-#: of 0.4 to 1.02 steps of 0.088°; joints that carry little had 1.0 to 1.6 steps with a play of
-#: 0.25°, and 1.6 to 3.7 steps with 0.5°.
+#: The model's RMS error in rad: the usual error without play, and the error above which gears count
+#: as loose. The pair after them holds both errors in encoder steps, for coarser encoders. The last
+#: value converts the error beyond the usual error into play, in rad per rad. Simulated servos
+#: without play had an error of 0.4 to 1.02 steps of 0.088°; joints that carry little had 1.0 to 1.6
+#: steps with a play of 0.25°, and 1.6 to 3.7 steps with 0.5°.
 _FIRM, _LOOSE, _IN_STEPS, _PLAYS = radians(0.057), radians(0.092), (0.65, 1.05), 3.3
 #: Friction explains a part of the model's error, so a joint with more friction than the others
 #: needs a larger error before it counts as loose. This is the largest ratio of frictions that is
@@ -72,8 +73,9 @@ _RUBS = 2.0
 _HEAVY = 1.5
 _MIRROR = {"left": "right", "right": "left"}
 _NAMES = ("stiffness", "damping", "friction", "gravity")
-#: Constants that the search changes in one step: each one alone, and then two groups (without and
-#: with friction) whose common change hardly affects the motion.
+#: Constants that the search changes in one step: each constant alone, and then two groups, without
+#: and with friction. If all constants of a group change by the same factor, the motion hardly
+#: changes.
 _TOGETHER = (*((name,) for name in _NAMES), ("stiffness", "damping", "gravity"), _NAMES)
 
 
@@ -97,8 +99,8 @@ def identify(robot: Robot, traces: Sequence[Trace], wear: float = 1.0) -> Identi
     """Identify the servos of a robot from free moves, slow and fast, of every joint.
 
     This is a coordinate search over four constants of each servo, one by one and some together, and
-    over one delay. It minimises each servo's squared error and, for the delay, the mean logarithm
-    of these errors. ``wear`` is the wear that the robot's description includes already.
+    over one delay. The search minimises each servo's squared error and, for the delay, the mean
+    logarithm of these errors. ``wear`` is the wear that the robot's description includes already.
 
     Raises
     ------
