@@ -1,8 +1,8 @@
 """Measure the servos of a real robot. These measurements have never been made on hardware.
 
-A :class:`Bench`, a card with a person beside it, goes in; a report in TOML, which can be sent to
-the project, comes out. :data:`STEPS` are the seven measurements. Each can be left out, and each is
-written down when it is done, so that an interrupted session can be resumed. A report's
+From a :class:`Bench`, a card with a person beside it, this module makes a report in TOML, which can
+be sent to the project. :data:`STEPS` are the seven measurements. Each measurement can be left out,
+and is written down when it is done, so that an interrupted session can be resumed. A report's
 ``constants`` have the form of a servo's TOML file.
 """
 
@@ -42,7 +42,7 @@ from miburi.safety.move import Move
 from miburi.safety.profile import FINE, SECOND
 from miburi.safety.stop import Phase
 
-#: The weight that the person hangs on the arm, in kg, and how far from the elbow's axle, in m.
+#: The weight that the person hangs on the arm, in kg, and its distance from the elbow's axle, in m.
 WEIGHT, LEVER = 0.1, 0.1
 #: P gains at which the stiffness and the hunting are measured.
 _STIFF, _HUNTING = (800, 3200), (1600, 3200, 6400)
@@ -53,7 +53,8 @@ _PUSH, _DUTIES, _FAST = 0.8, (FULL_PWM, 110), 4.0
 _LONG, _SLOW = 1.2, 0.1
 #: Registers: present PWM, present current and input voltage, 2 bytes each.
 _PWM, _CURRENT, _VOLTAGE = 124, 126, 144
-#: The distance (rad) from which the loaded joint approaches on either side, and its speed (rad/s).
+#: How far, in rad, the loaded joint turns to either side before it approaches its pose, and its
+#: speed then, in rad/s.
 _ASIDE, _SIDEWAYS = 0.15, 0.3
 
 
@@ -124,11 +125,12 @@ def _level_arm(robot: Robot) -> Array:
 
 
 def _measure_stiffness(bench: Bench) -> BenchFindings:
-    """Let a weight pull at the elbow, and measure how far it sinks.
+    """Let a weight pull at the elbow, and measure how far the elbow sinks.
 
-    The joint is read once after it came from above and once from below, so that dry friction, which
-    holds it up or down, drops out of the mean. The share of the motor's torque that the gears
-    absorb drops out only in part; the calculation allows for the rest.
+    The joint is read twice, once after a move from above and once after a move from below. In the
+    mean of both readings, the dry friction that holds the joint up or down cancels out. The share
+    of the motor's torque that the gears absorb cancels out only in part; the calculation allows for
+    the rest.
     """
     card, found = bench.card, list[float]()
     for gain in _STIFF:

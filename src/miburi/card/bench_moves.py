@@ -15,21 +15,21 @@ from miburi.safety.move import Move
 from miburi.safety.profile import FINE
 from miburi.safety.stop import Phase
 
-#: The speed of the moves to a pose, in rad/s; how long the body then settles, and how long it is
-#: read, in s.
+#: The speed of the moves to a pose, in rad/s. Then two times in s: how long the body settles after
+#: such a move, and how long its positions are read.
 GENTLY, REST, LOOK = 0.8, 1.5, 0.5
 
-#: The joint that test weights load; how far it stays from its limits, in rad; and how many poses to
-#: try per joint.
+#: The joint that carries the test weights. Then how far poses stay from the joints' limits, in rad,
+#: and how many angles to try for each joint.
 ELBOW, CLEAR, GRID = JOINTS.index("right_elbow"), 0.35, 40
 
-#: A weight makes the elbow sag by more than a card's message can hold: a third of that is sent, and
-#: the card multiplies it by three.
+#: A weight makes the elbow sag by more than a message to the card can hold. So a third of the sag
+#: is sent, and the card multiplies it by three.
 DEEPER = 3
 
 
 def peek(card: Card, motor: int, address: int, count: int) -> int:
-    """Return the number in ``count`` (1 to 12) registers of a servo, from ``address`` on.
+    """Return the number that ``count`` (1 to 12) registers of a servo hold, from ``address`` on.
 
     The body must be at rest.
 
@@ -69,8 +69,9 @@ def go(
     """Make one move; return all reports since its start, even if it was stopped.
 
     ``duty`` (at most ``FULL_PWM``) replaces the move's own limit on the motors' duty. ``hung`` is
-    the elbow's sag under a weight, in quarters of a step. If it is given, the elbow's load is
-    divided by ``DEEPER`` before it is sent; the card multiplies it by the same (:func:`with_gain`).
+    the elbow's sag under a weight, in quarters of a step. If ``hung`` is given, the elbow's load is
+    divided by ``DEEPER`` before it is sent, and the card multiplies it by ``DEEPER`` (see
+    :func:`with_gain`).
     """
     move = Move(angles, np.full(len(JOINTS), speed))
     here, origin = np.array(card.report.positions), card.goals

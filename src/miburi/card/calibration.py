@@ -35,7 +35,7 @@ from miburi.safety.free import FreeRule
 from miburi.safety.move import Move
 
 #: The gain is checked at most this many times, with moves of all joints between these two speeds
-#: (rad/s). That suffices, and every servo reaches these speeds (our choice).
+#: (rad/s). Three checks suffice, and every servo reaches these speeds (our choice).
 _ROUNDS, _SLOWEST, _FASTEST = 3, 0.15, 2.0
 _DEGREES = 360 / STEPS_PER_TURN
 
@@ -54,7 +54,8 @@ class Measurement:
     words
         Sentences for the person who built the robot: what to check, and what has changed.
     moves, seconds
-        The number of free moves, and the time of the whole calibration on the robot's clock, s.
+        The number of free moves, and how long the whole calibration took, in s on the robot's
+        clock.
     """
 
     robot: Robot
@@ -146,7 +147,10 @@ def _trace(
     moves: list[tuple[str, Move]],
     tell: Callable[[str], None],
 ) -> list[Trace]:
-    """Make free moves under generous guards, tell of each joint, then stop; return the traces."""
+    """Make free moves under generous guards, then stop; return the traces.
+
+    ``tell`` is called with a line of text when the moves of another joint begin.
+    """
     card.configure(settings.generous)
     wake(card)
     traces, told = list[Trace](), ""

@@ -1,7 +1,7 @@
 """The real robot as a body: it talks to an Arduino with the firmware, over a serial line.
 
-It implements :class:`~miburi.bodies.Body`: move, stop, release, step. It reports states, stops and
-motor readings, and raises errors in words. A conversation::
+A :class:`Card` implements :class:`~miburi.bodies.Body`: move, stop, release, step. It reports
+states, stops and motor readings, and the errors that it raises say what is wrong. A conversation::
 
     the host sends                         the card answers
     HELLO                            ───▶  version, checksum of its settings
@@ -72,7 +72,7 @@ class Card:
     settings
         The card's settings; by default the robot's, with any calibration stored on the card.
     keep
-        Only look: the card keeps the settings that it has; one that has none gets ``settings``.
+        Only look: the card keeps the settings that it has; a card without any gets ``settings``.
 
     Attributes
     ----------
@@ -246,7 +246,7 @@ class Card:
         """Listen for ``dt`` seconds; if the card is lost, look for it."""
         # Time spent on requests counts as part of the step. A long pause before the call does not.
         now = self._exchange.now()
-        # While the card is lost, nothing is caught up: attempts to reach it take longer than steps.
+        # Late steps are shortened, unless the card is lost: attempts to reach it outlast a step.
         late = self._connected and now - self._due < _SILENCE
         self._due = (self._due if late else now) + dt
         if self._connected:
@@ -356,7 +356,7 @@ class Card:
             if self.report.reason == Reason.STARTED:
                 self._own_stop = None  # the card reports its own stop
         except BodyError:
-            # To open its port restarts a card, which then needs time to answer.
+            # Opening the port restarts the card, which then needs time to answer.
             if self._exchange.broken or self._exchange.now() >= self._reopen_at:
                 self._exchange.reopen()
                 self._reopen_at = self._exchange.now() + _START_UP
@@ -368,7 +368,7 @@ def wake(card: Card) -> None:
     Raises
     ------
     BodyError
-        It did not reach neutral; the message says why.
+        The body did not reach neutral; the message says why.
     """
     card.release()
     while card.state.phase is Phase.RETURNING:

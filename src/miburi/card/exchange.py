@@ -1,7 +1,8 @@
 """The exchange with a card: a request is sent up to three times until the card answers it.
 
-It takes a request and returns the card's answer, or raises an error in words. Reports arrive at any
-time and are passed on as they come. Times are on the line's clock.
+An :class:`Exchange` takes a request and returns the card's answer, or raises an error that says
+what is wrong. Reports arrive at any time and are passed on as they come. Times are in s on the
+line's clock.
 """
 
 from collections.abc import Callable
@@ -23,7 +24,7 @@ class Exchange:
     Attributes
     ----------
     asked
-        When the latest request was sent, s.
+        When the latest request was sent, in s.
     broken
         Whether a request met a broken line, which must be opened again.
     """
@@ -38,11 +39,11 @@ class Exchange:
         self.broken = False
 
     def now(self) -> float:
-        """Return the time, s."""
+        """Return the time in s."""
         return self._line.now()
 
     def wait(self, until: float) -> None:
-        """Wait until ``until``, s, even on a broken line."""
+        """Wait until the time ``until``, in s, even on a broken line."""
         self._line.wait(until)
 
     def start_again(self) -> None:

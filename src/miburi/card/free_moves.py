@@ -15,18 +15,18 @@ from miburi.robot import JOINTS, Array, Robot
 from miburi.safety.move import Move, plan_move
 from miburi.safety.stop import Phase, StopReason
 
-#: How far a joint moves to either side of the middle, as a share of half its range. At top speed
-#: the swing may have to be longer: from side to side it is at least ``_RUN`` times v²/a, since a
-#: move reaches that speed and comes back to rest within v²/a. On either side the joint moves no
-#: further than ``_FARTHEST`` of half its range (our choice).
+#: How far a joint moves to either side of the middle, as a share of half its range. A move reaches
+#: the speed v and comes back to rest within v²/a. So at top speed the swing may have to be longer:
+#: from side to side it is at least ``_RUN`` times v²/a. On either side the joint moves no further
+#: than ``_FARTHEST`` of half its range (our choice).
 _REACH, _RUN, _FARTHEST = 0.35, 1.1, 0.97
 #: Speeds, in rad/s, for moves of one joint; the last is faster than any servo can go (our choice).
 _SPEEDS = (0.8, 2.5, np.inf)
 #: Durations, in s, of moves of all joints; the last is shorter than any servo can manage (our
 #: choice).
 _DURATIONS = (1.5, 0.8, 0.1)
-#: Slow speeds (rad/s), at which encoder steps matter most, and the distance moved at each (rad);
-#: our choice.
+#: Slow speeds in rad/s, at which encoder steps matter most, and the distance in rad that is moved
+#: at each speed (our choice).
 _SLOWLY, _BIT = (0.05, 0.1, 0.2, 0.4), 0.15
 #: How long recording goes on after each move, in s; longer than the rule waits for a motor to
 #: arrive.
@@ -47,8 +47,8 @@ def free_moves(robot: Robot) -> Iterator[tuple[str, Move]]:
 
     First each joint moves to and fro, then all move at once, slow to fast. The moves begin and end
     at neutral. A resting joint is in the middle of its range, where the arms touch neither the body
-    nor each other. To reach its servo's top speed, a joint needs to travel v²/a. The ranges of
-    elbows and fingertips are barely longer.
+    nor each other. To reach its servo's top speed v, a joint needs to travel v²/a; the ranges of
+    elbows and fingertips are barely longer than this distance.
     """
     middle, half = (robot.lower + robot.upper) / 2, (robot.upper - robot.lower) / 2
     run = _RUN * robot.servo.max_speed**2 / robot.servo.acceleration

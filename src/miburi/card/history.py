@@ -46,11 +46,11 @@ class ReportHistory:
         return self._reports[-1]
 
     def expect_another_clock(self, now: float) -> None:
-        """Expect the card's clock to have restarted; count its silence from ``now``, in s."""
+        """Prepare for a card whose clock has restarted; count its silence from ``now``, in s."""
         self._fresh, self.heard = True, now
 
     def add(self, report: Report, now: float) -> None:
-        """Take in a report that was heard at ``now``, s on the line's clock."""
+        """Take in a report that was heard at ``now``, in s on the line's clock."""
         self.heard = now
         if self._fresh:
             self._fresh = False

@@ -1,8 +1,8 @@
 """The loads that are sent with each move, and the move that is under way.
 
-It takes the robot's description and the move, and gives, for each motor, the position error that
-the load causes at the start and the end of the move, and how much duty the motor may use. The card
-refuses a duty that cannot hold the load. The firmware's ``controller.h`` is the other side.
+This module takes the robot's description and the move. For each motor, it gives the position error
+that the load causes at the start and the end of the move, and how much duty the motor may use. The
+card refuses a duty that cannot hold the load. The firmware's ``controller.h`` is the other side.
 """
 
 import struct

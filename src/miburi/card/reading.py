@@ -37,7 +37,7 @@ _REASONS = {
     Reason.ASTRAY: StopReason.SERVO_ASTRAY,
     Reason.MISNAMED: StopReason.SERVO_MISNAMED,
     Reason.RESTARTED: StopReason.SERVO_RESTARTED,
-    # Seen from the card's end: it has heard nothing for half a minute.
+    # Here the card has lost the line: it has heard nothing from the host for half a minute.
     Reason.ALONE: StopReason.LINE_LOST,
     Reason.TOUCHED: StopReason.TOUCHED,
 }
@@ -77,7 +77,10 @@ def window_of(report: Report, settings: CardSettings, share: Steps) -> Window | 
 
 
 def unready(detail: bytes, settings: CardSettings) -> str:
-    """Say why the card refused a release; ``detail`` has motor, reason, and place of a joint."""
+    """Say why the card refused a release.
+
+    ``detail`` holds the motor, the reason and, for a joint outside its limits, the joint's place.
+    """
     if detail[0] >= len(JOINTS):
         return f"The {_UNREADY[Reason(detail[1])]}. Then try again."
     name, joint = JOINTS[detail[0]], settings.joints[detail[0]]

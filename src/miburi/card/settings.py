@@ -97,9 +97,9 @@ class General:
     p_gain, d_gain
         The position gains that the card writes to its servos.
     error_per_pwm
-        The position error for each unit of duty; so a servo's error shows its load.
+        The position error at which a servo uses one unit of duty; so its error shows its load.
     hottest, lowest
-        A hotter servo, or a lower supply, stops the body.
+        The body is stopped if a servo is hotter than this, or the supply's voltage lower than this.
     """
 
     period: int
@@ -135,7 +135,9 @@ class FreeMotor(NamedTuple):
 
 @dataclass(frozen=True)
 class JointSettings:
-    """One joint's servo, limits (steps from the joint's zero), guards (µs and steps) and model.
+    """One joint's servo, its limits, its guards and its model.
+
+    Limits are in steps from the joint's zero, guards in µs and in steps.
 
     Attributes
     ----------
@@ -146,7 +148,8 @@ class JointSettings:
     zero
         The servo's position, 0–4095, at joint angle 0.
     sag
-        How far this servo is off under weight, relative to the servo in the description, in 1/256.
+        The position error of this servo under weight, in 1/256 of the error that the description
+        predicts.
     """
 
     servo: int
@@ -268,8 +271,8 @@ class CardSettings:
     def identified(self, robot: Robot) -> Robot:
         """Return the description with the servos that these settings assume.
 
-        Their gain is the one that the card sets. The stiffness follows from the error per duty, the
-        friction from how much torque the gears absorb.
+        The gain of these servos is the gain that the card sets. Their stiffness follows from the
+        error for each unit of duty, and their friction from how much torque the gears absorb.
         """
         servo, own = robot.servo.model, self.general
         if (own.p_gain, own.error_per_pwm) != (round(servo.drive.gain), _error_per_pwm(servo)):

@@ -52,14 +52,14 @@ def read_settings(ask: Ask) -> CardSettings:
 def stop_and_settle(
     ask: Ask, has: Greeting, robot: Robot, wanted: CardSettings | None, *, keep: bool
 ) -> tuple[CardSettings, bool]:
-    """Stop a card, and send it the settings that it should have if it has others.
+    """Stop a card; unless it already has the settings that it should have, send them.
 
-    ``has`` is the card's greeting. ``wanted`` is None for the robot's own settings, with the
-    calibration that the card has. With ``keep``, nothing is sent to a card that has settings, and
-    to another only what is ``wanted``.
+    ``has`` is the card's greeting. If ``wanted`` is None, the card should have the robot's own
+    settings, with the calibration that the card has. With ``keep``, a card that has settings is
+    sent none, and a card without settings is sent only ``wanted``, if given.
 
-    Returns the card's present settings, and whether they are defaults because another firmware's
-    saved settings are unreadable.
+    Returns the card's present settings. Also returns whether these are defaults, used because the
+    card cannot read settings that another firmware has saved.
     """
     ask(FrameKind.STOP, b"")
     settings = of_robot = CardSettings.of(robot)
@@ -94,7 +94,9 @@ def replace_settings(ask: Ask, settings: CardSettings, before: CardSettings) -> 
 
 
 def save_settings(ask: Ask, wait: Callable[[float], object]) -> None:
-    """Store a card's settings in its EEPROM (about 4 s); ``wait`` lets a given time pass, in s.
+    """Store a card's settings in its EEPROM, which takes about 4 s.
+
+    ``wait`` lets time pass; its argument is in s.
 
     Raises
     ------
@@ -111,7 +113,7 @@ def save_settings(ask: Ask, wait: Callable[[float], object]) -> None:
 
 def _send(ask: Ask, settings: CardSettings) -> None:
     pieces: list[JointSettings | General] = [*settings.joints, settings.general]
-    # While two servos swap ids, both have the same one: send the joints a second time.
+    # While two servos swap ids, both have the same id for a time: send the joints a second time.
     for _ in range(2):
         for piece, value in enumerate(pieces):
             index = b"" if isinstance(value, General) else bytes((piece,))
