@@ -60,7 +60,8 @@ def main() -> None:
         signal.signal(number, _interrupt)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            # A pipe on Windows cannot encode arrows or a mu; a reader should get each line at once.
+            # On Windows, a pipe cannot encode arrows or a mu, so these are replaced. Lines are not
+            # held back, so that a reader gets each line at once.
             stream.reconfigure(errors="replace", line_buffering=True)
     try:
         log_to_stderr()

@@ -102,7 +102,7 @@ def experiment(
             "solver": solver,
         },
     )
-    # After the quick checks, as this checks every pose.
+    # This comes after the quick checks, because it checks every pose.
     setup = replace(setup, repertoire=repertoire_of(description, gestures))
     simulation: Body
     if body == "emulated-card":

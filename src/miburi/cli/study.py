@@ -184,7 +184,7 @@ def close(
 
 
 def _answers(folder: Path, study: "Study", *, rehearsal: bool = False) -> "Store":
-    """Open the answers that a study has; InputError: nobody has answered yet."""
+    """Open a study's answers; raise InputError if nobody has answered yet."""
     from miburi.studies.study.store import ANSWERS, REHEARSED, open_store
 
     path = folder / (REHEARSED if rehearsal else ANSWERS)

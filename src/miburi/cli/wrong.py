@@ -23,7 +23,7 @@ class Explaining(TyperGroup):
             raise
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Parse the arguments before the command."""
+        """Parse the arguments that stand before the command."""
         try:
             return super().parse_args(ctx, args)
         except Exception as error:
