@@ -25,8 +25,8 @@ from miburi.serving.press import BY, By
 from miburi.talk.said import SayOut
 from miburi.wire.messages import GestureOut, SayIn, WishOut
 
-#: The status for too many requests; the most tries then, and the time between tries, s (our
-#: choice).
+#: The status for too many requests. Then how often a request is tried at most if it gets this
+#: status, and the time between two tries, in s (our choice).
 _TOO_MANY, _TRIES, _BREATH = 429, 20, 0.1
 _EVENTS = TypeAdapter(list[LiveEvent])
 _GESTURES = TypeAdapter(list[GestureOut])

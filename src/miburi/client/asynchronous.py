@@ -38,7 +38,7 @@ from miburi.wire.messages import (
     fields_of,
 )
 
-#: Interval between two attempts to reconnect, s (our choice).
+#: The time between two attempts to reconnect, in s (our choice).
 _AGAIN = 0.5
 _DATA = "data: "
 

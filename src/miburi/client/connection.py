@@ -93,7 +93,8 @@ class Connection:
     def stop(self, *, by_person: bool) -> None:
         """Stop the body, even if the server has closed the connection reserved for Stop."""
         head = {BY: "person"} if by_person else {}
-        # A full server may have closed that connection, or this program has.
+        # A full server may have closed the connection reserved for Stop, or this program has closed
+        # it.
         with suppress(httpx.TransportError, RuntimeError):
             accepted(self._url, self._stop.post("/stop", headers=head))
             return
@@ -159,7 +160,7 @@ class Connection:
             self._wait_to_connect(heard, patience, failure)
 
     def _wait_to_connect(self, heard: float | None, patience: float, failure: Exception) -> None:
-        """Wait a moment; give up if nothing was ever heard, or nothing for ``patience`` s."""
+        """Wait a moment; give up if the partner was never heard, or not for ``patience`` s."""
         if heard is None or time.monotonic() - heard > patience:
             if isinstance(failure, ConnectionLostError):
                 raise failure

@@ -136,9 +136,9 @@ class RemotePartner:
     ) -> Generator[LiveEvent, None, None]:
         """Yield the events after the one with this id, or from now on, until you leave the loop.
 
-        If the connection is lost, this tries to reconnect for up to ``patience`` s. The events of
-        that time are then yielded, including those from before a restart of the partner. If events
-        are missing, a ``gap`` says so. With ``after="0"``, all stored events come first.
+        If the connection is lost, this tries to reconnect for up to ``patience`` s. Events from the
+        time without a connection are then yielded, even if the partner restarted after them. If
+        events are missing, a ``gap`` says so. With ``after="0"``, all stored events come first.
 
         Raises
         ------
@@ -153,7 +153,7 @@ class RemotePartner:
         Raises
         ------
         InputError
-            The id is not that of a wish; that of a stimulus, for example, never ends.
+            The id does not belong to a wish. A stimulus, for example, has an id, but no end.
         BodyError
             The partner was restarted, or no longer has the events, so nobody knows how it ended.
         ConnectionLostError
@@ -259,7 +259,7 @@ class RemotePartner:
         Raises
         ------
         BodyError
-            Only a person can release a person's Stop; :meth:`wait` until then.
+            Only a person can release a person's Stop; :meth:`wait` until somebody has released it.
         """
         self._line.post("/release")
 
@@ -269,7 +269,7 @@ class RemotePartner:
         Raises
         ------
         BodyError
-            It is not free after ``timeout`` s.
+            The body is not free after ``timeout`` s.
         """
         end = monotonic() + timeout
         with closing(self.watch(rate=10)) as states:
@@ -287,7 +287,7 @@ class RemotePartner:
     def place_hand(
         self, position: tuple[float, float, float], along: tuple[float, float, float]
     ) -> None:
-        """Move the simulated human hand to ``position``, m, with its fingers along ``along``."""
+        """Move the simulated human hand to ``position``, in m, with its fingers along ``along``."""
         self._line.post("/hand", {"position": list(position), "along": list(along)})
 
     def remove_hand(self) -> None:
@@ -297,7 +297,7 @@ class RemotePartner:
     def temperament(self, name: str, rest: RestLevel | None = None) -> None:
         """Change to a shipped temperament, or to the one that the partner was started with.
 
-        ``rest`` is the level of idle motion, by default the temperament's.
+        ``rest`` is the level of idle motion; by default the temperament sets it.
         """
         self._line.post("/temperament", {"name": name, "rest": rest})
 
