@@ -13,7 +13,7 @@ from miburi.errors import InputError
 def trust(url: str, authority: Path | str | None) -> ssl.SSLContext | Literal[False]:
     """Return HTTPX's ``verify``: a TLS context with the authorities to trust.
 
-    It is False for plain http, as loading authorities takes 30 ms.
+    For plain http, the value is False, because loading authorities takes 30 ms.
 
     Raises the errors of :func:`miburi.client.remote.connect`.
     """
