@@ -27,7 +27,7 @@ PASSWORD = "MIBURI_BROKER_PASSWORD"  # noqa: S105 a name, not a password
 _PORTS = {"mqtt": 1883, "mqtts": 8883}
 #: Keep-alive, in s: after one and a half times this, the broker considers a silent partner lost.
 _KEEP_ALIVE = 10
-#: The first and the longest wait for an unreachable broker, s (our choice).
+#: The first and the longest wait for an unreachable broker, in s (our choice).
 _FIRST_PAUSE, _LONGEST_PAUSE = 1.0, 30.0
 #: A failure for the same reason as the last one is told again after this time, s (our choice).
 _TOLD_AGAIN = 3600.0

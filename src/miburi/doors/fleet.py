@@ -28,7 +28,8 @@ except ModuleNotFoundError as error:
 
 #: The largest fleet; more partners are left out (our choice).
 LARGEST = 2000
-#: How long to wait for the broker's stored messages, and for the bodies to stop, s (our choice).
+#: How long, in s, to wait for the broker's stored messages, and for the bodies to stop (our
+#: choice).
 _GREETING, _PATIENCE = 5.0, 5.0
 _LOOK = 0.05
 _TOPIC = re.compile(r"miburi/(?:([^/]+)/)?([^/]+)/(available|report)")
@@ -65,8 +66,8 @@ class Fleet:
         self._reports: dict[str, HomeReport] = {}
         #: Whether there are more partners than are known here.
         self.overfull = False
-        #: Two events: set while connected; and set once all messages that the broker retains have
-        #: arrived.
+        #: Two events. The first is set while connected, the second once all messages that the
+        #: broker retains have arrived.
         self.met, self.greeted = asyncio.Event(), asyncio.Event()
         self._echo = Topics(broker.path(f"fleet-{token_hex(4)}")).here
 
@@ -202,7 +203,8 @@ async def stop_and_look(broker: Broker, name: str = ALL) -> StopAnswers:
         stopped: list[str] = []
         for _ in range(round(_PATIENCE / _LOOK)):
             partners = [one for one in fleet.news.partners if name in (ALL, one.name)]
-            # A body that a contact stopped goes on by itself: that is no answer to a Stop.
+            # A body that a contact stopped goes on by itself, so a contact's stop does not answer a
+            # Stop.
             held = [one for one in partners if one.report is not None and one.report.held]
             stopped = [one.name for one in held if not (one.lost or one.off)]
             there = sum(not (one.lost or one.off) for one in partners)

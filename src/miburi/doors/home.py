@@ -55,8 +55,9 @@ _PERIOD = 0.25
 _ONLINE, _OFFLINE = "online", "offline"
 #: Refusals published per second: no more than a person can read (our choice).
 _TOLD_RATE = 1.0
-#: How many reports per second may be published of values that change often, and of urgent ones; and
-#: how many of each in a burst. That makes at most ten a minute, not counting Stops (our choice).
+#: Reports published per second: of values that change often, and of urgent values. Then how many of
+#: each kind may be published in a burst. Together these make at most ten reports a minute, not
+#: counting Stops (our choice).
 _REPORT_RATE, _URGENT_RATE, _REPORT_BURST = 3 / 60, 3 / 60, 2.0
 #: The history's key for the last event reported to the broker.
 _WHO = "home"
@@ -83,7 +84,7 @@ def add_home(
     studio
         The address at which other devices reach the partner's pages.
     clock
-        Returns the time, s.
+        Returns the time in s.
     """
     about = About(broker.path(name), partner.robot.name, studio)
     home = _Home(Asker.within(app, "home"), partner, about, clock)
@@ -151,9 +152,9 @@ class _Home:
         self._unsaid = 0  # refusals before it that are not published either
         self._topics = Topics(about.name)
         group, _, _ = about.name.rpartition("/")
-        #: The topics that stop all partners, or all of its group.
+        #: The topics that stop all partners, or all partners of this one's group.
         self._stops_of_all = {Topics(ALL).stop, Topics(f"{group}/{ALL}" if group else ALL).stop}
-        #: Distinguishes the partner from another of the same name.
+        #: Distinguishes this partner from another partner of the same name.
         self.instance = secrets.token_hex(8)
         self._contradicted = False  # whether somebody has published that it is not online
         self._told: Cursor | None = None  # the last event that the broker knows

@@ -12,7 +12,7 @@ from miburi.senses.kinds import KINDS
 from miburi.version import __version__
 from miburi.wire.messages import StimulusIn
 
-#: The greatest length of an incoming command, bytes.
+#: The greatest length of an incoming command, in bytes.
 _LONGEST = 4_000
 
 _WHY_STOPPED = (

@@ -64,14 +64,14 @@ except ModuleNotFoundError as error:
 
 #: Commands per second, and the largest burst, not counting Stop (our choice).
 RATE, BURST = 5.0, 10.0
-#: The time between two polls of the partner, in s; each publishes every step since the last one.
+#: The time between two polls of the partner, in s; a poll publishes every step since the last poll.
 _PERIOD = 0.01
 _LOG = logging.getLogger(__name__)
 #: The time between two diagnoses while nothing changes, in s (diagnostic_updater's default).
 _DIAGNOSIS = 1.0
-#: How long, in s, after a failure the connection is opened again (our choice).
+#: How long to wait after a failure before the connection is opened again, in s (our choice).
 _PAUSE = 5.0
-#: The longest wish, characters.
+#: The longest wish, in characters.
 _LONGEST = 4_000
 
 _Message = TypeVar("_Message", bound=IdlStruct)

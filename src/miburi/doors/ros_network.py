@@ -1,9 +1,9 @@
 """The settings of a ROS 2 network: the DDS domain, its range, and a partner's namespace.
 
-They come from ROS's own environment variables: ROS_DOMAIN_ID, ROS_AUTOMATIC_DISCOVERY_RANGE,
-ROS_LOCALHOST_ONLY and CYCLONEDDS_URI. Unlike a ROS node, a partner is visible only on its own
-computer unless SUBNET is set. DDS asks for no token, so with SUBNET anybody on the network can make
-the partner feel, speak and stop.
+The settings come from ROS's own environment variables: ROS_DOMAIN_ID,
+ROS_AUTOMATIC_DISCOVERY_RANGE, ROS_LOCALHOST_ONLY and CYCLONEDDS_URI. Unlike a ROS node, a partner
+is visible only on its own computer unless SUBNET is set. DDS asks for no token, so with SUBNET
+anybody on the network can make the partner feel, speak and stop.
 """
 
 import os
@@ -17,7 +17,7 @@ from miburi.errors import InputError
 
 #: The largest domain: in a larger one DDS would run out of ports.
 LARGEST_DOMAIN = 232
-#: The largest accepted message, bytes (our choice); a robot's description has some 20,000.
+#: The largest accepted message, in bytes (our choice); a robot's description has some 20,000 bytes.
 _LARGEST_MESSAGE = 200_000
 #: The number of participants to look for on this computer, the same as in rmw_cyclonedds.
 _PARTICIPANTS = 32

@@ -37,8 +37,8 @@ _Timed = tuple[str, IdlStruct]
 _Content = TypeVar("_Content", bound=BaseModel)
 #: Recorded frames have no namespace.
 _NOWHERE = RosNetwork()
-#: How rosbag2 marks a topic whose last message is kept for late subscribers, so that a player keeps
-#: it, too.
+#: How rosbag2 marks a topic whose last message is kept for late subscribers; a player then keeps
+#: this message, too.
 _EVER = "{sec: 9223372036, nsec: 854775807}"
 _KEPT = (
     "- {history: 1, depth: 1, reliability: 1, durability: 1, "
@@ -83,7 +83,7 @@ def convert_recording(recording: Path, robot: Robot, out: Path) -> int:
 
     The description and the fixed frames come first; joint states come with their frames. Commands
     are joint states, too, with the joints' goals and speeds. A recording that is cut off is
-    converted up to that point.
+    converted up to the cut.
 
     Raises InputError if the file is no Miburi recording, or another robot's; OutputError if the
     file cannot be written.
