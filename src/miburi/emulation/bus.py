@@ -2,8 +2,8 @@
 
 Where the manual leaves behaviour open, the worst case is modelled: if a servo is missing, those
 that come after it never answer a sync read. Servos with the same id answer at the same time, and
-the wire is low while either pulls it low. The servos obey the instructions that a card sends, and
-a ping; they refuse any other. Times are µs on the card's clock.
+the wire is low while either pulls it low. The servos obey the instructions that a card sends, and a
+ping; they refuse any other. Times are in µs on the card's clock.
 """
 
 import struct
@@ -115,7 +115,7 @@ class Bus:
         return answers
 
     def _answer_alone(self, one: Servo, instruction: int, parameters: bytes, time: float) -> Answer:
-        # A servo still answers a change of its id or delay under the old value.
+        # When its id or delay is changed, a servo still answers with the old id and the old delay.
         own, start, data = one.get("id"), time + self._delay(one), b""
         if instruction == READ and len(parameters) == 4:
             address, count = struct.unpack("<HH", parameters)
@@ -141,7 +141,7 @@ class Bus:
 
 
 def _at_once(answers: Iterable[Answer]) -> list[Answer]:
-    """Return what is heard of answers that begin together: one, or none if there are none."""
+    """Return the one answer that is heard if answers begin together; nothing without answers."""
     together = list(answers)
     if len(together) < 2:
         return together

@@ -15,8 +15,8 @@ EEPROM_END, SIZE = 64, 148
 class Register:
     """One entry: first byte, size in bytes, factory value, least and largest value.
 
-    ``limit`` names another register, whose value bounds this one on both sides of 0. A register
-    without a range (``low`` > ``high``) is read-only.
+    ``limit`` names another register, whose value bounds this register's value on both sides of 0. A
+    register without a range (``low`` > ``high``) is read-only.
     """
 
     address: int
@@ -28,7 +28,7 @@ class Register:
 
     @property
     def writable(self) -> bool:
-        """Whether a master may write it."""
+        """Whether a master may write the register."""
         return self.low <= self.high
 
 

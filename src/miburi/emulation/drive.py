@@ -1,6 +1,7 @@
 """How a servo drives its motor: it computes the duty from its control table and its encoder.
 
-It follows ROBOTIS's e-manual, "Position PID Gain", in PWM units (885 is the full voltage)::
+The computation follows ROBOTIS's e-manual, "Position PID Gain", in PWM units (885 is the full
+voltage)::
 
     PWM = P/p_divisor · e − D/d_divisor · v
 
@@ -23,7 +24,7 @@ _SLOPE = 140
 class MotorDrive:
     """The drive of one servo.
 
-    It only reads ``table``, the servo's control table.
+    The drive only reads ``table``, the servo's control table.
 
     Attributes
     ----------

@@ -99,7 +99,7 @@ class Mega:
         return bytes(self._buffer[:count])
 
     def baud(self, port: int) -> int:
-        """Return the speed of a serial port, bits a second."""
+        """Return the speed of a serial port, in bits per second."""
         return int(self._lib.mega_baud(self._mega, port))
 
     def dropped(self, port: int) -> int:

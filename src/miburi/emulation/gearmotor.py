@@ -1,6 +1,6 @@
 """A servo's shaft with its motor and gears; it turns an inertia, and may meet a load or a wall.
 
-It needs no body: it is for tests of one servo, or of a card with eight. In
+This shaft needs no body: it is for tests of one servo, or of a card with eight servos. In
 :class:`miburi.emulation.body.EmulatedBody` the servos move a whole simulated body.
 """
 
@@ -12,9 +12,9 @@ from miburi.servos import Servo as Model
 class Gearmotor(Shaft):
     """A shaft that a servo's motor turns; see :class:`miburi.servos.Axis`.
 
-    ``low`` and ``high`` block it as in :class:`Shaft`, and ``load`` is in N·m. ``model`` has the
-    servo's constants, ``position`` is where the shaft is at first, in steps, and ``inertia`` is the
-    inertia of what hangs on it, in kg·m².
+    ``low`` and ``high`` block the shaft as in :class:`Shaft`, and ``load`` is in N·m. ``model`` has
+    the servo's constants, ``position`` is the shaft's first position in steps, and ``inertia`` is
+    the inertia, in kg·m², of what hangs on the shaft.
     """
 
     def __init__(self, model: Model, position: float = 2048.0, inertia: float = 1e-3) -> None:

@@ -1,13 +1,14 @@
 """DYNAMIXEL XL330 servos in Python: the devices on a card's servo bus when there are no real ones.
 
-They follow speed profiles as the XL330's manual describes them, and can be blocked, loaded, dead,
-deaf, hot, slow to answer, and unplugged. :class:`miburi.emulation.bus.Bus` is their wire.
+The emulated servos follow speed profiles as the XL330's manual describes them, and can be blocked,
+loaded, dead, deaf, hot, slow to answer, and unplugged. :class:`miburi.emulation.bus.Bus` is their
+wire.
 
-Times are µs on the card's clock. Positions are those of the shaft, in the servo's steps; they are
-floats until a host reads them. A host counts them within one turn: the turn in which the servo was
-when it started, or when its torque came on. The emulation has no features that a card never uses:
-goals other than positions and PWM, reverse and homing offset, profiles in time, and the servo's own
-protection.
+Times are in µs on the card's clock. Positions are those of the shaft, in the servo's steps; they
+are floats until a host reads them. A host counts positions within one turn: the turn in which the
+servo was when it started, or when its torque came on. The emulation has no features that a card
+never uses: goals other than positions and PWM, reverse and homing offset, profiles in time, and the
+servo's own protection.
 """
 
 from collections.abc import Callable
@@ -37,7 +38,7 @@ class Shaft:
     Attributes
     ----------
     lag
-        µs.
+        How long the shaft lags behind its trajectory, in µs.
     load
         How far the shaft is off its trajectory while torque is on, in steps.
     low, high
@@ -220,7 +221,7 @@ class Servo:
         return self.get("goal_position") + self._turns
 
     def _as_counted(self, place: float) -> int:
-        """Return the position that a host reads where the shaft is at ``place``."""
+        """Return the position that a host reads while the shaft is at ``place``."""
         return round(place) - self._turns
 
     def _leave_out_turns(self, time: float) -> None:
@@ -258,7 +259,7 @@ class Servo:
                 return self._as_counted(place if segment is None else segment.at(time))
 
     def _current(self, time: float) -> float:
-        """Return the current that it takes from the supply, A, with the sign of its duty."""
+        """Return the current in A that the servo takes from the supply, with the sign of its duty."""
         model, duty = self.table.model, self._drive.duty
         turning = self.shaft.speed(self, time) * model.step
         volts = duty * model.supply.voltage

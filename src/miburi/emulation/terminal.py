@@ -17,7 +17,8 @@ from miburi.robot import Robot
 
 #: Seconds between two updates of the card.
 _TICK = 0.005
-#: In one update the card's clock catches up by at most this, in s; on a slow machine it lags.
+#: The most time, in s, by which the card's clock advances in one update; on a slow machine the
+#: clock lags.
 _PATIENCE = 0.05
 
 
@@ -30,8 +31,9 @@ def serve(
 ) -> None:
     """Run a card in real time on a pseudo-terminal; call ``tell`` with a sentence that names it.
 
-    The card drives ``robot`` for ``seconds``, or for ever if that is 0. The servos with the numbers
-    in ``unplugged`` are silent; the first of ``renumbered`` has the second as its number.
+    The card drives ``robot`` for ``seconds``, or for ever if ``seconds`` is 0. The servos with the
+    numbers in ``unplugged`` are silent. The servo with the first number in ``renumbered`` gets the
+    second number instead.
 
     Raises
     ------
