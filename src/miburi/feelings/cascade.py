@@ -2,13 +2,13 @@
 
 The emotion follows the latest events, the feeling follows events over a longer time, and the mood
 over the longest. A stimulus changes the emotion at once. While the emotion fades, the feeling takes
-up a share of it; while the feeling fades, the mood takes up a share of that::
+up a share of it; while the feeling fades, the mood takes up a share of the feeling::
 
     emotion  x' = −x/τe
     feeling  p' = −p/τe + a h/τe (1 − x − p)    x' = −x/τf + p/τe
     mood     p' = −p/τf + b h/τe (1 − x − p)    x' = −x/τm + p/τf
 
-Here x is the level, p the part that it has yet to take up, and a and b are the temperament's
+Here x is the level, p the part that the level has yet to take up, and a and b are the temperament's
 shares. h is the level at which an emotion is held (``set_state``), or 0: the emotion is topped up
 as it fades, and each top-up acts on the slower levels like a stimulus. Support, inhibition,
 habituation and saturation are applied at once when a stimulus arrives. Between stimuli everything
@@ -110,8 +110,8 @@ class EmotionalModel(FeelingModel):
             raise InputError("The state's level plus its pending part must not exceed 1.")
 
 
-#: Takes the levels, (3, n), and the pending parts of the slower two, (2, n); returns both after a
-#: time step.
+#: Takes the levels, (3, n), and the pending parts of the two slower levels, (2, n). Returns the
+#: levels and the pending parts after a time step.
 _Change = Callable[[Array, Array], tuple[Array, Array]]
 
 

@@ -215,6 +215,6 @@ FeelingName = Annotated[
     AfterValidator(_check_name),
     WithJsonSchema({"enum": list(FEELINGS), "type": "string"}),
 ]
-#: A feeling's name in a partner's messages. It is not checked, because that partner may have other
-#: feelings than this process.
+#: A feeling's name in a partner's messages. The name is not checked, because the partner may have
+#: other feelings than this process.
 TheirFeeling = Annotated[str, WithJsonSchema({"enum": list(FEELINGS), "type": "string"})]

@@ -1,6 +1,6 @@
 """The emotional model of Section 4: emotion, feeling and mood, on three time scales.
 
-It takes stimuli, contacts and the passing of time, and returns an :class:`Expression`: the
+A model takes stimuli, contacts and the passing of time, and returns an :class:`Expression`: the
 strongest emotion, and the mood of that feeling. Each of the three levels holds a number from 0 to 1
 for each of the n ``FEELINGS``; the paper has eight. How the levels change is left to subclasses;
 the subclass in use is :class:`miburi.feelings.cascade.EmotionalModel`.
