@@ -259,7 +259,7 @@ class Servo:
                 return self._as_counted(place if segment is None else segment.at(time))
 
     def _current(self, time: float) -> float:
-        """Return the current in A that the servo takes from the supply, with the sign of its duty."""
+        """Return the current in A that the servo draws from the supply, signed like its duty."""
         model, duty = self.table.model, self._drive.duty
         turning = self.shaft.speed(self, time) * model.step
         volts = duty * model.supply.voltage
