@@ -15,7 +15,7 @@ from miburi.live.settle import done, granted
 from miburi.live.view import LivePartner
 from miburi.live.wishes import Feel, Lean, NoteTalk, NoteTrouble, Perform, Sense, Speak
 from miburi.people import Memory
-from miburi.robot import Array
+from miburi.robot import Array, Robot
 from miburi.safety.stop import StopReason
 from miburi.senses import Impression
 from miburi.senses.tone import Tone, coloured
@@ -271,7 +271,7 @@ class Speech:
             "latest": self.memory.kept(language, 1),
             "kept": self.memory.kept(language),
             "corrected": self.memory.corrected(said, language),
-            "lately": self.memory.remarks.last_told(),
+            "lately": latest,
             "model": None if self._conversation is None else "",
             "before": self.memory.remarks.latest_told(),
         }
@@ -311,14 +311,9 @@ class Speech:
         if state.stop is not None:
             return self._answerer.say(words.stopped)
         shown = None if cue.show is None else Expression(cue.show, _SHOWN)
-        await granted(self._partner, Perform(shown, self._poses(cue), "gesture", "partner"))
+        poses = _poses(self._partner.robot, cue)
+        await granted(self._partner, Perform(shown, poses, "gesture", "partner"))
         return answer.text
-
-    def _poses(self, cue: Cue) -> list[KeyPose] | None:
-        robot = self._partner.robot
-        if cue.move is not None:
-            return move(robot, cue.move)
-        return None if cue.look is None else look(robot, cue.look, _LOOKED)
 
     async def _reply(self, said: str, felt: tuple[Stimulus, ...]) -> str | None:
         """Say the language model's reply, apply its feeling, and return it; None without one."""
@@ -358,3 +353,10 @@ def _converse(endpoint: Endpoint) -> "Conversation":
     from miburi.talk.conversation import Conversation
 
     return Conversation(endpoint)
+
+
+def _poses(robot: Robot, cue: Cue) -> list[KeyPose] | None:
+    """Return the key poses of a cue's move or look, if it has one."""
+    if cue.move is not None:
+        return move(robot, cue.move)
+    return None if cue.look is None else look(robot, cue.look, _LOOKED)
