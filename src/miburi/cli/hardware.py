@@ -161,10 +161,8 @@ def _motions(robot: "Robot") -> tuple[dict[str, "Array"], list[str]]:
     motions, stopped = {}, []
     for function in repertoire_of(robot, None).functions:
         for mood in _MOODS:
-            name, done = (
-                f"{function.name} at {mood:g}",
-                rehearse(robot, key_poses(robot, function, mood)),
-            )
+            name = f"{function.name} at {mood:g}"
+            done = rehearse(robot, key_poses(robot, function, mood))
             motions[name] = done.angles[::_EACH]
             if done.stop is not None:
                 stopped.append(name)
