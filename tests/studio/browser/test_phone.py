@@ -78,6 +78,7 @@ BOX = """selector => {
   const { left, top, right, bottom } = document.querySelector(selector).getBoundingClientRect();
   return [left, top, right, bottom];
 }"""
+SAY = "text => document.querySelectorAll('.pill').forEach(pill => { pill.textContent = text; })"
 
 
 @pytest.mark.parametrize(
@@ -96,7 +97,10 @@ def test_stop_keeps_its_place_and_release_never_takes_it(
             f"() => {{ const root = document.documentElement.dataset; root.connected = false;"
             f" const box = ({BOX})('{stop}'); root.connected = true; return box; }}"
         )
+        page.evaluate(SAY, "At rest")
         before = page.evaluate(BOX, stop)
+        page.evaluate(SAY, "Going back")
+        assert page.evaluate(BOX, stop) == before
         page.locator(stop).click()
         page.wait_for_function("document.documentElement.dataset.phase === 'stopped'")
         expect(page.locator(free)).to_be_visible()
