@@ -84,7 +84,10 @@ class MegaBoard(Table):
 
 
 class PrintSettings(Table):
-    """How the parts are meant to be printed, in mm, counts, per cent and g/cm³."""
+    """The settings with which the parts are meant to be printed.
+
+    ``layer`` is in mm, ``infill`` in per cent and ``density`` in g/cm³; ``perimeters`` is a count.
+    """
 
     standing: str
     layer: float

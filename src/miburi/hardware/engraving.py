@@ -18,7 +18,7 @@ from miburi.robot.shape import links
 
 #: How deep letters are cut in, in mm.
 _DEPTH = 0.6
-#: Height of the letters, and the radius at which the slot over a horn's notch begins, mm.
+#: Height of the letters, and the radius at which the slot over a horn's notch begins, both in mm.
 _HIGH, _NOTCH = 3.6, 7.6
 
 
@@ -34,7 +34,7 @@ def _on(text: str, place: Numbers, out: Numbers, along: Numbers, high: float = _
 
 
 def texts(robot: Robot, fit: float) -> dict[str, list[Manifold]]:
-    """Return the letters that are cut out of each part, in its link's frame, mm."""
+    """Return the letters that are cut out of each part, in mm in the frame of the part's link."""
     s, w = dimensions().servo, dimensions().wall
     size, c = robot.lengths, head.clamp(robot)
     up, left, ahead = (0, 0, 1), (0, 1, 0), (1, 0, 0)
@@ -57,7 +57,7 @@ def texts(robot: Robot, fit: float) -> dict[str, list[Manifold]]:
                 _name(robot, "head"), (-24.0, 0.0, neck_floor(robot) + 6.0), (-1, 0, 0), (0, -1, 0)
             )
         ],
-        # On the back of its plate, between and above the fork's cheeks.
+        # The name is on the back of the cradle's plate, between and above the fork's cheeks.
         "cradle": [
             _on("HEAD", c.frame[:, :3] @ [c.plate, 18.0, 20.0], -c.frame[:, 0], (0, -1, 0))
         ],
@@ -82,7 +82,7 @@ def texts(robot: Robot, fit: float) -> dict[str, list[Manifold]]:
 
 
 def notch_slots(robot: Robot) -> dict[str, Manifold]:
-    """Return the slot that is cut out of each part that lies on a horn, in its link's frame, mm."""
+    """Return the slot to cut out of each part on a horn, in mm in the frame of the part's link."""
     rim = 13.0  # a cheek's slot runs out through its edge, so that no thin sliver is left
     table = {
         "torso": _notch_slot(robot, "waist", (0, 0, 0), 9.8),
@@ -101,9 +101,9 @@ def notch_slots(robot: Robot) -> dict[str, Manifold]:
 def _notch_slot(robot: Robot, joint: str, origin: Numbers, outside: float) -> Manifold:
     """Return the slot through which the horn's notch is seen when the servo reports 2048.
 
-    The notch then points to the servo's short end. At joint angle 0, links have their parents'
-    axes; ``origin`` is the joint's position on the link that the joint turns, ``outside`` the end
-    of the slot.
+    The notch then points to the servo's short end. At a joint angle of 0, the axes of a link
+    are parallel to those of its parent. ``origin`` is the joint's position on the link that the
+    joint turns. ``outside`` is the radius at which the slot ends, in mm.
     """
     mount = mount_of(robot, joint)
     axle, notch = mount.frame[:, 1], -mount.frame[:, 2]

@@ -1,7 +1,7 @@
 """Write solids as STL, 3MF and STEP, in mm.
 
-The same solid gives the same bytes. STEP is faceted: it has the flat triangles of the mesh, not the
-cylinders that they stand for, so CAD programs can measure and cut it but not edit its holes.
+The same solid gives the same bytes. STEP is faceted: it has the flat triangles of the mesh in place
+of cylinders, so CAD programs can measure and cut a solid but cannot edit its holes.
 """
 
 import io
@@ -35,10 +35,10 @@ _RELATIONS = (
 
 
 def triangles(solid: Manifold) -> tuple[Array, NDArray[np.int64]]:
-    """Return the corners of a solid, (n, 3) mm, and its triangles, (m, 3) indices into them.
+    """Return the corners of a solid, in mm, and its triangles, as indices of corners.
 
-    Corners are rounded to 0.1 µm. Corners that coincide are merged, and triangles that this leaves
-    without an area are dropped.
+    The arrays have shapes (n, 3) and (m, 3). Corners are rounded to 0.1 µm. Corners that
+    coincide are merged, and triangles that this leaves without an area are dropped.
     """
     mesh = solid.to_mesh64()
     rounded = np.round(np.asarray(mesh.vert_properties, dtype=np.float64)[:, :3], 4)

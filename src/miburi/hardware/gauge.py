@@ -17,8 +17,8 @@ FITS = (0.15, 0.25, 0.35)
 #: Diameters of the holes, in mm: a 2 mm screw cuts its thread in the first four, and passes through
 #: the other three.
 HOLES = (1.5, 1.6, 1.7, 1.8, 2.2, 2.4, 2.6)
-#: The distance from one pocket to the next, in mm; and the servo's orientation: horn up, as in the
-#: neck when it is printed.
+#: The distance from one pocket to the next, in mm, and the frame that turns a servo so that its
+#: horn is up, as in the neck when the neck is printed.
 PITCH = 28.8
 TURNED = np.array([[1.0, 0, 0, 0], [0, 0, -1.0, 0], [0, 1.0, 0, 0]])
 

@@ -18,8 +18,8 @@ from miburi.hardware.trunk import NECK_SCREWS
 from miburi.robot import Robot
 from miburi.robot.description import Array
 
-#: In mm: the thickness of the cradle's plate and of the foam behind the phone, and by how much a
-#: phone may be narrower than the cradle.
+#: The thickness of the cradle's plate, the thickness of the foam behind the phone, and by how much
+#: a phone may be narrower than the cradle, all in mm.
 _PLATE, _FOAM, _TRAVEL = 3.0, 1.0, 7.5
 #: Thickness of the neck's flange, mm.
 NECK_FLANGE = 3.0
@@ -32,7 +32,8 @@ class Clamp:
     Attributes
     ----------
     frame
-        (3, 4) in the head's link: x out of the screen, y to the robot's left, z up along the phone.
+        The phone's frame on the head's link, with shape (3, 4): x points out of the screen, y to
+        the robot's left, z up along the phone.
     plate
         Where the cradle's plate begins, along x.
     back, front
@@ -106,7 +107,8 @@ def cradle(robot: Robot) -> Manifold:
     """Return the part that nods: fork, plate behind the phone's lower third, shelf, fixed jaw."""
     c, holes = clamp(robot), dimensions().screws
     face = c.plate + _PLATE
-    # Half the width of the narrowest phone; the plate ends short of the jaw's cheek there.
+    # The narrowest phone ends at this distance from the middle on the sliding jaw's side. The plate
+    # ends before that, clear of the jaw's cheek.
     narrow = c.half - _TRAVEL
     lip = c.front + _FOAM
     grip = c.low + 50.0
@@ -152,7 +154,7 @@ def jaw(robot: Robot) -> Manifold:
 
 
 def jaw_rows(robot: Robot) -> list[tuple[float, float]]:
-    """Return y and z, in the clamp's frame, of the jaw's two screws, above the fork's cheeks."""
+    """Return y and z of the jaw's two screws in the clamp's frame: above the fork's cheeks."""
     c = clamp(robot)
     return [(_TRAVEL - c.half + 12.0, c.low + height) for height in (33.0, 43.0)]
 

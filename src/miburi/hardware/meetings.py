@@ -1,8 +1,8 @@
 """Find collisions between parts of a built robot: over each joint's range, and in every gesture.
 
-It takes a robot, its solids and poses, and yields the parts, links or joints that collide. Shapes
-are the real ones: parts, servos, phone. An overlap of up to 0.5 mm³ does not count, because faces
-that merely touch overlap by less.
+This module takes a robot, its solids and poses, and yields the parts, links or joints that collide.
+Shapes are the real ones: parts, servos, phone. An overlap of up to 0.5 mm³ does not count, because
+faces that merely touch overlap by less.
 """
 
 from collections.abc import Iterable, Iterator
@@ -75,7 +75,7 @@ def _meets_parent(robot: Robot, whole: dict[str, Manifold], link: Link, angle: f
 
 
 def stops_hold(robot: Robot, table: dict[str, list[Solid]]) -> Iterator[tuple[str, float]]:
-    """Yield the joint and the angle (rad) where no mechanical stop is met 9° beyond its range."""
+    """Yield each joint, with its angle in rad, that no stop holds 9° beyond its range."""
     whole = _whole(table)
     far = np.radians(dimensions().wall.stop + 2.5)
     for link in links(robot):
@@ -88,9 +88,9 @@ def stops_hold(robot: Robot, table: dict[str, list[Solid]]) -> Iterator[tuple[st
 def in_poses(
     robot: Robot, table: dict[str, list[Solid]], poses: Iterable[Array]
 ) -> Iterator[tuple[str, str]]:
-    """Yield the pairs of links that meet in any of the poses, (8,) rad; each pair only once.
+    """Yield the pairs of links that meet in any of the poses, each pair only once.
 
-    Links joined by one joint are left to :func:`over_the_range`.
+    A pose has eight angles in rad. Links joined by one joint are left to :func:`over_the_range`.
     """
     whole = _whole(table)
     joined = {frozenset((link.name, link.parent)) for link in links(robot)}

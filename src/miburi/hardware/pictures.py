@@ -1,7 +1,7 @@
 """Draw each step of the assembly as a line-and-tone picture, from the same solids as the parts.
 
 MuJoCo renders the tones and a depth image; lines are drawn where the depth changes sharply or
-another object begins. Pictures are (height, width, 3) uint8.
+another object begins. Pictures are arrays of uint8 with shape (height, width, 3).
 """
 
 import xml.etree.ElementTree as ET
@@ -54,13 +54,13 @@ class BuildStep:
     title
         What is done, as the picture's heading.
     adds
-        The added parts by name. Each has the offset from its final place at which it is drawn, in
-        mm in its link's frame.
+        The name and the offset of each added part. The part is drawn at this offset from its final
+        place, in mm in its link's frame.
     shows
         Which of the things that are already there are shown; ``*`` for all.
     groups
-        The groups of screws that hold the added parts. Each names the part with whose offset the
-        screws are drawn, or "" for no offset.
+        The groups of screws that hold the added parts. Each group also names a part, whose offset
+        the screws share; with "" the screws have no offset.
     words
         Other things to do or to check.
     view

@@ -103,8 +103,8 @@ def mounting(robot: Robot) -> Mounting:
     """Return ids, directions and zeros of servos that are installed as the parts dictate.
 
     A servo's readings increase as its horn turns counter-clockwise, as seen from the front. It
-    reads 2048 where the horn's single notch points to the short end. ROBOTIS's manual and models
-    say so; for Miburi, nobody has checked it on a servo yet.
+    reads 2048 where the horn's single notch points to the short end. Both facts come from
+    ROBOTIS's manual and models; for Miburi, nobody has checked them on a servo yet.
     """
     axes = {link.joint: np.array(link.axis) for link in links(robot)}
     table = mounts(robot)

@@ -1,6 +1,7 @@
 """Every screw of the robot: its kind, where its head sits, and which way its head faces.
 
-It takes a robot and returns named groups of screws for the pictures and the bill of materials.
+This module takes a robot and returns named groups of screws for the pictures and the bill of
+materials.
 """
 
 from collections import Counter
@@ -52,9 +53,9 @@ class Screw:
     link
         The link in whose frame ``place`` and ``way`` are.
     place
-        The point under the screw's head, (3,) mm.
+        The point under the screw's head, as three coordinates in mm.
     way
-        The direction in which the head faces, as a unit vector, (3,); the driver comes from there.
+        The direction in which the head faces, as a unit vector; the driver comes from that side.
     """
 
     kind: str

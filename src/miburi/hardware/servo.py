@@ -79,13 +79,13 @@ def idler(fit: float) -> Manifold:
 
 
 def circle() -> list[tuple[float, float]]:
-    """Return the four places of the horn's screws, x and z."""
+    """Return x and z of the horn's four screws."""
     radius = dimensions().servo.horn_circle / 2
     return [(radius * cos(turn), radius * sin(turn)) for turn in (0, pi / 2, pi, 3 * pi / 2)]
 
 
 def horn_screws(face: float, away: float) -> list[Manifold]:
-    """Return the cut-outs in a plate at y = ``face``, for four screws of the horn and its centre.
+    """Return the cut-outs for the horn's centre and four screws in a plate at y = ``face``.
 
     ``away`` is +1 if the plate lies towards +y, -1 towards -y.
     """
@@ -110,7 +110,7 @@ def driver_room(face: float, away: float, length: float) -> Manifold:
 
 
 def case_screws(rows: Sequence[float], face: float, away: float) -> list[Manifold]:
-    """Return the screw holes into the case, at z in ``rows``, with countersinks for the heads.
+    """Return holes for screws into the case at each z in ``rows``, with countersinks for heads.
 
     ``face`` is the y of the side of the case on which the plate lies; 1.3 mm of plate remain under
     a head.
@@ -131,7 +131,7 @@ def case_screws(rows: Sequence[float], face: float, away: float) -> list[Manifol
 
 
 def plugs(length: float) -> Manifold:
-    """Return the pockets for both plugs, and the channel that they pass through, from behind."""
+    """Return the pockets for both plugs, with the channels that they pass through from behind."""
     s = dimensions().servo
     x, y, z = s.socket_x, s.socket_y, s.socket_z
     outside = dimensions().wall.knuckle + 1.0  # no sliver of the round end is left beside them
@@ -174,7 +174,7 @@ def holder(fit: float) -> Manifold:
 
 
 def cheek_outline(turn: float, reach: float) -> CrossSection:
-    """Return a fork's cheek from the side: x and z; at ``turn`` = 0 it points to +x."""
+    """Return the outline of a fork's cheek in x and z; it points to +x if ``turn`` is 0."""
     radius = dimensions().wall.cheek
     beam = CrossSection.square((reach, 2 * radius)).translate((0, -radius))
     return (CrossSection.circle(radius, 64) + beam).rotate(turn * 180 / pi)
@@ -224,9 +224,9 @@ def cheek_span(
 def stops(low: float, high: float, fit: float) -> Manifold:
     """Return the blocks on a holder's front that a fork's cheek meets beyond its range.
 
-    ``low`` and ``high`` are the cheek's angles in rad, 0 towards +x, as :func:`cheek_outline` turns
-    it. The cheek moves freely from ``stop`` degrees below ``low`` to ``stop`` degrees above
-    ``high``; ``stop`` is a dimension in ``dimensions.toml``.
+    ``low`` and ``high`` are the limits of the cheek's angle in rad; at 0 the cheek points to +x, as
+    in :func:`cheek_outline`. The cheek moves freely from ``stop`` degrees below ``low`` to ``stop``
+    degrees above ``high``; ``stop`` is a dimension in ``dimensions.toml``.
     """
     s, w = dimensions().servo, dimensions().wall
     wide = s.half_width + fit + w.shell
@@ -242,7 +242,7 @@ def stops(low: float, high: float, fit: float) -> Manifold:
 
 
 def shoulder_pin(length: float) -> Manifold:
-    """Return the pin under a shoulder's axle that stops the yoke; the axle is y, up is z."""
+    """Return the pin under a shoulder's axle that stops the yoke; y is along the axle, z is up."""
     return disc("y", (0, -_PIN_CIRCLE), (0, length), _PIN)
 
 

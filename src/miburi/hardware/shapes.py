@@ -1,7 +1,7 @@
 """The real shapes of a robot's links, for whatever draws it.
 
-It takes a robot's description and returns solids in their links' frames, in mm, by link and colour.
-The phone is not among them: it is drawn from the description.
+This module takes a robot's description and returns solids by link and colour, in mm in the frames
+of their links. The phone is not among them: it is drawn from the description.
 """
 
 from functools import lru_cache
@@ -48,7 +48,7 @@ def shapes(robot: Robot) -> dict[tuple[str, str], "Manifold"]:
 
 @lru_cache(maxsize=2)
 def shapes_if_it_can_be_built(robot: Robot) -> dict[tuple[str, str], "Manifold"]:
-    """Return :func:`shapes`, or {} without the extra or if the robot cannot be built."""
+    """Return :func:`shapes`, or {} if the extra is missing or the robot cannot be built."""
     try:
         return shapes(robot)
     except MiburiError:

@@ -61,7 +61,7 @@ def rod(start: Numbers, end: Numbers, radius: float) -> Manifold:
 
 
 def disc(axis: str, middle: Numbers, span: Numbers, radius: float) -> Manifold:
-    """Return a cylinder along an axis: ``span`` has its ends, ``middle`` the other coordinates."""
+    """Return a cylinder along an axis: its ends are in ``span``, its centre at ``middle``."""
     index = "xyz".index(axis)
     start, end = (np.insert(np.array(middle, dtype=float), index, place) for place in span)
     return rod(start, end, radius)
@@ -93,7 +93,7 @@ def cut(solid: Manifold, tools: Iterable[Manifold]) -> Manifold:
 
 
 def moved(solid: Manifold, frame: Array) -> Manifold:
-    """Return a solid transformed by ``frame``, (3, 4), a rotation and a translation."""
+    """Return a solid rotated and translated by ``frame``, a matrix of shape (3, 4)."""
     return solid.transform(frame)
 
 

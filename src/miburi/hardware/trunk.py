@@ -1,7 +1,8 @@
 """The trunk's printed parts: foot with the Mega, lid, column, torso and chest.
 
-Frames are those of the links that carry them (base and torso: x forward, y to the robot's left, z
-up, the waist's horn at z = 0), in mm. ``fit`` is the gap on each side of a pocket.
+Each part is in the frame of the link that carries it, base or torso, in mm: x points forward, y to
+the robot's left, z up, and the waist's horn is at z = 0. ``fit`` is the gap on each side of a
+pocket.
 """
 
 from math import cos, pi, sin
@@ -25,15 +26,16 @@ from miburi.robot import Robot
 
 #: x and y of the four screws between torso and neck, mm.
 NECK_SCREWS = [(x, y) for x in (-20.0, -3.0) for y in (-20.5, 20.5)]
-#: Thickness of the foot's lid (and of the column's top), of the torso's floor, of its roof, and
-#: the gap at the waist, mm.
+#: The thickness of the foot's lid (the column's top is as thick), that of the torso's floor and
+#: that of the torso's roof; and the gap at the waist, all in mm.
 _LID, _FLOOR, _ROOF, _GAP = 3.0, 4.4, 5.7, 1.2
 #: Radius of the hole in the roof, through which a slim driver reaches the waist's horn.
 _DRIVER = 9.5
 #: The heads of the chest's screws lie this far in front of the chest's edge, in mm, so that the
 #: tips stop short of the servos.
 CHEST_SEAT = 5.5
-#: Radius at which the hub's wires (power, DATA) pass the waist, and their slot's half width, mm.
+#: The radius at which the hub's wires (power and DATA) pass the waist, and half the width of their
+#: slot, both in mm.
 _CABLE_CIRCLE, _CABLE = 14.9, 2.6
 #: The radius of the circle on which the waist's stops stand, and the stops' own radius, in mm.
 _STOP_CIRCLE, _STOP_RADIUS = 22.0, 2.2
@@ -281,7 +283,7 @@ def torso(robot: Robot, fit: float) -> Manifold:
 
 
 def _split(robot: Robot) -> Manifold:
-    """Return the volume of the chest's part: what lies in front of the servos."""
+    """Return the space in front of the servos, where the torso's shell belongs to the chest."""
     radius, roof = 1000 * robot.shape.torso_radius, neck_floor(robot)
     return box((chest_face(), 60), (-radius - 1, radius + 1), (_GAP + _FLOOR + 3.0, roof - _ROOF))
 
@@ -340,9 +342,10 @@ def _stop_track(robot: Robot) -> Manifold:
 
 
 def _past_the_waist(robot: Robot, flat: CrossSection, beyond: float) -> CrossSection:
-    """Return the area that a part of the column sweeps in the torso, ``beyond`` degrees too far.
+    """Return the area that a part of the column sweeps in the torso as the waist turns.
 
-    In the torso's frame, it is the part of the column that turns, in the opposite direction.
+    The waist turns through its range and ``beyond`` degrees further at both ends. In the torso's
+    frame, the part of the column turns in the opposite direction.
     """
     low, high = range_of(robot, "waist")
     more = beyond * pi / 180

@@ -16,8 +16,8 @@ from miburi.hardware.trunk import card_screws, foot_floor, hub_floor, lid_screws
 from miburi.robot import Array, Robot
 from miburi.robot.shape import BASE
 
-#: A point on a cable's route: the thing with which it moves, that thing's link, and x, y and z in
-#: mm.
+#: A point on a cable's route: the name of the thing with which the cable moves there, the link that
+#: carries this thing, and x, y and z in mm.
 Point = tuple[str, str, Numbers]
 
 #: Radius of a cable of three wires, mm.
@@ -72,7 +72,7 @@ def hub_board(robot: Robot) -> Manifold:
 
 
 def _socket(robot: Robot, joint: str, side: float) -> tuple[Point, Point]:
-    """Return the points of a servo's socket and of the wires behind it; ``side``: the sign of x."""
+    """Return points at a servo's socket and behind it; ``side`` is the sign of the socket's x."""
     s, mount = dimensions().servo, mount_of(robot, joint)
     plug, free = (
         (f"{joint} servo", mount.link, mount.frame @ [side * 8.0, y, 9.2, 1.0])
@@ -82,7 +82,7 @@ def _socket(robot: Robot, joint: str, side: float) -> tuple[Point, Point]:
 
 
 def cables(robot: Robot) -> dict[str, list[Point]]:
-    """Return the routes of each servo's cable, by joint, and of the ``feed``, as points."""
+    """Return the route of each servo's cable, by joint, and of the hub's own cable, ``feed``."""
     low, roof, stands = foot_floor(robot), neck_floor(robot), hub_floor(robot)
     front = dimensions().mega.length / 2 + 2.0
     plug, free = _socket(robot, "waist", 1.0)
@@ -115,7 +115,7 @@ def cables(robot: Robot) -> dict[str, list[Point]]:
 
 
 def _arm_cables(robot: Robot, side: str, sign: float, hub: Point) -> dict[str, list[Point]]:
-    """Return the cables of an arm, from the hub on; ``sign`` is the sign of y on that side."""
+    """Return the cables of an arm, starting at the hub; ``sign`` is the sign of y on its side."""
     high, span = 1000 * robot.lengths.L01, 1000 * robot.lengths.L23
     shoulder, elbow, fingertip = (f"{side}_{name}" for name in ("shoulder", "elbow", "fingertip"))
     arm, yoke = f"{side}_upper_arm", f"{side}_yoke"
