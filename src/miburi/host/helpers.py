@@ -81,8 +81,8 @@ def start_helpers(pages: Pages) -> Helpers:
 def _spawn(work: Callable[..., None], *arguments: object) -> BaseProcess:
     spawn = get_context("spawn").Process
     process = spawn(target=logged, args=(work, *arguments), name=work.__name__)
-    # Ctrl-C and a closed terminal reach the whole group. Helpers ignore them, as this process ends
-    # them.
+    # Ctrl-C and a closed terminal reach the whole group of processes. Helpers ignore these signals,
+    # as this process ends the helpers.
     ignored = [number for number in ending_signals() if number != signal.SIGTERM]
     kept = {number: signal.signal(number, signal.SIG_IGN) for number in ignored}
     try:

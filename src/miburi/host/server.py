@@ -51,7 +51,7 @@ from miburi.talk.endpoint import Endpoint
 #: Files without which the partner would forget something, so that it does not start if they cannot
 #: be read. If stopped.txt cannot be read, it wakes up stopped.
 _OWN = ("people.json", "manners.json", "events.sqlite", "events.sqlite-wal")
-#: The stimulus at each start (our number).
+#: The stimulus that the partner feels at each start (our number).
 GREETING = Stimulus("happiness", 0.8)
 _LOG = logging.getLogger(__name__)
 
@@ -299,8 +299,8 @@ def _live(
     return end
 
 
-#: Events after which Stop no longer works, each with a message. The first two are about the helper
-#: processes, in the order in which these are listed.
+#: Events after which Stop no longer works, each with a message. The first two are the ends of the
+#: helper processes, in the order of ``Helpers.processes``.
 _LEFT_ALONE = {
     Moment.SERVER_ENDED: "the server has ended",
     Moment.RECEPTION_ENDED: "the process that receives Stop has ended",

@@ -28,8 +28,9 @@ def solve(
 ) -> tuple[int, float, int]:
     """Find the best pose; of those that reach the same points, the one nearest to ``start``.
 
-    Writes the angles, (8,), and the error of each extremity, (3,). ``start`` is the present pose,
-    (8,). An empty array, (0,), stands for none, because a flag would cost 0.1 µs.
+    Writes the eight angles, in rad, and the errors of the three extremities, in m. ``start`` is the
+    present pose, eight angles in rad. An empty array means that there is no present pose; a flag
+    for this would cost 0.1 µs.
 
     Returns how the search ended, the residual in m, and the evaluations.
     """
@@ -75,7 +76,10 @@ def solve_many(
     residuals_of: Array,
     counts: Ints,
 ) -> None:
-    """Call :func:`solve` for each row of ``targets``; ``counts`` (n, 2): status, evaluations."""
+    """Call :func:`solve` for each row of ``targets``.
+
+    Each row of ``counts`` gets the status and the number of evaluations.
+    """
     for i in range(targets.shape[0]):
         status, residual, evaluations = solve(record, targets[i], start, angles[i], errors[i])
         residuals_of[i] = residual

@@ -15,13 +15,13 @@ from miburi.ground.compiled import compiled
 from miburi.ik.problem import Body, Work
 from miburi.robot import Array
 
-#: An angle that is outside a limit by no more than this, in rad, is set to the limit. A hand that
-#: is nearer to the shoulder's axis than this share of the arm's length counts as being on the axis.
+#: An angle outside a limit by at most this, in rad, is set to the limit. A hand counts as being on
+#: the shoulder's axis if its distance from the axis is below this share of the arm's length.
 _SLIGHT = 1e-9
 
 
 class _Planar(NamedTuple):
-    """An arm in its own plane: its lengths, and the limits of elbow and fingertip (inwards: +)."""
+    """An arm in its own plane: lengths, and limits of elbow and fingertip (positive inwards)."""
 
     upper: float  # m
     fore: float  # m
@@ -185,7 +185,8 @@ def choose_nearest(body: Body, work: Work, start: Array, pose: Array) -> None:
 def _is_nearest(start: Array, pose: Array) -> bool:
     """Whether a pose is so near to ``start`` that no other with the same points can be nearer.
 
-    The others turn the waist or a shoulder by π, or bend a fingertip as far to the other side.
+    The other poses turn the waist or a shoulder by π, or bend a fingertip just as far to the
+    other side.
     """
     total = 0.0
     for j in range(8):

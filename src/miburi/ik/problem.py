@@ -54,7 +54,7 @@ Work: TypeAlias = Any
 
 
 def pack(robot: Robot) -> NDArray[np.void]:
-    """Return a robot as a record, (1,)."""
+    """Return a robot as a record: an array with one row."""
     reach, size = arm_reach(robot), tuple(robot.lengths.model_dump().values())
     enough = (TOLERANCE * reach) ** 2
     return np.array([(size, robot.lower, robot.upper, enough, REACHED * reach)], BODY)

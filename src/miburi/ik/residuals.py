@@ -1,7 +1,7 @@
 """The nine coordinate errors of Eq. 13 and their derivatives, compiled.
 
-They take a body, a target and poses, and return the errors whose squares the memetic algorithm
-minimises, and their derivatives. Importing this module loads Numba.
+The functions here take a body, a target and poses. They return the errors whose squares the memetic
+algorithm minimises, or the derivatives of these errors. Importing this module loads Numba.
 """
 
 from math import cos, sin
@@ -16,7 +16,10 @@ from miburi.robot import Array
 
 @compiled
 def residuals(record: NDArray[np.void], target: Array, poses: Array) -> Array:
-    """Return the errors, (k, 9) m, of poses, (k, 8) rad: right hand, left hand, head."""
+    """Return the errors of poses: of the right hand, the left hand and the head.
+
+    Poses have shape (k, 8), in rad, and errors have shape (k, 9), in m.
+    """
     body: Body = record[0]
     errors = np.empty((poses.shape[0], 9))
     for row in range(poses.shape[0]):
@@ -26,7 +29,7 @@ def residuals(record: NDArray[np.void], target: Array, poses: Array) -> Array:
 
 @compiled
 def note_errors(body: Body, target: Array, q: Array, e: Array) -> None:
-    """Write the errors, (9,) m, of one pose, (8,) rad."""
+    """Write the nine errors, in m, of one pose, which has eight angles in rad."""
     size = body.lengths
     sw, cw = sin(q[0]), cos(q[0])
     for limb in range(2):
@@ -46,7 +49,7 @@ def note_errors(body: Body, target: Array, q: Array, e: Array) -> None:
 
 @compiled
 def jacobian(record: NDArray[np.void], q: Array) -> Array:
-    """Return the derivatives of the errors at one pose, (9, 8) m/rad."""
+    """Return the derivatives of the errors at one pose, in m/rad, as an array (9, 8)."""
     size, rows = record[0].lengths, np.zeros((9, 8))
     sw, cw = sin(q[0]), cos(q[0])
     for limb in range(2):

@@ -81,7 +81,9 @@ class Solutions:
     Attributes
     ----------
     angles, error, residual, evaluations, generations, status
-        In this order: (n, 8) rad, (n, 3) m, (n,) m, (n,), (n,), and n words.
+        ``angles`` has shape (n, 8), in rad; ``error`` has shape (n, 3), in m; ``residual`` has
+        shape (n,), in m. ``evaluations`` and ``generations`` have shape (n,), and ``status`` has
+        n words.
     """
 
     angles: Array
@@ -114,15 +116,16 @@ def solve(
     robot
         Gives lengths and limits.
     target
-        (9,) m in the base frame: right x y z, left x y z, head x y z, none beyond ``FARTHEST``.
-        If it is out of reach, the pose with the least residual is found, and ``status`` says so.
+        Nine coordinates in m in the base frame: x, y and z of the right hand, the left hand and
+        the head, none beyond ``FARTHEST``. If the target is out of reach, the pose with the least
+        residual is found, and ``status`` says so.
     start
-        (8,) rad, the present pose; angles outside the limits are clamped to them. Of several poses
-        that reach the same points, the one nearest to it (in the space of angles) is chosen; a
-        search by ``settings`` begins at ``start``.
+        The present pose, eight angles in rad; angles outside the limits are clamped to the limits.
+        Of several poses that reach the same points, the one nearest to ``start`` (in the space of
+        angles) is chosen. A search by ``settings`` begins at ``start``.
     settings
-        None uses Miburi's search over the waist, which always finds the best pose. Otherwise the
-        memetic algorithm with these settings and no knowledge of the body:
+        None uses Miburi's search over the waist, which always finds the best pose. With
+        settings, the memetic algorithm searches without any knowledge of the body. Use
         :func:`residual_settings`, or ``Settings.paper()`` for Table 2 as printed.
     seed
         A whole number, 0 or more, or a NumPy generator, for a search by ``settings``: the same seed

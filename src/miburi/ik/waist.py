@@ -14,9 +14,10 @@ from miburi.ik.limbs import nearest_angle, place_body
 from miburi.ik.problem import Body, Work
 from miburi.robot import Array
 
-#: The width of the finest cells of the waist, in rad, and how many of them make up a coarsest cell.
+#: The width, in rad, of the finest cells into which the waist's range is cut, and how many of the
+#: finest cells make up one of the coarsest.
 _CELL, _HALVES = 0.01, 32
-#: The search for a minimum ends at the latest when its cell is this narrow, rad.
+#: The search for a minimum ends at the latest when its cell is no wider than this, in rad.
 _FINE = 1e-9
 
 
@@ -87,8 +88,8 @@ def _fastest(body: Body, work: Work) -> float:
     """Return how fast the residual can change with the waist, in m/rad.
 
     For each radian that the waist turns, an extremity moves by its distance from the axis. Seen
-    from the body, the target moves instead, by the target's distance from the axis. The smaller of
-    the two is the bound.
+    from the body, the extremity stays, and the target moves by the target's distance from the axis.
+    The smaller of the two distances is the bound.
     """
     size, target = body.lengths, work.target
     total = 0.0
