@@ -72,7 +72,7 @@ def poses_of(partner: LivePartner, wish: PosesIn) -> list[KeyPose]:
     """
     written = wish.model_dump(include=set(MovementFunction.model_fields) - {"feeling"})
     try:
-        # The class needs the name of a feeling, which does not affect these poses.
+        # The class needs the name of a feeling, but any feeling gives the same poses here.
         function = MovementFunction.model_validate(
             {**written, "name": "poses", "feeling": FEELINGS[0]}
         )
@@ -108,7 +108,7 @@ def acts_of(partner: LivePartner, wish: PerformanceIn, by: By) -> list[Act]:
     Raises
     ------
     InputError
-        One of them cannot be done.
+        One of the acts cannot be done.
     """
     return [_act(partner, act, by) for act in wish.acts]
 

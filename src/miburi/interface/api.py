@@ -99,12 +99,13 @@ _TAGS = {
     "people": "The people it knows, and when it may speak unasked.",
 }
 _PLAIN = Care()
-#: Limits for touches, sounds, faces and turns from one address: per second, and in a burst (ours).
+#: How many touches, sounds, faces and turns one address may send per second, and in a burst (our
+#: numbers).
 NOTICED_RATE, NOTICED_BURST = 5.0, 10.0
 #: Refusals that any request but Stop may get.
 _OFTEN: Refusals = {429: {"description": "Too many requests."}}
 _BY = "`program` if programs may release it again; otherwise it counts as a person's Stop."
-#: Limits for requests with key poses from one address: per second, and in a burst (our numbers).
+#: How many requests with key poses one address may send per second, and in a burst (our numbers).
 _REHEARSED_RATE, _REHEARSED_BURST = 0.5, 5.0
 _Asker = Annotated[
     str, Header(alias=BY, description="Who asks: `program`, `home`, `agent`, `ros` or `person`.")
@@ -126,14 +127,14 @@ def make_api(
     runner
         The partner.
     endpoint
-        What composes the partner's answers; None: it answers by itself.
+        What composes the partner's answers; if None, the partner answers by itself.
     care
         How the partner answers somebody in distress; by default it names no telephone number.
     seed
-        Seeds the choice among its own answers.
+        Seeds the choice among the partner's own answers.
     folder
-        The folder for what the partner knows about people; None: it forgets them when the program
-        ends.
+        The folder for what the partner knows about people; if None, the partner forgets them when
+        the program ends.
     clock
         Tells the local time at the partner.
     """
@@ -188,7 +189,7 @@ def _add_requests(
 
 
 def _limited(rate: float, burst: float, words: str) -> Callable[[Request], None]:
-    """Return a check that refuses an address's requests beyond ``rate`` a second, and a burst."""
+    """Return a check that allows each address ``rate`` requests a second, and ``burst`` at once."""
     allowance = Allowance(rate, burst)
 
     def check(request: Request) -> None:

@@ -22,8 +22,8 @@ from miburi.serving.access import EVENTS
 ENDING = "ending"
 #: The most events in one answer.
 MOST = 1_000
-#: Interval between two checks for new events, s; silence after which a stream sends a keep-alive,
-#: s; time after which a reader reconnects, ms (all our numbers).
+#: The interval in s between two checks for new events, the silence in s after which a stream sends
+#: a keep-alive, and the time in ms after which a reader reconnects (all our numbers).
 _GLANCE, _SILENCE, _RETRY = 0.01, 10.0, 1_000
 _PIECE = 100
 

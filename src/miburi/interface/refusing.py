@@ -44,7 +44,7 @@ def known_queries(asked: HTTPConnection) -> None:
     Raises
     ------
     InputError
-        A parameter is unknown; the message lists those that there are.
+        A parameter is unknown; the message lists the parameters that the request has.
     """
     route = asked.scope.get("route")
     if isinstance(route, APIRoute):

@@ -1,10 +1,10 @@
 """The WebSocket ``/api/v1/live``: it sends events, and states at a chosen rate, and takes commands.
 
 Each viewer has its own tasks and its own rate: at 50 a second it gets every step, and at lower
-rates the latest state. A slow viewer misses states, a dead one is dropped, and neither the partner
-nor other viewers wait; :mod:`miburi.serving.http` tells how far a viewer has read. Events are never
-missed: see :mod:`miburi.interface.events`. Stop does not wait for commands that the same viewer
-sent before it, and cancels those still waiting.
+rates the latest state. A slow viewer misses states, and a dead viewer is dropped; neither the
+partner nor other viewers wait for such a viewer. :mod:`miburi.serving.http` tells how far a viewer
+has read. Events are never missed: see :mod:`miburi.interface.events`. A Stop does not wait for
+earlier commands of the same viewer, and cancels the commands that still wait.
 """
 
 import asyncio
@@ -152,7 +152,7 @@ class _Viewer:
             await asyncio.sleep(due - time.monotonic())  # until this viewer's next state is due
 
     async def _send_events(self, after: str) -> None:
-        """Send the events after a cursor; if it is ``new``, those from now on."""
+        """Send the events after a cursor; if ``after`` is ``new``, the events from now on."""
         try:
             cursor = None if after == "new" else Cursor.of(after)
         except InputError as error:

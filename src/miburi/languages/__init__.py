@@ -68,8 +68,8 @@ _MOST, _MANY, _LEAST = 1 / 2, 1 / 3, 3
 def language_of(text: str, usual: Language = FALLBACK) -> Language:
     """Return the language of a text: by its letters, else by its words.
 
-    A text that no language claims, such as a name, is in the ``usual`` one. A name in other letters
-    does not change a sentence's language.
+    A text that no language claims, such as a name, counts as text in the language ``usual``. A name
+    in other letters does not change a sentence's language.
 
     >>> [language_of(text) for text in ("Hello.", "こんにちは", "Je suis très triste.")]
     ['en', 'ja', 'fr']
@@ -142,7 +142,9 @@ def subjects_of(question: str, language: Language) -> list[str]:
 
 
 def otherwise_named(question: str, told: Iterable[str], language: Language) -> Iterator[str]:
-    """Yield a question with somebody's name for the relation, or the reverse, as it was told.
+    """Yield a question with a person's name in place of the relation, or the other way round.
+
+    The sentences in ``told`` say what the person is called.
 
     >>> [*otherwise_named("When does my son come?", ["My son is Simon."], "en")]
     ['When does Simon come?']
@@ -192,7 +194,7 @@ def clues_of(told: str, language: Language) -> set[int]:
 
 
 def with_whom(told: str, earlier: Iterable[str], language: Language) -> str:
-    """Return a statement, preceded by the person that its "she" means, if known.
+    """Return a statement, preceded by the person whom its "she" means if that person is known.
 
     ``earlier`` has the sentences before it, the newest first. If one of them names two people whom
     "she" may mean, no guess is made.

@@ -22,7 +22,7 @@ _UNESCAPED = re.compile(r"(?<!\\)[^\\]")
 
 
 class _Whom(Table):
-    """Patterns for pronouns such as "she", and for whom they mean (groups ``own``, ``it``)."""
+    """Patterns for pronouns such as "she", and for people they mean (groups ``own``, ``it``)."""
 
     says: str
     means: str
@@ -125,7 +125,7 @@ class Rules(Table):
 
     @cached_property
     def told_clues(self) -> list[tuple[re.Pattern[str], bool]]:
-        """For each clue, the pattern of statements that answer, and whether a name does."""
+        """For each clue, the pattern of statements that answer it, and whether a name does, too."""
         return [(re.compile(filled(each.tells, self.parts)), each.names) for each in self.clues]
 
 
