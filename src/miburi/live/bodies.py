@@ -26,7 +26,7 @@ class BodyKind:
 
     @property
     def available(self) -> bool:
-        """Whether this installation has everything that it needs."""
+        """Whether this installation has everything that this kind of body needs."""
         return is_built() or not self.needs_firmware
 
 

@@ -23,7 +23,7 @@ from miburi.serving.press import By, Press
 
 #: How many commands may wait for the next step.
 WAITING = 256
-#: The number of Stops' ids kept to recognise a second copy (our choice).
+#: How many ids of Stops are kept, so that a second copy of a Stop is recognised (our choice).
 NAMED = 64
 #: Why a release older than the latest Stop is refused.
 STOP_SINCE = "Stop was pressed after that release; release the body again to go on."
@@ -79,7 +79,7 @@ class Commands:
 
         Stops that arrive before the body has been stopped share one future.
 
-        A second copy of a Stop has no effect, and makes no release void.
+        A second copy of a Stop has no effect, and does not cancel a release.
         """
         with self._lock:
             copy = press.names is not None and press.names.issubset(self._known)
@@ -120,7 +120,7 @@ class Commands:
                 self._early.append((command, future))
 
     def settle(self) -> None:
-        """Answer the commands that have run; any thread may call this, such as the watchdog's."""
+        """Answer the commands that have run; any thread may call this, such as the watchdog."""
         with suppress(queue.Empty):
             while True:
                 self._done.get_nowait()()

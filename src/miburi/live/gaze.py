@@ -1,8 +1,8 @@
 """Convert the position of a face in a camera's pictures into a direction for the robot.
 
 A page reports the position; the pictures stay on the page. On a real robot the phone's camera turns
-with the waist, so the bearing is relative to the waist. For a simulated robot, without a camera on
-its body, it is relative to straight ahead.
+with the waist, so the face's bearing is relative to the waist. A simulated robot has no camera on
+its body, so the bearing is relative to straight ahead.
 """
 
 from math import atan, radians, tan
@@ -26,7 +26,8 @@ class Gaze:
     def see(self, x: float | None, body: BodyState) -> None:
         """Note a face at ``x`` and the state of the body at that moment.
 
-        ``x`` is the face's centre, from 0 at the picture's left to 1; None without a face.
+        ``x`` is the face's centre, from 0 at the picture's left to 1 at its right; None means that
+        there is no face.
         """
         # The camera is not mirrored: its left is the partner's left.
         self._seen = None
@@ -36,7 +37,7 @@ class Gaze:
             self._seen = (bearing + waist if self._rides else bearing, body.time)
 
     def turn(self, time: float) -> float:
-        """Return the face's direction, rad to the left of straight ahead; 0 without a face."""
+        """Return how far left of straight ahead the face is, in rad; 0 if there is no face."""
         if self._seen is None or time > self._seen[1] + FORGOTTEN:
             return 0.0
         return self._seen[0]

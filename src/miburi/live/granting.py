@@ -89,7 +89,10 @@ class Inside:
         return self.log.note(self.partner.body.state.time, kind, **content)
 
     def stop(self, by: By, before: datetime | None = None) -> None:
-        """Stop the body for whoever pressed Stop; ``before`` is when, if before this start."""
+        """Stop the body for whoever pressed Stop.
+
+        ``before`` is the time of the press if Stop was pressed before this start.
+        """
         when = None if before is None else before.isoformat()
         if self.hold.press(by):
             self.note("pressed", by=by, detail=when)

@@ -10,9 +10,9 @@ from miburi.robot import Array
 
 #: The hand's greatest speed, m/s (our choice), so that it cannot jump into the robot.
 FASTEST = 1.2
-#: The hand's speed while it touches the robot (in m/s), and how long it stays slow afterwards (in
-#: s); our choice. A faster hand, caught between an arm and the trunk, would be deep in the arm
-#: before the arm yields.
+#: The hand's speed in m/s while it touches the robot, and the time in s for which it stays slow
+#: afterwards (our choice). A faster hand, caught between an arm and the trunk, would be deep
+#: in the arm before the arm yields.
 FEELING, WARY = 0.3, 0.5
 #: A hand that meets more than this force, in N, backs off at its greatest speed (our choice). The
 #: servos press with less force than this; a bruise needs far more.
@@ -61,8 +61,8 @@ class GuidedHand:
         force = body.touch.force
         self._wary = WARY if force > 0 else self._wary - dt
         if force > GIVES_WAY:
-            # The path by which it came was free. The path directly away from the goal may not be:
-            # if the goal lies further out, that path leads into the robot.
+            # The path by which the hand came was free. The path directly away from the goal leads
+            # into the robot if the goal lies further out.
             place = self._back(here, FASTEST * dt)
         else:
             if not (self._came and np.array_equal(here, self._came[-1])):

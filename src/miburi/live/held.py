@@ -30,7 +30,8 @@ def _now() -> datetime:
 class KeptHold(Hold):
     """Remembers over restarts who stopped the body, if only a person may release it.
 
-    If the file cannot be written, a line on stderr says so, and what follows from that.
+    If the file cannot be written, a line on stderr says so, and says that a restart will not know
+    of a Stop.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ from miburi.errors import InputError, MiburiError, OutputError
 from miburi.feelings import EmotionalModel, FeelingModel, Temperament
 from miburi.ground.files import put_aside, write_whole
 
-#: The time between two writes, and how long to wait for the loop's answer, in s (our choice).
+#: The time between two writes, and the time to wait for the loop's answer, in s (our choice).
 _PERIOD, _PATIENCE = 60.0, 5.0
 #: Errors that a file with unexpected content may raise.
 _UNUSABLE = (ValueError, LookupError, TypeError, AttributeError, RecursionError)

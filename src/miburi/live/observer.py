@@ -110,7 +110,7 @@ class Observer:
         return self._human[1]
 
     def _eyes(self) -> tuple[float, float]:
-        """Return where the eyes look: they move first, and return as the head follows."""
+        """Return where the eyes look: they move before the head, and return as the head follows."""
         turn, rise = self._partner.ahead
         return round(_share(turn), 2), round(-_share(rise), 2)
 
@@ -192,7 +192,7 @@ class Observer:
             self._stop = self._stop.model_copy(update={"force": round(self._peak, 2)})
 
     def _current(self, shown: Expression | None) -> Expression | None:
-        """Return the expression shown, with the requested mood, if any, or the present one."""
+        """Return the expression shown, with its requested mood or else with the present mood."""
         if shown is None or self._partner.asked:
             return shown
         return Expression(shown.feeling, float(self._feelings.mood[FEELINGS.index(shown.feeling)]))
@@ -212,10 +212,10 @@ class Observer:
         return [float(weight) for weight in weights.round(3)]
 
     def _ratios(self) -> list[float | None]:
-        """Return the contact rule's latest ratio of each motor, at most 1; None if not judged.
+        """Return each motor's latest contact ratio, at most 1; None if the motor was not judged.
 
-        The ratio includes the rule's slack, so it crosses the limit when the rule's speed test
-        stops the body.
+        The ratio includes the contact rule's slack, so it crosses the limit when the rule's speed
+        test stops the body.
         """
         window = self._partner.body.window
         if window is None:

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from miburi.live.runner import Runner
 
 
-#: The loop's period, in s; the encoders are read twice in it.
+#: The loop's period, in s; the encoders are read twice in each period.
 STEP = 0.02
 #: If the loop is further behind than this, in s, it does not hurry to catch up: the robot's time
 #: falls behind instead.
@@ -21,7 +21,7 @@ _FAILURES = 50
 
 
 class Pace:
-    """Runs a partner's steps by the clock; ``lateness`` has the delays for its watchdog."""
+    """Runs a partner's steps by the clock; ``lateness`` has the delays its watchdog allows."""
 
     def __init__(self, runner: "Runner", lateness: Lateness) -> None:
         self._runner = runner

@@ -96,7 +96,7 @@ class Answering:
         _LOG.error("the %s does not respond, so the body was stopped.", who)
 
     def _stop_all(self, stopping: Connection) -> None:
-        """Stop the body at each message that holds a press; None is only a heartbeat."""
+        """Stop the body at each message with a press of Stop; None is only a heartbeat."""
         watchdog = None
 
         def tell(_done: Future[None] | None = None) -> None:

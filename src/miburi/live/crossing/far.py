@@ -36,7 +36,7 @@ from miburi.serving.press import PRESSED, Press
 #: The partner counts as unreachable after this time without an answer, in s (our choice).
 SILENCE = 1.0
 #: The partner counts as silent after this many waits in a row without news. If this process itself
-#: has slept, as on a closed laptop, only one wait has passed.
+#: has slept, as on a closed laptop, the whole sleep counts as one wait.
 _WAITS = 10
 
 

@@ -91,7 +91,7 @@ class Ready(NamedTuple):
 
 
 class Look(NamedTuple):
-    """A request for all news after the given numbers.
+    """A request for all news after the given event, sample and step.
 
     ``beats`` counts up unless the server has hung.
     """

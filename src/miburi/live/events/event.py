@@ -54,7 +54,7 @@ class Cursor(NamedTuple):
 
     @classmethod
     def of(cls, text: str) -> "Cursor":
-        """Return the cursor in a text, ``BOOT:NUMBER`` or ``NUMBER``.
+        """Return the cursor that a text names, as ``BOOT:NUMBER`` or as ``NUMBER``.
 
         Raises InputError if the text is not a cursor.
         """
@@ -121,7 +121,7 @@ class LiveEvent(BaseModel):
     @computed_field(description="BOOT:NUMBER, which identifies it across restarts.")  # type: ignore[prop-decorator]
     @property
     def id(self) -> str:
-        """Return the id that names it across restarts."""
+        """Return the id that identifies the event across restarts."""
         return f"{self.boot}:{self.number}"
 
     @property
@@ -131,7 +131,7 @@ class LiveEvent(BaseModel):
 
 
 def without_words(event: LiveEvent) -> LiveEvent:
-    """Return a copy of the event without people's words, or an answer that may repeat them."""
+    """Return a copy of the event without people's words and answers that may repeat them."""
     answers = event.kind in SPOKEN and event.by in (None, "partner")
     if event.kind in SAID or event.source == "speech" or answers:
         return event.model_copy(update=dict.fromkeys(WORDS))
@@ -146,7 +146,7 @@ class EndOfWish:
     Parameters
     ----------
     wish
-        Its id, ``BOOT:NUMBER``.
+        The wish's id, ``BOOT:NUMBER``.
     """
 
     def __init__(self, wish: str) -> None:
@@ -165,7 +165,7 @@ class EndOfWish:
         Raises
         ------
         InputError
-            It is something else, which never ends, or there is none.
+            The first event is something else, which never ends, or there is no event.
         """
         what, first = "", events[0] if events else None
         if first is None:

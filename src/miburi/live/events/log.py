@@ -32,9 +32,9 @@ _UNKNOWN = (
 )
 #: The name of the note in the store that says whether events may contain people's words.
 _WORDS = "words"
-#: How long to wait for the disk, and between two tries to write, s.
+#: How long to wait for the disk, and how long between two tries to write, both in s.
 _PATIENCE, _AGAIN = 2.0, 1.0
-#: The most events that wait for the disk, and that are written at once (our choice).
+#: The most events that may wait for the disk, and the most that are written at once (our choice).
 _MOST, _AT_ONCE = 5_000, 100
 
 
@@ -89,7 +89,7 @@ class History:
         """Return at most ``most`` events after a cursor, the oldest first.
 
         A ``gap`` stands where events are not kept any more; if the cursor names no event that this
-        partner has kept, the list begins with one.
+        partner has kept, the list begins with a ``gap``.
         """
         if self.reaches(cursor):
             return self.after(cursor.number)[:most]
@@ -148,8 +148,8 @@ class History:
 class Log:
     """Records events; only the loop's thread adds to it.
 
-    If there is a ``store``, events outlast the program in it. ``boot`` is the id of this run (8 hex
-    digits), by default a new one; ``now`` returns the computer's time.
+    If there is a ``store``, it keeps the events beyond this program's end. ``boot`` is the id of
+    this run (8 hex digits), by default a new one; ``now`` returns the computer's time.
     """
 
     def __init__(
@@ -183,7 +183,7 @@ class Log:
     def allow_words(self, allowed: bool) -> None:
         """Allow people's words in events from now on, or delete them; this waits for the disk.
 
-        Raises OutputError if the file cannot be written; then it is as it was.
+        Raises OutputError if the file cannot be written; then the setting is as it was.
         """
         before, self.words = self.words, self.words and allowed  # no more meanwhile
         try:
@@ -227,7 +227,7 @@ class Log:
 
 
 def _write(store: EventStore, told: "SimpleQueue[LiveEvent | threading.Event | None]") -> None:
-    """Write batches from the queue until a None arrives; at a flag, forget words, and set it.
+    """Write batches from the queue until a None arrives; at a flag, forget words and set the flag.
 
     After a second without events, the file itself has all of them.
     """

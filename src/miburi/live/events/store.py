@@ -1,8 +1,9 @@
 """The SQLite file of a partner's events: those of the last month, and stops of the last year.
 
-The partner's process writes, the server's reads. Committed events survive if the program is killed;
-a power cut may lose the last moments. Besides events, the file holds the number of each run's first
-event, and small notes, such as the last event that a smart home has received.
+The partner's process writes the file, and the server's process reads it. Committed events survive
+if the program is killed; a power cut may lose the last moments. Besides events, the file holds
+the number of each run's first event, and small notes, such as the last event that a smart home has
+received.
 """
 
 import sqlite3
@@ -22,8 +23,9 @@ from miburi.live.events.event import SAID, SPOKEN, WORDS, LiveEvent
 
 #: How many events are kept, and for how long; those about stops are kept for a year (our choice).
 KEPT, MONTH, YEAR = 100_000, timedelta(days=30), timedelta(days=365)
-#: This many events are kept whatever their age, since a computer's clock may start in 1970. The
-#: present is taken to be the tenth part of the way into their times, lest one wrong time counts.
+#: This many events are kept whatever their age, since a computer's clock may start in 1970. Of
+#: the times of these events, a tenth are earlier than the time that is taken to be the present, so
+#: that a few wrong times have no effect.
 SURE = 1_000
 #: Events written between two prunings.
 _PRUNED_EVERY = 1_000

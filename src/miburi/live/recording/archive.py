@@ -21,12 +21,13 @@ from miburi.live.recording.recorder import RecordedMessage, Recorder, RecordingA
 from miburi.live.state import EndReason
 
 _LOG = logging.getLogger(__name__)
-#: The largest size of one recording, and of all together, bytes (our choice).
+#: The largest size of one recording, and of all recordings together, in bytes (our choice).
 LARGEST, LIMIT = 500_000_000, 5_000_000_000
-#: The most steps that may wait for the disk: ten seconds of them.
+#: The most steps that may wait for the disk; they take ten seconds.
 WAITING = 500
 _STEPS_PER_FLUSH = 50
-#: How long to wait for the disk at the end of a recording, and then for the writing thread, s.
+#: How long to wait at the end of a recording, in s, first until the queue has room, and then as
+#: long again for the writing thread.
 _PATIENCE = 2.0
 _NAME = re.compile(r"miburi-(\d{4,})\.mcap")
 #: The file of the latest number, so that a deleted recording's name is not used again.
@@ -34,7 +35,7 @@ _NUMBER = ".latest-number"
 
 
 class News(NamedTuple):
-    """A change among the recordings; ``reason`` and ``detail`` say why one ended by itself."""
+    """A change to the recordings; ``reason`` and ``detail`` say why one ended by itself."""
 
     kind: Literal["recording", "recorded", "recording_ended", "deleted"]
     name: str
@@ -61,7 +62,7 @@ class Archive:
     folder
         The folder; it is created with the first recording.
     largest, limit
-        The largest size of one recording, and of all together, bytes.
+        The largest size of one recording, and of all recordings together, in bytes.
     """
 
     def __init__(self, folder: Path, *, largest: int = LARGEST, limit: int = LIMIT) -> None:

@@ -31,7 +31,7 @@ class Transforms:
         self._links, self._fixed = links(robot), fixed_frames(robot)
 
     def at(self, wall: int, angles: Sequence[float]) -> dict[str, Any]:
-        """Return the message for a time in ns and angles (8,) in rad."""
+        """Return the message for a time in ns and the eight angles in rad."""
         all_frames = [*frames(self._links, angles), *self._fixed]
         return {"transforms": [_transform(wall, frame) for frame in all_frames]}
 

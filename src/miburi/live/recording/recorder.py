@@ -1,14 +1,14 @@
 """Record the body's motion and the partner's feelings in an MCAP file, and read it back.
 
-The messages are JSON with a schema, so any MCAP tool reads them. Each has its time on the robot's
-clock (``time``, in s); MCAP's own times are those of the computer's clock. The topics:
+The messages are JSON with a schema, so any MCAP tool reads them. Each message has its time on
+the robot's clock (``time``, in s); MCAP's own times come from the computer's clock. The topics:
 
 - ``/joint_states``: names, positions in rad, velocities in rad/s, phase
-- ``/tf``, ``/scene``: the same in Foxglove's schemas, for 3D
-- ``/commands``: moves, rad and rad/s
+- ``/tf``, ``/scene``: the same in Foxglove's schemas, for a view in 3D
+- ``/commands``: moves, with positions in rad and speeds in rad/s
 - ``/feelings``: the three levels, and the expressed feeling
 - ``/contacts``: stops
-- ``/touch``: the force on the simulated human hand, N, while there is a force
+- ``/touch``: the force on the simulated human hand, in N, while there is a force
 - ``/events``: the events that a running partner reports, including what the partner itself says
 - ``/stimuli``: each stimulus, with what caused it (words, or the name of what was noticed; never
   sound or pictures)
@@ -81,7 +81,7 @@ _SCHEMAS["/events"] = LiveEvent.model_json_schema(mode="serialization")
 
 
 class Felt(NamedTuple):
-    """A stimulus, its time (s, the body's clock), and the impression that caused it, if any."""
+    """A stimulus, its time in s on the body's clock, and the impression that caused it, if any."""
 
     time: float
     stimulus: Stimulus
@@ -94,9 +94,9 @@ class RecordedMessage(NamedTuple):
     Attributes
     ----------
     time
-        s on the body's clock.
+        The time in s on the body's clock.
     wall
-        ns since 1970; if None, MCAP's times are those of the body's clock.
+        The time in ns since 1970; if None, MCAP's times are those of the body's clock.
     """
 
     time: float
@@ -204,12 +204,12 @@ def step_messages(
     touch
         What touches the body now, if that is known.
     met
-        If the body stopped in this step: the largest force until then, and the part touched; else
-        None.
+        The largest force until the body stopped, and the part touched, if it stopped in this step;
+        otherwise None.
     told
         The events that were reported since the last step; people's words in them are not recorded.
     wall
-        When the step was, in ns since 1970; None if only the body's clock is known.
+        The time of the step, in ns since 1970; None if only the body's clock is known.
     """
     messages = [*map(_of_stimulus, felt), _of_state(state)]
     if feelings is not None:

@@ -29,7 +29,7 @@ class Tape:
         *,
         sampled: bool,
     ) -> None:
-        """Record a step, with its stop if there is one; if ``sampled``, the feelings, too."""
+        """Record a step, with its stop if it has one; if ``sampled``, record the feelings, too."""
 
         def step() -> list[RecordedMessage]:
             touchable, met = body.touchable, None
