@@ -123,7 +123,7 @@ class FeelingModel(ABC):
         self._restore(state)
 
     def lean(self, leaning: Array | None) -> None:
-        """Shift the temperament's resting moods by an array (n,) for a person; None ends the shift.
+        """Shift the temperament's resting moods for a person, by feeling; None ends the shift.
 
         The shown mood does not jump; from now on it moves towards its new rest.
         """
@@ -138,25 +138,25 @@ class FeelingModel(ABC):
 
     @property
     def emotion(self) -> Array:
-        """The fastest level, (n,) in [0, 1]."""
+        """The fastest level: for each feeling a value in [0, 1]."""
         return np.array(self._current_levels()[0])
 
     @property
     def feeling(self) -> Array:
-        """The middle level, (n,) in [0, 1]."""
+        """The middle level: for each feeling a value in [0, 1]."""
         return np.array(self._current_levels()[1])
 
     @property
     def mood(self) -> Array:
-        """The slowest level, (n,) in [0, 1]; it comes to rest at the temperament's mood."""
+        """The slowest level, with values in [0, 1]; it comes to rest at the temperament's mood."""
         return (self._risen_mood() - self._lowered).clip(0, 1)
 
     def stimulate(self, stimulus: Stimulus) -> None:
         """Let a stimulus act now.
 
-        The emotion jumps at once. By the temperament's matrix, the feelings that it supports rise
-        and those that it inhibits fall. Each repetition from the same source has less effect,
-        until the stimulus is new again.
+        The emotion jumps at once. The temperament's matrix says which other feelings rise
+        or fall with the feeling of the stimulus. Each repetition from the same source has
+        less effect, until the stimulus is new again.
         """
         source, feeling = SOURCES.index(stimulus.source), FEELINGS.index(stimulus.feeling)
         fresh = 1 - self._stale[source, feeling]
@@ -168,8 +168,8 @@ class FeelingModel(ABC):
     def contact(self) -> None:
         """Lower every mood by 20 %, because the robot met something while it moved (Section 4).
 
-        The losses of several contacts multiply. They heal with the time constant of the mood; the
-        effect of later stimuli is not reduced.
+        The losses of several contacts multiply. The lost mood returns with the time constant
+        of the mood; the effect of later stimuli is not reduced.
         """
         self._lowered += (1 - CONTACT_FACTOR) * self.mood
 
@@ -294,7 +294,7 @@ class FeelingModel(ABC):
         return model
 
     def _find_rest(self) -> None:
-        """Find the moods to which the slowest level is added; 0 for a held mood."""
+        """Find the resting moods, to which the slowest level is added; a held mood rests at 0."""
         rest = np.clip(self.temperament.rest + self._leaning, 0.0, _MOST_REST)
         self._rest: Array = np.where(self._held[2], 0.0, rest)
 
@@ -307,13 +307,13 @@ class FeelingModel(ABC):
         self._lowered *= np.exp(-dt / self.temperament.fading[2])
 
     def _inhibit_mood(self, remaining: Array) -> None:
-        """Multiply the shown moods by shares, (n,); subclasses also scale their slowest level."""
+        """Multiply each shown mood by its share; subclasses also scale their slowest level."""
         sunk = remaining * self._lowered + (1 - remaining) * self._rest
         self._lowered = np.where(self._held[2], self._lowered, sunk)
 
     @abstractmethod
     def _current_levels(self) -> Array:
-        """Return the levels, (3, n) in [0, 1]; the slowest is relative to the resting mood."""
+        """Return the levels as an array (3, n) in [0, 1]; the slowest is relative to its rest."""
 
     @abstractmethod
     def _excite(self, feeling: int, strength: float) -> None:

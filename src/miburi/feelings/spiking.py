@@ -2,7 +2,7 @@
 
 Emotion, feeling and mood are one layer each, with one neuron per kind of feeling. Related papers
 about the same robot describe such layers, with Hebbian weights among the feelings, but print no
-constants. The structure is theirs; the exact form and all numbers are ours.
+constants. The structure comes from these papers; the exact form and all numbers are ours.
 
 The potential of a neuron is its activation minus its refractoriness (the spike-response model of
 Gerstner, Ritz and van Hemmen, Biological Cybernetics 69, 1993)::
@@ -12,10 +12,10 @@ Gerstner, Ritz and van Hemmen, Biological Cybernetics 69, 1993)::
 where τ is the time constant of its level.
 
 - A stimulus raises the activations of the emotion layer by the temperament's matrix.
-- A neuron fires when u reaches θ: r rises by R, and the spike reaches the next layer. There it
-  excites the same feeling and inhibits those that this feeling inhibits in the matrix.
-- If a spike arrives while other neurons of the next layer are excited, its connections to them
-  become stronger (Hebb's rule). They weaken again within about a day.
+- A neuron fires when u reaches θ: r rises by R, and the spike reaches the next layer. There the
+  spike excites the same feeling, and inhibits the feelings that this one inhibits in the matrix.
+- If a spike arrives while other neurons of the next layer are excited, the connections to these
+  neurons become stronger (Hebb's rule). They weaken again within about a day.
 - Every input moves an activation towards 0 or 1 by a share of the remaining distance. So the
   activations, which are the levels, stay in [0, 1].
 
@@ -67,7 +67,7 @@ class SpikingModel(FeelingModel):
         self._refractory = np.zeros((3, n))
         self._trace = np.zeros((3, n))  # 1 at a spike, fading with the level
         self._learned = np.zeros((2, n, n))
-        # The time since that event, and the time from it to each neuron's next spike, s:
+        # The time in s since the last spike or input, and from it to each neuron's next spike:
         self._since = 0.0
         self._next = np.full((3, n), inf)
 
@@ -113,7 +113,7 @@ class SpikingModel(FeelingModel):
 
     @property
     def _weights(self) -> Array:
-        """The weights from each layer to the next, (2,)."""
+        """The two weights between the layers, each from one layer to the next."""
         shares = self.temperament.shares[:, 0]
         ratio = shares[1:] / np.maximum(shares[:-1], 1e-12)
         weights: Array = _SYNAPSE * np.minimum(ratio, 1)
@@ -160,8 +160,8 @@ class SpikingModel(FeelingModel):
         grows = np.where(innate < 0, 0.0, _LEARNING * self._trace[layer + 1])
         learned += grows * (_MOST_LEARNED - learned)
         own = np.arange(len(FEELINGS)) == neuron
-        # The emotion layer already used the matrix's positive entries, its support. Between layers,
-        # a spike excites other feelings only by learned connections.
+        # The positive entries of the matrix already acted on the emotion layer. Between layers, a
+        # spike excites other feelings only by learned connections.
         effect = np.where(own, 1.0, np.minimum(innate, 0)) + learned
         self._receive(layer + 1, self._weights[layer] * effect)
 

@@ -69,7 +69,7 @@ class TakeUp(Table):
 
 
 class Habituation(Table):
-    """The share of effect that a repeated stimulus loses, and the time constant of recovery, s."""
+    """The share of effect that a repeated stimulus loses, and the recovery's time constant in s."""
 
     share: Share
     recovery: Annotated[float, Field(ge=0.1, le=86_400)]
@@ -89,7 +89,7 @@ class Turning(Table):
 class Attaching(Table):
     """How slowly an attachment to a person changes, and how far resting moods follow (our choice).
 
-    The time constant of an attachment is that of a mood, multiplied by ``slower``. The attachment,
+    An attachment has the time constant of a mood, multiplied by ``slower``. The attachment,
     multiplied by ``leaning``, is added to the resting moods.
     """
 
@@ -142,33 +142,33 @@ class Temperament(Table):
 
     @cached_property
     def fading(self) -> Array:
-        """Time constants in s, (3, n): a row for each level, a column for each feeling."""
+        """Time constants in s, with a row for each level and a column for each feeling."""
         constants = [getattr(self.time_constants, level) for level in LEVELS]
         return _freeze(np.outer(constants, [self.lasting[name] for name in FEELINGS]))
 
     @cached_property
     def rates(self) -> Array:
-        """The rates at which the levels fade, 1/s, (3, n)."""
+        """The rates in 1/s at which the levels fade, with rows and columns as in ``fading``."""
         return _freeze(1 / self.fading)
 
     @cached_property
     def rest(self) -> Array:
-        """The resting mood of each feeling, (n,)."""
+        """The resting mood of each feeling."""
         return _freeze(np.array([self.resting[name] for name in FEELINGS]))
 
     @cached_property
     def shares(self) -> Array:
-        """The share of a stimulus that each level takes up, (3, 1)."""
+        """The share of a stimulus that each level takes up, as an array of shape (3, 1)."""
         return _freeze(np.array([[1.0], [self.take_up.feeling], [self.take_up.mood]]))
 
     @cached_property
     def weights(self) -> Array:
-        """The weight of a stimulus from each source, (n,), in the order of ``SOURCES``."""
+        """The weight of a stimulus from each source, in the order of ``SOURCES``."""
         return _freeze(np.array([self.sources[name] for name in SOURCES]))
 
     @cached_property
     def matrix(self) -> Array:
-        """The effect of a stimulus (row) on each feeling (column), (n, n); the diagonal is 1."""
+        """The effect of a stimulus (row) on each feeling (column); it is 1 on the diagonal."""
         matrix = np.eye(len(FEELINGS))
         for feeling, effects in self.effects.items():
             for other, effect in effects.items():
