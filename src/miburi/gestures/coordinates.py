@@ -5,8 +5,9 @@ its own shoulder, its spread and its swing; for the head, its turn and its rise.
 two poses, the hands are half-way along an arc, not on a chord through the body. Distances are
 multiples of the arm's reach, so a gesture looks the same on a robot of another size.
 
-:func:`targets` turns them into the paper's nine coordinates, from which the inverse kinematics
-computes angles. Positions out of reach are allowed: the solver returns the closest reachable pose.
+:func:`targets` turns polar coordinates into the paper's nine coordinates, from which the inverse
+kinematics computes angles. Positions out of reach are allowed: the solver returns the closest
+reachable pose.
 """
 
 import numpy as np
@@ -25,11 +26,11 @@ COORDINATES = (
 
 
 def polar(right: Array, left: Array, head: Array) -> Array:
-    """Return the coordinates of a pose, (8,).
+    """Return the eight polar coordinates of a pose.
 
-    ``right`` and ``left`` are the hands' positions relative to their own shoulders, (3,) [forward,
-    out, up] in the chest's frame, in multiples of the arm's reach. ``head`` is a vector of any
-    length from the head's joint to the head, (3,) [forward, left, up] in the base frame.
+    ``right`` and ``left`` are the hands' positions relative to their own shoulders: forward, out
+    and up in the chest's frame, in multiples of the arm's reach. ``head`` is a vector of any length
+    from the head's joint to the head: forward, left and up in the base frame.
     """
     turn = np.arctan2(head[1], head[0])
     rise = np.arctan2(head[2], np.hypot(head[0], head[1]))
@@ -37,12 +38,12 @@ def polar(right: Array, left: Array, head: Array) -> Array:
 
 
 def neutral(robot: Robot) -> Array:
-    """Return the coordinates of a robot's neutral pose, (8,)."""
+    """Return the eight polar coordinates of a robot's neutral pose."""
     return polar(*relative(robot, robot.neutral))
 
 
 def relative(robot: Robot, angles: Array) -> tuple[Array, Array, Array]:
-    """Return right hand, left hand and head, as :func:`polar` takes them, of a pose, (8,) rad."""
+    """Return right hand, left hand and head for :func:`polar`, from a pose's angles in rad."""
     right, left, head = forward(robot, angles).reshape(3, 3)
     look = head - head_joint(robot)
     back = _turn(np.arctan2(look[1], look[0])).T
@@ -55,7 +56,7 @@ def relative(robot: Robot, angles: Array) -> tuple[Array, Array, Array]:
 
 
 def targets(robot: Robot, coordinates: Array) -> Array:
-    """Return the positions of the right hand, left hand and head, (9,) in m, in the base frame."""
+    """Return x, y and z of the right hand, left hand and head in the base frame, in m."""
     turn, rise = coordinates[6:]
     chest, reach = _turn(turn), arm_reach(robot)
     right_shoulder, left_shoulder = shoulders(robot)

@@ -49,7 +49,7 @@ class Posture(Table):
 
     @property
     def coordinates(self) -> Array:
-        """The pose in polar coordinates, (8,); see :mod:`miburi.gestures.coordinates`."""
+        """The pose's eight polar coordinates; see :mod:`miburi.gestures.coordinates`."""
         return coordinates.polar(*map(np.array, (self.right, self.left, self.head)))
 
     @model_validator(mode="after")
@@ -75,10 +75,11 @@ class Posture(Table):
 
 
 class Repeat(Table):
-    """Play the key poses ``first`` to ``last``, counted from 1, ``times`` times in all.
+    """Play a range of key poses more than once.
 
-    ``back`` is the time from the last pose to the first, as a share of the gesture's duration. Each
-    repeat makes the gesture longer.
+    ``first`` and ``last`` are the ends of the range, counted from 1. ``times`` says how often the
+    range is played in all. ``back`` is the time from the last pose to the first, as a share of the
+    gesture's duration. Each repeat makes the gesture longer.
     """
 
     first: Annotated[int, Field(ge=1)] = Field(description="The first pose of the range, from 1.")

@@ -21,15 +21,16 @@ from miburi.robot import Array, Robot, forward
 #: A movement that changes a coordinate by more than this (rad, or multiples of the reach) is wide;
 #: with bound flow it halts half-way.
 _WIDE = 0.5
-#: Variation: a coordinate may fall short of the written one by the first share, and a duration may
-#: differ by the second.
+#: How much a performance varies: the share by which a coordinate may fall short of the written
+#: coordinate, and the share by which a duration may differ from the written duration.
 _REACH_VARIES, _TIME_VARIES = 0.15, 0.12
 #: A beat of an arm: the hand's offset at the turning point; the times to get there and back, in s;
 #: and how long lagging servos take to reach the turning point, in s (all our choice).
 _BEAT = np.array([-0.03, 0.0, 0.3])
 _BEAT_TIMES = (0.4, 0.4)
 BEAT_LEAD = 0.44
-#: Where the partner can look. It does not know where people are, so ``user`` means straight ahead.
+#: Where the partner can look. The partner does not know where people are, so ``user`` means
+#: straight ahead.
 Direction = Literal["user", "left", "right", "up", "down", "aside"]
 #: The head's turn to its left and its rise from neutral, rad (our choice).
 _LOOKS: dict[Direction, tuple[float, float]] = {
@@ -51,7 +52,7 @@ class KeyPose:
     Attributes
     ----------
     right, left, head
-        (3,) m in the base frame.
+        The position of each extremity, as x, y and z in m in the base frame.
     duration
         The time in s from rest to rest; a body that cannot move that fast takes longer.
     hold
@@ -69,13 +70,13 @@ class KeyPose:
 
     @property
     def target(self) -> Array:
-        """The nine coordinates, (9,) m: right, left, head."""
+        """The nine coordinates in m: right hand, left hand, head."""
         return np.concatenate([self.right, self.left, self.head])
 
 
 @dataclass(frozen=True)
 class _Beat:
-    """One movement of a gesture: weights (k,) of its k poses, duration and hold, s at tempo 1."""
+    """One movement of a gesture: the weight of each pose, and duration and hold in s at tempo 1."""
 
     weights: Array
     duration: float
@@ -167,8 +168,8 @@ def blend(
 def beat(robot: Robot, hands: Array, rise: float = 0.0) -> list[KeyPose]:
     """Return a beat of the arms, and the way back to rest.
 
-    ``hands``, (2,), are the sizes of the right and of the left hand's beat; 1 is usual. The head
-    is raised by ``rise`` rad throughout.
+    ``hands`` has the sizes of the right and of the left hand's beat; 1 is usual. The head is
+    raised by ``rise`` rad throughout.
     """
     there, back = _BEAT_TIMES
     return [
@@ -178,7 +179,7 @@ def beat(robot: Robot, hands: Array, rise: float = 0.0) -> list[KeyPose]:
 
 
 def turned(target: Array, angle: float) -> Array:
-    """Return a target (9,) m, turned by ``angle`` rad to the robot's left about its waist."""
+    """Return a target's nine coordinates, turned by ``angle`` rad to the left about the waist."""
     if angle == 0:
         return target  # exactly, without rounding
     cos, sin = np.cos(angle), np.sin(angle)
@@ -197,7 +198,7 @@ def look(robot: Robot, at: Direction, seconds: float) -> list[KeyPose]:
 
 
 def key_pose(robot: Robot, offset: Array, duration: float, hold: float) -> KeyPose:
-    """Return the key pose that is ``offset`` away from neutral, (8,) as in ``COORDINATES``."""
+    """Return the key pose at ``offset`` from neutral, given in the order of ``COORDINATES``."""
     if offset.any():
         places = coordinates.targets(robot, coordinates.neutral(robot) + offset)
     else:
@@ -207,13 +208,13 @@ def key_pose(robot: Robot, offset: Array, duration: float, hold: float) -> KeyPo
 
 
 def _offsets(robot: Robot, function: MovementFunction) -> Array:
-    """Return how far from neutral the written poses are, (k, 8) as in ``COORDINATES``."""
+    """Return how far from neutral the written poses are, with a row of polar offsets for each."""
     written = np.array([pose.coordinates for pose in function.pose])
     return written - coordinates.neutral(robot)
 
 
 def _offsets_at(robot: Robot, function: MovementFunction, phases: Array) -> Array:
-    """Return a gesture's offsets (n, 8) at phases (n,), linear between its poses."""
+    """Return a gesture's offsets at each of the ``phases``, interpolated between its poses."""
     arrivals = [pose.phase for pose in function.pose]
     leaves = [pose.leaves for pose in function.pose]
     times = np.array([0.0, *np.column_stack([arrivals, leaves]).ravel(), 1.0])

@@ -29,7 +29,7 @@ class Repertoire:
     Attributes
     ----------
     functions
-        At least one for each feeling, in the order of ``FEELINGS``.
+        At least one gesture for each feeling, in the order of ``FEELINGS``.
 
     Raises
     ------
@@ -71,7 +71,8 @@ def shipped_repertoire() -> Repertoire:
 def read_repertoire(folder: Path | str, robot: Robot) -> Repertoire:
     """Read a user's gestures for ``robot``: all ``*.toml`` files of a folder.
 
-    They replace the shipped gestures of their feelings; other feelings keep the shipped ones.
+    The user's gestures replace all shipped gestures of the same feelings; other feelings keep their
+    shipped gestures.
 
     Raises
     ------

@@ -22,8 +22,8 @@ _LEAST = 0.1
 #: The weight of the head's path: the head moves only a few mm, but people see where it looks (our
 #: choice).
 _HEAD = 4.0
-#: How long the return takes, and the longest pause that is kept at the end, in s, since people let
-#: go slowly (our choice).
+#: How long the return takes, and the longest pause that is kept at the end, both in s (our choice).
+#: The pause is limited because people let go slowly.
 _BACK, _REST = 0.8, 0.4
 #: The greatest number of key poses (our choice).
 _MOST = 12
@@ -51,8 +51,8 @@ def check_name(name: str, feeling: str) -> None:
 def taught(robot: Robot, name: str, feeling: str, times: Array, angles: Array) -> MovementFunction:
     """Return the gesture that somebody showed by leading a hand of the robot.
 
-    ``angles`` are (n, 8) rad, at the ascending ``times``, (n,) s. They begin in the resting pose
-    and end where the person let go.
+    ``angles`` has a row of eight angles, in rad, for each of the ascending ``times``, in s. The
+    rows begin in the resting pose and end where the person let go.
 
     Raises
     ------
@@ -115,7 +115,7 @@ def as_toml(function: MovementFunction) -> str:
 
 
 def _apart(places: Array, other: Array) -> Array:
-    """Return how far the farthest extremity is from its place in ``other`` at each time, (n,) m."""
+    """Return the greatest distance of an extremity from its place in ``other``, by time, in m."""
     return np.asarray(np.linalg.norm(places - other, axis=-1).max(axis=-1))
 
 
