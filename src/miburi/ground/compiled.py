@@ -50,7 +50,7 @@ def state_of_sources(root: Path) -> str:
 
 
 def cache_folder(root: Path) -> Path | None:
-    """Return a folder for the code compiled from the sources below ``root``; None if there is none.
+    """Return a folder for code compiled from the sources below ``root``; None if no folder works.
 
     Each state of the sources has a folder of its own. If a folder holds code but is read-only, as
     in an image that somebody else has built, it is copied to the first writable folder, or else to
@@ -92,7 +92,7 @@ def _can_be_written(folder: Path) -> bool:
     return True
 
 
-#: The folder that keeps compiled code; None where none can be written.
+#: The folder that keeps compiled code; None if no folder can be used.
 CACHE = cache_folder(Path(miburi.__file__).parent)
 
 
@@ -100,8 +100,8 @@ def compiled(function: Function) -> Function:
     """Compile a function when it is first called, and keep the result on the disk.
 
     The code goes to ``NUMBA_CACHE_DIR`` if that is set, else beside the sources, else to the user's
-    cache folder. If none of them can be written and none holds code, every process compiles again
-    and says so.
+    cache folder. If none of these folders can be written and none holds code, every process
+    compiles again and says so.
     """
     config: Any = numba.config
     default = config.CACHE_DIR
@@ -140,7 +140,7 @@ class _Announcer(event.Listener):
 
 
 def announcement() -> str:
-    """Return the message that Miburi is compiling, how long that takes, and how often."""
+    """Return the message that Miburi is compiling, how long it takes and how often it is needed."""
     often = "once; later starts are quick"
     if CACHE is None:
         often = (

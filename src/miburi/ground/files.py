@@ -132,9 +132,9 @@ def check_readable(path: Path) -> None:
 
 @contextmanager
 def alone_in(folder: Path) -> Iterator[None]:
-    """Keep a folder, which is created if missing, from other programs that call this.
+    """Keep other programs that call this out of a folder, which is created if missing.
 
-    It keeps nobody out on Windows, nor of a folder that cannot be written to.
+    On Windows, or if the folder cannot be written to, no program is kept out.
 
     Raises
     ------
