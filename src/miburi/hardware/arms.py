@@ -1,8 +1,8 @@
 """The arm's printed parts: yoke, upper arm, and forearm with its hand.
 
-Each is made for a left arm, in its link's frame (x forward, y outwards, z up, in mm; the origin
-is the link's joint); the caller mirrors it for the right arm. ``side`` says which arm's ranges the
-stops enforce; ``fit`` is the gap on each side of a pocket, in mm.
+Each part is made for a left arm, in mm in the frame of its link: the origin is the link's joint, x
+points forward, y outwards, z up. The caller mirrors the part for the right arm. ``side`` says which
+arm's ranges the stops enforce; ``fit`` is the gap on each side of a pocket, in mm.
 """
 
 import numpy as np

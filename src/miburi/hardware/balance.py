@@ -1,7 +1,7 @@
 """Weight, balance and servo torques of the built robot.
 
-From the robot's solids with their masses and a motion, (n, 8) rad, it computes masses in kg,
-distances in mm and torques in N·m.
+From the robot's solids with their masses and a motion, this module computes masses in kg, distances
+in mm and torques in N·m. A motion has a row of eight angles, in rad, for each pose.
 """
 
 from collections.abc import Sequence
@@ -35,11 +35,11 @@ class Weight:
     Attributes
     ----------
     name, link
-        Its name, and the robot's link that carries it.
+        The thing's name, and the robot's link that carries the thing.
     mass
-        kg.
+        The mass in kg.
     centre
-        (3,) mm, in that link's frame.
+        The centre of mass, in mm in the frame of that link.
     """
 
     name: str
@@ -106,8 +106,8 @@ def zero_moment_radius(
 ) -> float:
     """Return the greatest distance of the zero-moment point from the foot's middle, mm.
 
-    ``motion``, (n, 8) in rad, has one pose every ``period`` s. The robot does not tip while the
-    zero-moment point stays within the foot's radius. A motion of fewer than three poses gives 0.
+    ``motion`` has one pose every ``period`` s. The robot does not tip while the zero-moment point
+    stays within the foot's radius. A motion of fewer than three poses gives 0.
     """
     frames = [link_frames(robot, pose) for pose in motion]
     places = np.array([[frame[one.link] @ [*one.centre, 1.0] for one in table] for frame in frames])
@@ -129,7 +129,8 @@ def zero_moment_radius(
 def torques(robot: Robot, poses: Array) -> tuple[Array, Array]:
     """Return each joint's greatest torque, at rest and at the robot's greatest acceleration.
 
-    ``poses`` are (n, 8) rad; both torques are (8,) N·m.
+    ``poses`` has a row of eight angles, in rad, for each pose. Both results have eight torques, in
+    N·m.
     """
     load = loads(robot, poses)
     standing = np.abs(load.gravity).max(axis=0)

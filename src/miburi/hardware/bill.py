@@ -68,7 +68,7 @@ def slice_part(program: str, part: PrintedPart, *, supports: bool = True) -> tup
     Raises
     ------
     MiburiError
-        The slicer cannot slice it.
+        The slicer cannot slice the part.
     """
     settings = dimensions().printing
     with tempfile.TemporaryDirectory() as folder:
@@ -98,7 +98,7 @@ def bill(
 ) -> Iterator[BillRow]:
     """Yield what to buy, then what to print.
 
-    ``program`` is the slicer's path; it takes a few seconds per part.
+    ``program`` is the slicer's path; the slicer takes a few seconds per part.
     """
     counts = screw_counts(robot)
     text = (resources.files(__package__) / "bill.toml").read_text(encoding="utf-8")

@@ -51,9 +51,9 @@ class Solid:
     Attributes
     ----------
     name, link
-        Its name, and the link that carries it.
+        The component's name, and the link that carries the component.
     solid
-        Its shape in the frame of its link, in mm.
+        The component's shape, in mm in the frame of the link.
     """
 
     name: str
@@ -68,7 +68,7 @@ class PrintedPart(Solid):
     Attributes
     ----------
     lying
-        (3, 3): the rotation that lays it on the printer's bed.
+        The rotation that lays the part on the printer's bed, with shape (3, 3).
     """
 
     lying: Array
@@ -168,7 +168,7 @@ def printed_parts(robot: Robot, fit: float = FIT, *, engraved: bool = True) -> l
 
 
 def printed_mass(part: PrintedPart) -> float:
-    """Return the mass of a part as printed, kg: a solid skin, and infill within.
+    """Return the mass in kg of a printed part, which has a solid skin and infill within.
 
     Skin and infill were fitted to the grams that PrusaSlicer 2.5 gives for the parts of the
     buildable robot without supports: each within 9 %, the sum within 2 %.
@@ -184,7 +184,7 @@ def printed_mass(part: PrintedPart) -> float:
 
 
 def link_frames(robot: Robot, angles: Array) -> dict[str, Array]:
-    """Return each link's frame in a pose, (3, 4) in mm in the base frame; ``angles`` (8,) rad."""
+    """Return each link's frame, (3, 4) in mm in the base frame, for eight angles in rad."""
     turns, joints = link_poses(robot, angles)
     frames = np.concatenate([turns, 1000 * joints[..., None]], axis=-1)
     found = {link.name: frame for link, frame in zip(links(robot), frames, strict=True)}

@@ -1,8 +1,8 @@
 """Check that a robot can be built from its parts, before anybody prints one.
 
-It takes a robot's description and the poses of its gestures, and returns findings, each with a
-measured figure. The checks of screws and of the arms' gaps compare sizes that are the same for
-every robot, cables are assumed to lie as in the pictures, and no check replaces a test print.
+This module takes a robot's description and the poses of its gestures, and returns findings, each
+with a measured figure. The checks of screws and of the arms' gaps compare sizes that are the same
+for every robot, cables are assumed to lie as in the pictures, and no check replaces a test print.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -32,8 +32,8 @@ from miburi.robot.geometry import arm_reach
 from miburi.robot.loads import GRAVITY
 from miburi.robot.shape import links
 
-#: The force of a push, in N. For each contact in the trials, the largest mean force over 0.1 s was
-#: found; this is the 95th percentile.
+#: The force of a push, in N: the 95th percentile, over the contacts in the trials, of the largest
+#: mean force over 0.1 s in a contact.
 _PUSH = 2.6
 #: A joint may need at most these shares of the servo's stall torque, at rest and in motion.
 _STANDING, _MOVING = 1 / 3, 1 / 2
@@ -80,10 +80,10 @@ def check(
 ) -> Iterator[Finding]:
     """Yield a finding for each property that a robot must have to be built.
 
-    ``motions`` are the gestures by name, each (n, 8) rad with a pose every ``period`` s; those in
-    ``stopped`` end where the contact rule stopped them. ``fit`` is the gap on each side of a
-    pocket, mm. If no parts can be made for this robot, the first finding says why, and is the only
-    one.
+    ``motions`` has the poses of each gesture, by name, one every ``period`` s: eight angles in rad.
+    The gestures in ``stopped`` end where the contact rule stopped them. ``fit`` is the gap on each
+    side of a pocket, in mm. If no parts can be made for this robot, the first finding says why, and
+    is the only one.
 
     Raises
     ------
@@ -148,9 +148,9 @@ def _walls(parts: Sequence[PrintedPart]) -> Finding:
 
 
 def _thinnest(solid: Manifold) -> float:
-    """Return the least distance between two faces that face away from each other, mm.
+    """Return the least distance in mm between two faces that face away from each other.
 
-    It is measured at pseudo-random points with a fixed seed.
+    The distance is measured at pseudo-random points with a fixed seed.
     """
     corners, faces = triangles(solid)
     a, b, c = np.moveaxis(corners[faces], 1, 0)
