@@ -79,7 +79,7 @@ def _search_as_printed(problem: Problem, x: Array, told: Array, iterations: int)
 def _search_from_ends(
     problem: Problem, x: Array, told: Array, best: float, iterations: int
 ) -> LocalSearch:
-    """Search by least squares, then from clones with one variable at a bound while that helps."""
+    """Search by least squares; then, while it helps, try clones with one variable at a bound."""
     ends = problem.settings.ends
     value, linear = yield from _descend(problem, x, told, best, iterations)
     for _ in range(_SWEEPS if ends else 0):

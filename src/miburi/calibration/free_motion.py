@@ -145,7 +145,7 @@ def _missing(
 
 
 def measure_lag(traces: Sequence[Trace]) -> Steps:
-    """Measure the lag of each motor behind its profile, (8,) µs, to the millisecond.
+    """Return how far each motor lags behind its profile, in µs, to the millisecond; shape (8,).
 
     The lag is the delay that minimises the sum of squares between profile and motion. A motor that
     never moved gets the median of the other motors' lags.

@@ -25,7 +25,7 @@ def check_encoder(robot: Robot) -> None:
 
 
 def real_speed(speed: int) -> int:
-    """Return a speed, given in steps/s, as an XL330 rounds it, in 1/256 steps/s.
+    """Return a speed as an XL330 rounds it, in units of 1/256 step/s; ``speed`` is in steps/s.
 
     The servo counts in units of 0.229 turns/min.
     """

@@ -94,7 +94,7 @@ def _interrupt(signum: int, frame: FrameType | None) -> None:
 
 
 def _after_an_interruption(lost: "sys.UnraisableHookArgs") -> None:
-    """Keep quiet about objects left half-made; send the signal again if its exception was lost.
+    """Hide errors of objects that were left half-made; if a signal was lost there, send it again.
 
     Numba's compiler calls Python from C, where an exception cannot propagate.
     """

@@ -2,8 +2,8 @@
 
 An agent can make the partner feel something, ask it for a gesture, and see what happens. It can
 stop the body but not release it: only a person can. Only the latest of several wishes counts; they
-do not queue up. What a paused or stopped body refuses is an error with words; a gesture that is
-broken off is an answer.
+do not queue up. If the paused or stopped body refuses a wish, the tool returns an error with the
+reason. If a gesture is broken off, the tool says so in its answer.
 
 The tools use an :class:`~miburi.client.asker.Asker`, so they work inside the server, at ``/mcp``,
 and over standard input and output, as ``miburi mcp``, which forwards requests to a server.

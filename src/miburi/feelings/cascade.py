@@ -65,7 +65,7 @@ class EmotionalModel(FeelingModel):
         self._pass_on(rise[1:])
 
     def _pass_on(self, rise: Array) -> None:
-        """Add shares of a rise to what feeling and mood, (2, n), have yet to take up."""
+        """Add shares of a rise, shape (2, n), to what feeling and mood have still to take up."""
         room = 1 - self._levels[1:] - self._pending[1:]
         self._pending[1:] += np.where(self._held[1:], 0.0, rise) * room
 

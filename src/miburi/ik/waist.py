@@ -35,8 +35,8 @@ def search_waist(body: Body, work: Work) -> None:
 
     For a target in reach, the head alone determines the waist. Otherwise the waist's range is cut
     into cells, and these are halved down to ``_CELL``, except where a cell cannot hold anything
-    below the best value known. A cell holds a minimum if Eq. 13 falls inwards from the end with the
-    lower value. Each of the finest cells that holds a minimum is then searched.
+    below the best value known. A cell holds a minimum if, at its end with the lower value, Eq. 13
+    falls towards the inside. Each of the finest cells that holds a minimum is then searched.
     """
     low, high = body.lower[0], body.upper[0]
     bearing = atan2(work.target[7], work.target[6])

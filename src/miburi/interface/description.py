@@ -1,4 +1,4 @@
-"""Descriptions for programs: of a robot, from which a viewer draws it, and of the interface."""
+"""Describe a robot to programs, so that they can draw it, and describe the interface."""
 
 from dataclasses import asdict
 from http import HTTPStatus

@@ -29,7 +29,7 @@ class _Whom(Table):
 
 
 class Clue(Table):
-    """A kind of question, and the statements that answer it, by regular expressions.
+    """Regular expressions for one kind of question, and for the statements that answer it.
 
     With ``names``, a name in a statement is an answer, too. A clue that is not ``enough`` counts
     only if question and statement also share a word. A statement without a ``needed`` clue, such as

@@ -74,7 +74,7 @@ def is_surer(cue: Cue, slots: Mapping[str, str]) -> bool:
 
 
 def gives_way(match: Match | None, fun: list[str]) -> bool:
-    """Return whether words with this match may in fact ask for a repetition."""
+    """Return whether the words may be a request to repeat something, despite this match."""
     if match is None or match.cue.broad or match.cue.within in fun:
         return True
     return match.cue.acts and match.cue.do != "recall"

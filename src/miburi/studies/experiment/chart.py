@@ -16,7 +16,7 @@ _CLOSE_UPS = 4
 
 
 def experiment_figure(result: Experiment, path: Path) -> None:
-    """Draw mood, hand speed, extent and contact stops over time, and the first stops close up.
+    """Draw curves of mood, hand speed, extent and contact stops; below, the first stops close up.
 
     The hand speed is the mean of both hands, smoothed over 0.1 s.
     """
