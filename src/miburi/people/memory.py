@@ -156,7 +156,7 @@ class Memory:
         self.remarks.note(said, told, more=more)
 
     def with_whom(self, told: str, language: Language) -> str:
-        """Return a sentence, after the name of whoever its "he" or "she" means, if that is known."""
+        """Return a sentence, after the name of whoever "he" or "she" means, if that is known."""
         named = fits("naming", told, language)
         return with_whom(told, self.remarks.sentences(named=named), language)
 
