@@ -50,6 +50,7 @@ def test_push_to_talk_and_the_face_have_no_violation(page: Page, url: str, where
     if where == "/face":
         page.locator(".senses summary").click()
         page.get_by_text("Say something", exact=True).click()
+        expect(page.locator("input[name=text]")).to_be_focused()
     speak = page.get_by_role("button", name="Hold and speak")
     speak.focus()
     found += look_over(page, "ready")

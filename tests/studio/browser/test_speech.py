@@ -133,11 +133,11 @@ def test_a_raised_voice_weighs_what_the_words_say(page: Page, url: str) -> None:
     say("i am so happy today")
     expect(page.locator(".talk output")).to_contain_text("I heard thrill in")
     expect(page.locator(".talk output")).to_contain_text("a raised voice")
-    plain = [{"text": "the door is open", "tone": "plain"}] * tones().before
+    plain = [{"text": "the door is open", "tone": "plain", "language": "en"}] * tones().before
     assert sent == [
         *plain,
-        {"text": "the door is open", "tone": "raised"},
-        {"text": "i am so happy today", "tone": "raised"},
+        {"text": "the door is open", "tone": "raised", "language": "en"},
+        {"text": "i am so happy today", "tone": "raised", "language": "en"},
     ]
 
 
