@@ -127,7 +127,7 @@ def make_api(
     runner
         The partner.
     endpoint
-        What composes the partner's answers; if None, the partner answers by itself.
+        The composer of the partner's answers; if None, the partner answers by itself.
     care
         How the partner answers somebody in distress; by default it names no telephone number.
     seed

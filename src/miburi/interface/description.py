@@ -16,7 +16,7 @@ from miburi.version import __version__
 from miburi.wire.messages import Refusal
 from miburi.wire.robot import LinkOut, PartOut, RobotOut
 
-#: What the gate before every request may answer.
+#: The answers that the gate before every request may give.
 _GATE = {
     "401": "A token is needed here, or this one is wrong or was withdrawn.",
     "403": "The request comes from a page of another site, or by a name that is not this server's.",
