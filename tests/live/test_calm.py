@@ -96,3 +96,15 @@ def test_over_http_help_names_the_number_and_words_are_told_if_allowed(live: Run
     assert state["distress"]["kind"] == "fall"
     assert [e["text"] for e in log if e["kind"] == "distress"] == ["I fell and can't get up"]
     assert (after["answer"], after["felt"]) == (Care("GB").stay("en", 0), [])
+
+
+def test_no_feeling_is_heard_in_what_is_said_after_distress(live: Runner) -> None:
+    # Else the page says "I heard anger" to somebody who lies on the floor.
+    with TestClient(make_api(live)) as client:
+        before = client.post("/api/v1/say", json={"text": "I am so sad"}).json()
+        client.post("/api/v1/say", json={"text": "I fell and can't get up"})
+        after = client.post("/api/v1/say", json={"text": "I am so sad"}).json()
+        log = client.get("/api/v1/log").json()
+    assert (before["feeling"], after["feeling"]) == ("sadness", None)
+    assert (after["strength"], after["why"]) == (0.0, [])
+    assert [e.get("feeling") for e in log if e["kind"] == "heard"] == ["sadness", None, None]

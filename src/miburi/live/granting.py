@@ -144,14 +144,16 @@ def _sense(wish: wishes.Sense, inside: Inside) -> Command:
 
     def run() -> tuple[Stimulus, ...]:
         told = wish.words if inside.log.words else None
+        grave = heard.distress is not None or inside.speaker.distress is not None
+        calm = grave and heard.source == "speech"
         if heard.source == "speech":
-            strength = None if heard.feeling is None else heard.strength
-            inside.note("heard", feeling=heard.feeling, strength=strength, text=told, by=wish.by)
+            feeling = None if calm else heard.feeling
+            strength = None if feeling is None else heard.strength
+            inside.note("heard", feeling=feeling, strength=strength, text=told, by=wish.by)
             inside.attending.begin("thinking")
         if heard.distress is not None:
             noted = inside.note("distress", name=heard.distress, text=told, by=wish.by)
             inside.speaker.attend(noted)
-        calm = inside.speaker.distress is not None and heard.source == "speech"
         return () if calm else inside.sense(heard, wish.by)
 
     return run

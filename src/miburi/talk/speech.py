@@ -3,7 +3,7 @@
 import asyncio
 import threading
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -150,12 +150,11 @@ class Speech:
         after = self._partner.snapshot.state.distress is not None
         heard = self._comfort.weigh(heard, said, language, wanted, after=after)
         acts = any(match.cue.acts for match in wanted)
-        if not grave and heard.worry is None and acts:
-            heard = Impression(None, 0.0, "speech")  # an order shows no feeling
+        # "Great, I've got cancer" must not please it.
         doubtful = heard.feeling in JOYS and heard.strength < _SURE_OF_JOY
-        if doubtful and script(language).fits("heavy", said):
-            # "Great, I've got cancer" must not please it.
-            heard = Impression(None, 0.0, "speech")
+        heavy = doubtful and script(language).fits("heavy", said)
+        if heavy or (acts and not grave and heard.worry is None):
+            heard = Impression(None, 0.0, "speech")  # an order shows no feeling
         if (grave or heard.worry is not None) and self._conversation is not None:
             self._conversation.overtake()
         felt = await granted(self._partner, Sense(heard, said, who(by)))
@@ -179,10 +178,11 @@ class Speech:
             # "Remember that" never stores words of distress, or the remark before them.
             plain = "" if grave or heard.worry is not None or unknown else said
             words = script(language)
-            shown = any(match.cue.shows for match in wanted)
-            told = [] if shown else words.told_in(plain)
+            told = [] if any(match.cue.shows for match in wanted) else words.told_in(plain)
             more = bool(told) and words.fits("belongs", told[0])
             self.memory.note(plain, told, language, more=more)
+        if after and heard.feeling is not None:
+            heard = replace(heard, feeling=None, strength=0.0, why=())
         return SayOut(
             feeling=heard.feeling,
             asked=heard.topic == "asked",
