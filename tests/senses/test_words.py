@@ -38,9 +38,13 @@ def test_every_utterance_shows_at_most_a_feeling_from_silence_to_one() -> None:
 
 def test_no_feeling_is_heard_in_an_unknown_language_and_english_is_known() -> None:
     rows = Path(__file__).with_name("utterances-unknown.tsv").read_text(encoding="utf-8")
-    heard = [hear(row.split("\t")[1]) for row in rows.splitlines() if row[0] != "#"]
-    assert {each.feeling for each in heard} == {None}
-    assert sum(each.topic == "unknown" for each in heard) >= 0.8 * len(heard)
+    told = [row.split("\t") for row in rows.splitlines() if row[0] != "#"]
+    heard = [(language, hear(text)) for language, text in told]
+    assert {each.feeling for _, each in heard} == {None}
+    calls = [language for language, each in heard if each.distress]
+    assert sorted(calls) == ["de", "es", "it", "nl", "pl"]  # each has one call for help
+    unknown = sum(each.topic == "unknown" for _, each in heard)
+    assert unknown >= 0.8 * (len(heard) - len(calls))
     known = [*ROWS, *(["", text] for text in ("Spiders terrify me.", "Harry's gobsmacked."))]
     assert [text for _, text in known if hear(text).topic == "unknown"] == []
 

@@ -38,6 +38,7 @@ from miburi.languages import (
     plain,
     words_of,
 )
+from miburi.languages.abroad import calls_for_help
 from miburi.senses.distress import Doubt, judge_distress
 from miburi.senses.impression import Brought, Impression
 from miburi.senses.linear import find, softmax
@@ -178,7 +179,12 @@ def hear(text: str, usual: Language = FALLBACK) -> Impression:
     text = text[:LONGEST].encode(errors="ignore").decode()  # drop lone surrogates
     distress = judge_distress(text, usual)
     if distress is None:
-        return _felt(text, usual)
+        felt = _felt(text, usual)
+        calls = calls_for_help(text, unknown=felt.topic == "unknown")
+        if calls:
+            return Impression(None, 0.0, "speech", distress="help")
+        # In the middle of a remark, as in "Danke für deine Hilfe", it may be no call.
+        return felt if calls is None else Impression(None, 0.0, "speech", worry="help")
     if distress.doubt is Doubt.SLIGHT_SIGN:
         return replace(_felt(text, usual), hint=distress.kind)
     if distress.doubt is Doubt.WORTH_A_QUESTION:

@@ -14,6 +14,7 @@ from datetime import datetime, timedelta
 import numpy as np
 
 from miburi.languages import Language, folders
+from miburi.languages.abroad import says_stop
 from miburi.senses.impression import Impression
 from miburi.talk.cue import Cue, Do, Match, slots_in
 from miburi.talk.meaning import about, gives_way, is_surer, named_in, sayable, settled
@@ -78,10 +79,12 @@ def wants_stop(said: str, language: Language, *, moving: bool = False) -> bool:
 def stops_in(said: str, language: Language, *, moving: bool = False) -> Language | None:
     """Return the language in which somebody tells the body to stop; None: in none.
 
-    ``language`` is the one that they probably speak, but all are searched.
+    ``language`` is the one that they probably speak, but all are searched. It is returned for the
+    orders in languages without a folder, too.
     """
     each = (language, *(other for other in folders() if other != language))
-    return next((one for one in each if wants_stop(said, one, moving=moving)), None)
+    abroad = language if says_stop(said, moving=moving) else None
+    return next((one for one in each if wants_stop(said, one, moving=moving)), abroad)
 
 
 def is_needless(worry: str, wanted: Iterable[Match]) -> bool:
