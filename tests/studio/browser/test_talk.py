@@ -69,6 +69,21 @@ def test_the_face_says_so_too_and_has_one_panel_open_at_a_time(face: Page) -> No
     expect(face.get_by_label("Say something to it")).to_be_hidden()
 
 
+def test_the_open_panel_shows_an_answer_and_no_caption_repeats_it(face: Page) -> None:
+    face.evaluate(
+        """() => { const place = document.querySelector("#spoken"); window.captions = [];
+        new MutationObserver(() => captions.push(place.textContent))
+          .observe(place, { childList: true }); }"""
+    )
+    face.get_by_text("Say something", exact=True).click()
+    say(face, "The table has four legs")
+    frames = int(face.evaluate("document.body.dataset.frames"))
+    face.wait_for_function(f"document.body.dataset.frames > {frames + 60}")
+    ask(face, "/speak", text="Somebody is at the door.")
+    expect(face.locator("#spoken")).to_have_text("Somebody is at the door.")
+    assert set(face.evaluate("captions")) <= {"", "Somebody is at the door."}
+
+
 def _understands(page: Page) -> None:
     """Say three things; check what is answered."""
     heard = say(page, "I am so sad today")

@@ -76,14 +76,20 @@ function eye(add, look, side, tremble, breath, blink) {
   const top = (t) => {
     const inner = -t * side;
     const lid = -ry * (2 * open - 1) + look.eyes.slant * inner * ry * 0.5 - 0.16 * ry * (1 - t * t);
-    return Math.max(-ry * Math.sqrt(1 - t * t), lid);
+    const rim = -ry * Math.sqrt(1 - t * t), blend = 0.1 * ry;
+    return (rim + lid + Math.hypot(rim - lid, blend)) / 2; // the lower of both, without a corner
   };
   const bottom = (t) => {
     const lid = ry * (1 - 1.25 * look.eyes.cheek * (1 - 0.35 * t * t)) * (blink > 0.6 ? 0.5 : 1);
     return Math.min(ry * Math.sqrt(1 - t * t), lid);
   };
-  const upper = line(28, (t) => [cx + t * rx, cy + Math.min(top(t), bottom(t))]);
-  const lower = line(28, (t) => [cx + t * rx, cy + bottom(t)]).reverse();
+  // Points lie closer where the rim is steep, or else it has corners there.
+  const along = (edge) => line(28, (t) => {
+    const x = Math.sin((Math.PI / 2) * t);
+    return [cx + x * rx, cy + edge(x)];
+  });
+  const upper = along((t) => Math.min(top(t), bottom(t)));
+  const lower = along(bottom).reverse();
   const d = path([...upper, ...lower]);
   add(d, "#fffdf8");
   const px = cx + look.eyes.right * 10 - side * 1.5, py = cy + look.eyes.down * 11 + 1;
@@ -95,7 +101,7 @@ function eye(add, look, side, tremble, breath, blink) {
     if (look.eyes.spark > 0.7) add(star(px - r * 0.28, py - r * 0.36, r * 0.55 * look.eyes.spark), "#fff", { clip: d });
   }
   add(d, "none", { stroke: INK, width: 2.6 });
-  const lidded = upper.filter((_, i) => i > 0 && i < 28);
+  const lidded = upper.slice(4, -4);
   add(path(lidded, false), "none", { stroke: INK, width: 4.6 });
 }
 
