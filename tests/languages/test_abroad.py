@@ -18,22 +18,54 @@ def test_a_foreign_call_for_help_is_distress(said: str) -> None:
     assert hear(said).distress == "help"
 
 
-def test_within_a_remark_it_is_worth_a_question() -> None:
-    heard = hear("Danke für deine Hilfe")
+@pytest.mark.parametrize(
+    "said",
+    [
+        "hilfe hilfe", "HILFEEEE", "ΒΟΗΘΕΙΑ", "İmdat!", "hjalp mig", "救命救命", "Oddio, aiuto",
+        "Schwester, Hilfe, ich kriege keine Luft", "Ich falle Hilfe", "Hulp, alsjeblieft!",
+    ],
+)  # fmt: skip
+def test_accents_repetition_and_words_beside_it_do_not_hide_a_call(said: str) -> None:
+    assert hear(said).distress == "help"
+
+
+@pytest.mark.parametrize("said", ["Aiutami a cercare gli occhiali", "Tolong nyalakan lampu"])
+def test_a_request_for_a_small_service_is_worth_a_question(said: str) -> None:
+    heard = hear(said)
     assert (heard.distress, heard.worry) == (None, "help")
 
 
 @pytest.mark.parametrize(
-    "said", ["Help yourself to a biscuit", "It helps to sing", "救命講習に行った", "Toloache"]
-)
+    "said",
+    [
+        "Help yourself to a biscuit", "It helps to sing", "救命講習に行った", "Danke für die Hilfe",
+        "Pomocy nie trzeba", "Socorro is a town in New Mexico", "「救命」という言葉", "Finger weg",
+    ],
+)  # fmt: skip
 def test_words_that_only_look_like_a_call_are_none(said: str) -> None:
     heard = hear(said)
     assert (heard.distress, heard.worry) == (None, None)
 
 
-@pytest.mark.parametrize("said", ["Laat los!", "Lass los, lass los!", "¡Suéltame!", "放开！"])
+@pytest.mark.parametrize(
+    "said",
+    [
+        "Laat los!", "Lass los, lass los!", "¡Suéltame!", "放开！", "停停停", "birak beni",
+        "Hilfe, lass mich los", "Nein! Lass mich los! Bitte!", "¡Suéltame! ¡Socorro!",
+        "Stop, bitte",
+    ],
+)  # fmt: skip
 def test_a_foreign_order_stops_the_body(said: str) -> None:
-    assert stops_in(said, "en") == "en"
+    assert stops_in(said, "ja") == "en"
+
+
+@pytest.mark.parametrize("said", ["Lâchez-moi !", "Au secours, lâche-moi !", "Tu me fais mal"])
+def test_french_orders_to_let_go_stop_it(said: str) -> None:
+    assert stops_in(said, "fr", moving=True) == "fr"
+
+
+def test_a_long_text_of_ambiguous_words_is_read_at_once() -> None:
+    assert not says_stop("para ya " * 5000 + "hoy", moving=True)
 
 
 def test_foreign_words_of_pain_stop_a_moving_body_only() -> None:

@@ -15,7 +15,7 @@ from miburi.talk.initiative import Manners
 from miburi.talk.script import script
 
 
-@pytest.mark.parametrize("said", ["Stop!", "ストップ", "Arrête !"])
+@pytest.mark.parametrize("said", ["Stop!", "ストップ", "Arrête !", "Lass mich los!"])
 def test_stop_stops_the_body_and_only_a_person_releases_it(talk: Talk, said: str) -> None:
     talk.say("Dance!")
     talk.until(lambda state: state.phase == "moving")
@@ -40,6 +40,14 @@ def test_it_says_in_the_language_of_the_talk_that_it_did_not_understand(
     heard = talk.say(said)
     assert heard.answer in script(language).unknown
     assert (heard.felt, heard.meant) == ([], None)
+
+
+@pytest.mark.parametrize("reply", ["Yes", "Ja, bitte", "Sí", "Да, пожалуйста"])
+def test_yes_in_the_words_of_the_call_confirms_that_somebody_needs_help(
+    talk: Talk, reply: str
+) -> None:
+    assert talk.say("Schwester hilf mir ich bin gestürzt").worry == "help"
+    assert talk.say(reply).distress == "help"
 
 
 @pytest.mark.parametrize(("page", "language"), [("ja", "ja"), ("xx", "en"), (None, "en")])

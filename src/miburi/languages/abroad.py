@@ -1,82 +1,141 @@
-"""A few words of languages that have no folder: calls for help, and orders to stop.
+"""Calls for help and orders to stop in languages that have no folder.
 
-In fear or pain, people may use another language than the one that was chosen for the partner.
+In fear or pain, people may use another language than the one that was chosen for the partner. The
+words are in ``abroad.toml``.
 """
 
 import re
 import tomllib
 import unicodedata
+from collections.abc import Collection
 from functools import cache
 from importlib import resources
+from typing import Literal, NamedTuple
 
 from miburi.ground.tables import Table
 from miburi.languages.files import Language, folders
 
-#: A call for help that English has, too: it counts only in a remark of unknown words.
-_ALSO_ENGLISH = frozenset({"help", "help me"})
+#: English has this word as well.
+_ALSO_ENGLISH = "help"
+_LETTERS = str.maketrans({"ı": "i", "ø": "o", "æ": "ae", "đ": "d", "ł": "l"})
+_UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "å": "aa", "ø": "oe"})
+_CLAUSE = re.compile(r"[.,!?;:…—。、！？،\n]+")
+#: Scripts that leave no space between words: Thai, kana and Han.
+_UNSPACED = re.compile(r"[\u0e00-\u0e7f\u3040-\u30ff\u3400-\u9fff]")
 
 
 class _Abroad(Table):
-    """The words, by the code of their language; see ``abroad.toml``."""
+    """The words, by the code of their language."""
 
-    help: dict[str, list[str]]
-    stop: dict[str, list[str]]
-    hurt: dict[str, list[str]]
+    cry: dict[Language, list[str]]
+    call: dict[Language, list[str]]
+    stop: dict[Language, list[str]]
+    moving: dict[Language, list[str]]
+    beside: dict[Language, list[str]]
+    thanks: dict[Language, list[str]]
+    yes: dict[Language, list[str]]
 
 
-def calls_for_help(said: str, *, unknown: bool) -> bool | None:
-    """Return whether a remark begins with a foreign call for help; None: it has none.
+class _Patterns(NamedTuple):
+    called: re.Pattern[str]  # a clause of calls and words beside them
+    cried: re.Pattern[str]  # a cry at either end
+    calls: re.Pattern[str]
+    thanks: re.Pattern[str]
+    stop: re.Pattern[str]
+    moving: re.Pattern[str]
+    yes: re.Pattern[str]
 
-    In a remark of ``unknown`` words, "help" is foreign, too.
 
-    >>> calls_for_help("Hilfe, ich bin gestürzt!", unknown=True)
-    True
+def calls_for_help(said: str, *, unknown: bool) -> Literal["surely", "perhaps"] | None:
+    """Return whether a remark calls for help in a language without a folder.
+
+    In a remark of ``unknown`` words, a call need not stand alone. There "help" is a call, too.
+
+    >>> [calls_for_help(said, unknown=True) for said in ("Hilfe, ich falle!", "Ich rufe Hilfe")]
+    ['surely', 'surely']
+    >>> calls_for_help("Aiutami con le scarpe", unknown=True)
+    'perhaps'
     >>> calls_for_help("Danke für deine Hilfe.", unknown=True)
-    False
     >>> calls_for_help("Help yourself to a biscuit.", unknown=False)
     """
-    found = _patterns(*folders())[0 if unknown else 1].search(_folded(said))
-    return None if found is None else not any(map(str.isalnum, found.string[: found.start()]))
+    patterns, folded = _patterns(*folders()), _folded(said)
+    clauses = [one for one in map(str.strip, _CLAUSE.split(folded)) if one]
+    alone = [one for one in clauses if patterns.called.fullmatch(one)]
+    if any(unknown or one != _ALSO_ENGLISH for one in alone):
+        return "surely"
+    if not unknown or patterns.thanks.search(folded) or not patterns.calls.search(folded):
+        return None
+    return "surely" if patterns.cried.search(folded) else "perhaps"
 
 
 def says_stop(said: str, *, moving: bool) -> bool:
-    """Return whether a remark is a foreign order to stop and nothing else.
+    """Return whether a remark is an order to stop in a language without a folder.
 
-    A foreign "that hurts" is one, too, if the body is ``moving``.
+    Only words such as "please" and calls for help may stand beside it. If the body is ``moving``,
+    words of pain are such orders, too.
 
-    >>> says_stop("Lass los! Lass los!", moving=False), says_stop("Aua!", moving=True)
+    >>> says_stop("Lass los! Bitte lass los!", moving=False), says_stop("Aua!", moving=True)
     (True, True)
     >>> says_stop("Das ist halt so.", moving=True)
     False
     """
-    return _patterns(*folders())[3 if moving else 2].fullmatch(_folded(said)) is not None
+    patterns = _patterns(*folders())
+    return (patterns.moving if moving else patterns.stop).fullmatch(_folded(said)) is not None
+
+
+def says_yes(said: str) -> bool:
+    """Return whether a remark is "yes" in a language without a folder.
+
+    >>> says_yes("Ja, bitte!"), says_yes("Ja, das Wetter ist schön.")
+    (True, False)
+    """
+    return _patterns(*folders()).yes.fullmatch(_folded(said)) is not None
 
 
 def _folded(said: str) -> str:
-    return unicodedata.normalize("NFC", said).casefold()
+    """Return text without capitals, accents and drawn-out letters."""
+    bare = unicodedata.normalize("NFKD", said.casefold())
+    kept = "".join(sign for sign in bare if unicodedata.category(sign) != "Mn")
+    return re.sub(r"(\w)\1{2,}", r"\1", kept.translate(_LETTERS).replace("’", "'"))
 
 
 @cache
-def _patterns(*known: Language) -> tuple[re.Pattern[str], ...]:
-    """Return patterns for all calls, foreign ones, orders to stop, and these with words of pain.
-
-    Languages with a folder have patterns of their own there.
-    """
+def _patterns(*known: Language) -> _Patterns:
     text = resources.files(__package__).joinpath("abroad.toml").read_text(encoding="utf-8")
     table = _Abroad.model_validate(tomllib.loads(text))
-    calls, stops, hurts = (
-        {
-            _folded(word)
-            for language, words in each.items()
+    words: dict[str, set[str]] = {
+        name: {
+            _folded(spelt)
+            for language, listed in rows.items()
             if language not in known
-            for word in words
+            for word in listed
+            for spelt in (word, word.translate(_UMLAUTS), word.replace("-", " "))
         }
-        for each in (table.help, table.stop, table.hurt)
+        for name, rows in vars(table).items()
+    }
+    calls, beside = words["cry"] | words["call"], words["beside"]
+    cry = _any(words["cry"])
+    return _Patterns(
+        called=_only(calls, beside),
+        cried=re.compile(rf"^\W*{cry}|{cry}\W*$"),
+        calls=re.compile(_any(calls)),
+        thanks=re.compile(_any(words["thanks"])),
+        stop=_only(words["stop"], beside | calls),
+        moving=_only(words["stop"] | words["moving"], beside | calls),
+        yes=_only(words["yes"], beside),
     )
-    within = (rf"(?<!\w){_either(each)}(?!\w)" for each in (calls, calls - _ALSO_ENGLISH))
-    whole = (rf"\W*({_either(each)}(\W+|$))+" for each in (stops, stops | hurts))
-    return tuple(map(re.compile, (*within, *whole)))
 
 
-def _either(words: set[str]) -> str:
-    return f"({'|'.join(map(re.escape, sorted(words, key=len, reverse=True)))})"
+def _only(words: Collection[str], beside: Collection[str]) -> re.Pattern[str]:
+    """Return a pattern for text of these words, with others beside them."""
+    # Possessive, or else a long text of ambiguous words would take exponentially long.
+    return re.compile(rf"(?=.*?{_any(words)})(?:\W*{_any({*words, *beside})})++\W*", re.DOTALL)
+
+
+def _any(words: Collection[str]) -> str:
+    """Return a pattern for one of these words, which other words must not continue."""
+    each = (
+        re.escape(word) if _UNSPACED.search(word) else rf"(?<!\w){re.escape(word)}(?!\w)"
+        for word in sorted(words, key=len, reverse=True)
+    )
+    return f"(?:{'|'.join(each)})"

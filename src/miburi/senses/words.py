@@ -38,7 +38,7 @@ from miburi.languages import (
     plain,
     words_of,
 )
-from miburi.languages.abroad import calls_for_help
+from miburi.languages.abroad import calls_for_help, says_stop
 from miburi.senses.distress import Doubt, judge_distress
 from miburi.senses.impression import Brought, Impression
 from miburi.senses.linear import find, softmax
@@ -153,6 +153,9 @@ class Model:
         return softmax(self.bias + evidence.sum(axis=0))
 
 
+_UNKNOWN = Impression(None, 0.0, "speech", topic="unknown")
+
+
 @cache
 def load_model() -> Model:
     """Return the model that ships with Miburi; it is read when the first sentence is heard."""
@@ -177,14 +180,12 @@ def hear(text: str, usual: Language = FALLBACK) -> Impression:
     assumed for a text that could be in any language.
     """
     text = text[:LONGEST].encode(errors="ignore").decode()  # drop lone surrogates
-    distress = judge_distress(text, usual)
+    stops = says_stop(text, moving=True)  # its words may mean something else in English
+    distress = None if stops else judge_distress(text, usual)
     if distress is None:
-        felt = _felt(text, usual)
-        calls = calls_for_help(text, unknown=felt.topic == "unknown")
-        if calls:
-            return Impression(None, 0.0, "speech", distress="help")
-        # In the middle of a remark, as in "Danke für deine Hilfe", it may be no call.
-        return felt if calls is None else Impression(None, 0.0, "speech", worry="help")
+        felt = _UNKNOWN if stops else _felt(text, usual)
+        call = calls_for_help(text, unknown=felt.topic == "unknown")
+        return felt if call is None else _called(sure=call == "surely")
     if distress.doubt is Doubt.SLIGHT_SIGN:
         return replace(_felt(text, usual), hint=distress.kind)
     if distress.doubt is Doubt.WORTH_A_QUESTION:
@@ -193,10 +194,16 @@ def hear(text: str, usual: Language = FALLBACK) -> Impression:
     return Impression(None, 0.0, "speech", why, distress=distress.kind)
 
 
+def _called(*, sure: bool) -> Impression:
+    return Impression(
+        None, 0.0, "speech", distress="help" if sure else None, worry=None if sure else "help"
+    )
+
+
 def _felt(text: str, usual: Language) -> Impression:
     language = language_of(text, usual)
     if is_unknown(text, language):
-        return smileys_alone(text) or Impression(None, 0.0, "speech", topic="unknown")
+        return smileys_alone(text) or _UNKNOWN
     rest = cut_questions(text, language)
     if rest is None:
         return _shown(text, language)

@@ -13,7 +13,7 @@ from datetime import datetime, timedelta
 
 import numpy as np
 
-from miburi.languages import Language, folders
+from miburi.languages import FALLBACK, Language, folders
 from miburi.languages.abroad import says_stop
 from miburi.senses.impression import Impression
 from miburi.talk.cue import Cue, Do, Match, slots_in
@@ -79,12 +79,18 @@ def wants_stop(said: str, language: Language, *, moving: bool = False) -> bool:
 def stops_in(said: str, language: Language, *, moving: bool = False) -> Language | None:
     """Return the language in which somebody tells the body to stop; None: in none.
 
-    ``language`` is the one that they probably speak, but all are searched. It is returned for the
-    orders in languages without a folder, too.
+    ``language`` is the one that they probably speak, but all are searched. Orders in a language
+    without a folder are answered in ``FALLBACK``.
     """
     each = (language, *(other for other in folders() if other != language))
-    abroad = language if says_stop(said, moving=moving) else None
+    abroad = FALLBACK if says_stop(said, moving=moving) else None
     return next((one for one in each if wants_stop(said, one, moving=moving)), abroad)
+
+
+def _reworded(said: str, words: Script, known: Mapping[str, str]) -> str:
+    """Return a remark as the patterns expect it."""
+    foreign = words is script(FALLBACK) and says_stop(said, moving="moving" in known)
+    return "Stop." if foreign else words.reword(said)
 
 
 def is_needless(worry: str, wanted: Iterable[Match]) -> bool:
@@ -121,7 +127,7 @@ class Answerer:
         If there are none, the model may ``guess`` at an order.
         """
         words = script(language)
-        said = words.reword(said)
+        said = _reworded(said, words, known)
         filled = {"next", *known, *self._fun(), *self._further(said, words)}
         found = [self._refer(one, words, said) for one in words.intents_of(said, filled)]
         if asks := told_before(said, words)[1]:
@@ -167,7 +173,7 @@ class Answerer:
             the person's last remark, to which "remember that" refers.
         """
         words = script(language)
-        said = words.reword(said)
+        said = _reworded(said, words, known or {})
         slots = _time(words, now) | {"last": self._last or "…"}
         slots |= self._further(said, words) | dict(known or {})
         match, glad = self._meant(said, words, slots)

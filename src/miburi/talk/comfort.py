@@ -7,6 +7,7 @@ from datetime import datetime, timedelta
 from typing import TypeGuard
 
 from miburi.languages import Language
+from miburi.languages.abroad import says_yes
 from miburi.senses import Impression
 from miburi.senses.kinds import Distress
 from miburi.talk.answers import is_needless
@@ -51,7 +52,7 @@ class Comfort:
     def confirm(self, heard: Impression, said: str, language: Language) -> Impression:
         """Return the impression; a "yes" to the question about distress counts as distress."""
         self._before, self._asked = self._asked, None
-        if self._is_open(self._before) and agrees(said, language):
+        if self._is_open(self._before) and (agrees(said, language) or says_yes(said)):
             return Impression(None, 0.0, "speech", distress=self._before[0])
         return heard
 
