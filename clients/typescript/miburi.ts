@@ -103,7 +103,7 @@ export class Partner {
     const [boot, number] = wish.split(":");
     const before = encodeURIComponent(`${boot}:${Math.max(Number(number) - 1, 0)}`);
     const [first] = (await this.#ask("GET", `/api/v1/log?after=${before}`)) as LiveEvent[];
-    const beyond = first?.boot === boot && first.number < Number(number) - 1; // a gap at the newest event
+    const beyond = first !== undefined && first.boot === boot && first.number < Number(number) - 1; // a gap at the newest event
     if (first === undefined || beyond || (first.boot === boot && !["wish", "gap"].includes(first.kind))) {
       throw new MiburiError(`${wish} is not the id of a request that ends, such as express or speak.`, 0);
     }

@@ -58,11 +58,28 @@ def test_states_come_in_order_at_the_rate_that_was_asked_for(server: Server) -> 
     assert whole[0] >= begin, "it begins with an old one"
     assert whole == [*range(whole[0], whole[0] + 50)], "every step"
     assert min(b - a for a, b in itertools.pairwise(serials(server, "?rate=5", 3))) >= 3
-    for rate in ("0", "51", "nan", "inf", "x"):
-        with connect(address(server, f"?rate={rate}")) as socket:
-            assert "0.1 to 50" in json.loads(socket.recv(timeout=PATIENCE))["refused"]
-            with pytest.raises(ConnectionClosed):
-                socket.recv(timeout=PATIENCE)
+
+
+RATES = ("0", "51", "nan", "inf", "x", "%F0%9F%A4%96" * 15)
+
+
+@pytest.mark.parametrize(
+    ("query", "allowed"),
+    [
+        *((f"rate={rate}", "0.1 to 50") for rate in RATES),
+        ("events=nonsense", "BOOT:NUMBER"),
+        ("nope=1", "it has rate, events"),
+    ],
+)
+def test_a_viewer_with_a_wrong_query_is_refused_in_words(
+    server: Server, query: str, allowed: str
+) -> None:
+    with connect(address(server, f"?{query}")) as socket:
+        assert allowed in json.loads(socket.recv(timeout=PATIENCE))["refused"]
+        with pytest.raises(ConnectionClosed) as closed:
+            socket.recv(timeout=PATIENCE)
+    assert closed.value.rcvd is not None
+    assert (closed.value.rcvd.code, closed.value.rcvd.reason != "") == (1008, True)
 
 
 def test_commands_are_obeyed(server: Server) -> None:

@@ -5,7 +5,7 @@ from typing import Any
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
-from fastapi.routing import APIRoute
+from fastapi.routing import APIRoute, APIWebSocketRoute
 from starlette.requests import HTTPConnection
 
 from miburi.errors import BodyError, InputError, MiburiError, OutputError
@@ -47,7 +47,7 @@ def known_queries(asked: HTTPConnection) -> None:
         A parameter is unknown; the message lists the parameters that the request has.
     """
     route = asked.scope.get("route")
-    if isinstance(route, APIRoute):
+    if isinstance(route, APIRoute | APIWebSocketRoute):
         known = [each.alias for each in route.dependant.query_params]
         if unknown := sorted(set(asked.query_params) - set(known)):
             has = ", ".join(known) or "none"

@@ -10,6 +10,7 @@ earlier commands of the same viewer, and cancels the commands that still wait.
 import asyncio
 import json
 import time
+from collections.abc import AsyncIterator
 from contextlib import suppress
 from typing import Annotated, Literal, get_args
 
@@ -20,8 +21,9 @@ from miburi.errors import InputError, MiburiError
 from miburi.feelings import Stimulus
 from miburi.interface.api import move_hand
 from miburi.interface.events import follow
+from miburi.interface.refusing import known_queries
 from miburi.live.commands import BusyError
-from miburi.live.events.event import Cursor
+from miburi.live.events.event import Cursor, LiveEvent
 from miburi.live.runner import STEP
 from miburi.live.settle import granted
 from miburi.live.view import LivePartner
@@ -39,6 +41,8 @@ LARGEST = 2_000
 #: How many of a viewer's commands may wait; further ones are dropped.
 _WAITING = 64
 _POLICY, _BYE = 1008, 1001
+#: How many characters the reason for closing may have; the protocol allows 123.
+_REASON = 120
 
 
 class HandMessage(HandIn):
@@ -97,13 +101,18 @@ def live_router(runner: LivePartner) -> APIRouter:
     ) -> None:
         await socket.accept()
         try:
+            known_queries(socket)
             chosen = _RATE.validate_strings(rate)
-        except ValidationError:
-            refused = f"rate must be {SLOWEST} to {FASTEST} states a second, got {rate!r}."
+            after = None if events in (None, "new") else Cursor.of(events)
+        except (ValidationError, InputError) as error:
+            allowed = f"rate must be {SLOWEST} to {FASTEST} states a second, got {rate!r}."
+            refused = str(error) if isinstance(error, InputError) else allowed
             await socket.send_json({"refused": refused})
-            await socket.close(_POLICY)
+            reason = refused.encode("ascii", "replace").decode()
+            await socket.close(_POLICY, reason[:_REASON])
             return
-        await _Viewer(runner, socket, chosen, events).serve()
+        follows = [] if events is None else [follow(runner, after)]
+        await _Viewer(runner, socket, chosen, follows).serve()
 
     return router
 
@@ -112,11 +121,15 @@ class _Viewer:
     """One open WebSocket."""
 
     def __init__(
-        self, runner: LivePartner, socket: WebSocket, rate: float, events: str | None
+        self,
+        runner: LivePartner,
+        socket: WebSocket,
+        rate: float,
+        followed: list[AsyncIterator[LiveEvent | None]],
     ) -> None:
         self._runner = runner
         self._socket = socket
-        self._period, self._events = 1 / rate, events
+        self._period, self._followed = 1 / rate, followed
         self._sending = asyncio.Lock()
         self._mistakes = 0
         self._commands: asyncio.Queue[tuple[str | None, float]] = asyncio.Queue(_WAITING)
@@ -126,8 +139,7 @@ class _Viewer:
     async def serve(self) -> None:
         """Send and receive until either side closes."""
         works = [self._send_states(), self._listen(), self._obey_all()]
-        if self._events is not None:
-            works.append(self._send_events(self._events))
+        works += map(self._send_events, self._followed)
         tasks = [asyncio.create_task(work) for work in works]
         try:
             await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -151,14 +163,8 @@ class _Viewer:
             due = max(due + self._period, time.monotonic())
             await asyncio.sleep(due - time.monotonic())  # until this viewer's next state is due
 
-    async def _send_events(self, after: str) -> None:
-        """Send the events after a cursor; if ``after`` is ``new``, the events from now on."""
-        try:
-            cursor = None if after == "new" else Cursor.of(after)
-        except InputError as error:
-            await self._refuse(str(error))
-            return
-        async for event in follow(self._runner, cursor):
+    async def _send_events(self, events: AsyncIterator[LiveEvent | None]) -> None:
+        async for event in events:
             if event is not None:
                 told = event.model_dump_json(exclude_none=True)
                 await self._send(f'{{"event":{told}}}')
