@@ -1,6 +1,7 @@
 """What the paper says, and the invariants, for both emotional models."""
 
 import json
+import pickle
 
 import numpy as np
 import pytest
@@ -409,3 +410,14 @@ def test_the_cascade_is_the_exact_solution_of_its_equations(held, value):
         expected = (expm(rates * dt) @ start)[[0, 2, 4]]
         expected[2] = rest + (1 - rest) * expected[2]
         np.testing.assert_allclose(levels(again)[:, HAPPY], expected, rtol=1e-9, atol=1e-13)
+
+
+@both
+def test_a_model_goes_to_another_process_after_its_first_step(kind: type[FeelingModel]) -> None:
+    model = kind()
+    model.stimulate(Stimulus("happiness", 0.8, "speech"))
+    model.step(1.0)
+    again = pickle.loads(pickle.dumps(model))
+    for each in (model, again):
+        each.step(1.0)
+    np.testing.assert_array_equal(levels(model), levels(again))

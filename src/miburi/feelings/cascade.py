@@ -50,6 +50,9 @@ class EmotionalModel(FeelingModel):
         # The latest change and its length in s, kept because most steps are equally long.
         self._latest: tuple[float, _Change] | None = None
 
+    def __getstate__(self) -> dict[str, Any]:
+        return vars(self) | {"_latest": None}  # a function, which cannot be pickled
+
     def _current_levels(self) -> Array:
         return self._levels
 

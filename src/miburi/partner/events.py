@@ -85,7 +85,7 @@ class Stopped:
 
 @dataclass(frozen=True)
 class Released:
-    """The body may go back to neutral.
+    """The partner has released the body after its pause; a release that you ask for is not told.
 
     Attributes
     ----------
