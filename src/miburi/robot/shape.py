@@ -177,10 +177,11 @@ def parts(robot: Robot) -> list[Part]:
             0.4, (0, 0, floor + 0.016),
         ),
         Part(
-            BASE, "dome", "ellipsoid", (0.94 * foot, 0.94 * foot, 0.022), (0, 0, floor + 0.014),
+            BASE, "dome", "ellipsoid", (0.94 * foot, 0.94 * foot, 0.017), (0, 0, floor + 0.017),
             "clay",
         ),
-        Part(BASE, "stem", "capsule", (0.6 * r,), (0, 0, floor + 0.016), "clay", 0.1, (0, 0, 0)),
+        # A capsule's round end would reach below the foot.
+        Part(BASE, "stem", "cylinder", (0.6 * r,), (0, 0, floor + 0.016), "clay", 0.1, (0, 0, 0)),
         Part(
             "torso", "trunk", "capsule", (r,), (0, 0, 0.012), "cream",
             0.8 * mass.torso, (0, 0, size.L01 - 0.4 * r),
