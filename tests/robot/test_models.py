@@ -1,5 +1,7 @@
 """MJCF and URDF agree with the kinematics and with the table of parts."""
 
+from xml.etree import ElementTree
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -64,6 +66,14 @@ def test_the_urdf_draws_every_part_in_its_place_and_size(robot: Robot) -> None:
         low, high = zip(*(corners(drawn, i) for i in pieces), strict=True)
         own = corners(model, model.geom(part.name).id)
         assert_allclose([np.min(low, 0), np.max(high, 0)], own, atol=1e-3, err_msg=part.name)
+
+
+def test_each_link_of_the_urdf_has_a_mass(robot: Robot) -> None:
+    """To PyBullet a link without weighs 1 kg."""
+    root = ElementTree.fromstring(to_urdf(robot))
+    masses = {link.get("name"): link.find("inertial/mass") for link in root.iter("link")}
+    assert len(masses) == 12
+    assert [name for name, mass in masses.items() if mass is None] == []
 
 
 @pytest.mark.parametrize("body", [iphonoid(), buildable()], ids=lambda body: body.name)

@@ -12,6 +12,9 @@ from miburi.robot.mjcf import to_mjcf
 from miburi.robot.physics import mujoco
 from miburi.robot.shape import BASE, COLOURS, Part, fixed_frames, links, parts
 
+#: The mass of the fixed links in kg; to some programs, a link without a mass weighs 1 kg.
+_NEXT_TO_NOTHING = 1e-9
+
 
 def to_urdf(robot: Robot, meshes: Mapping[tuple[str, str], str] | None = None) -> str:
     """Return the robot as URDF.
@@ -55,7 +58,10 @@ def to_urdf(robot: Robot, meshes: Mapping[tuple[str, str], str] | None = None) -
         _add(_add(visual, "geometry"), "mesh", filename=file, scale="0.001 0.001 0.001")
         _add(visual, "material", name=colour_name)
     for frame in fixed_frames(robot):
-        _add(root, "link", name=frame.child)
+        inertial = _add(_add(root, "link", name=frame.child), "inertial")
+        _add(inertial, "mass", value=_NEXT_TO_NOTHING)
+        spread = _NEXT_TO_NOTHING * 1e-4  # as of a ball with a radius of 16 mm
+        _add(inertial, "inertia", ixx=spread, ixy=0, ixz=0, iyy=spread, iyz=0, izz=spread)
         joint = _add(root, "joint", name=f"{frame.child}_mark", type="fixed")
         _add(joint, "origin", xyz=frame.position, rpy="0 0 0")
         _add(joint, "parent", link=frame.parent)
