@@ -99,7 +99,9 @@ def test_a_wrong_line_of_numbers_is_answered_in_words(command: str, given: str, 
 
 @pytest.mark.parametrize("form", ["mjcf", "urdf"])
 def test_export(form: str) -> None:
-    assert "right_shoulder" in miburi("export", form).stdout
+    written = miburi("export", form).stdout
+    assert "right_shoulder" in written
+    assert "table" not in written  # the robot alone
 
 
 @pytest.mark.proof("test_the_readmes_experiment_is_what_the_command_prints")

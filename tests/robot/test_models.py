@@ -88,6 +88,33 @@ def test_the_robot_stands_flat(body: Robot) -> None:
         assert_allclose(min(lows), -body.shape.pedestal_height, atol=1e-9)
 
 
+@pytest.mark.parametrize("backlash", [0.0, 0.01])
+def test_the_robot_alone_is_ready_for_other_programs(robot: Robot, backlash: float) -> None:
+    servo = robot.servo.model
+    loop = servo.loop.model_copy(update={"backlash": backlash})
+    robot = robot.with_servo(servo.model_copy(update={"loop": loop}))
+    model = mujoco.MjModel.from_xml_string(to_mjcf(robot, alone=True))
+    scene = mujoco.MjModel.from_xml_string(to_mjcf(robot))
+    whole = scene.body_subtreemass[scene.body("base_link").id]
+    assert_allclose(model.body_subtreemass[0], whole, rtol=1e-9)
+    assert (model.nlight, model.nmocap, model.body_geomnum[0]) == (0, 0, 0)
+    joints = [model.joint(i).name for i in range(model.njnt)]
+    motors = [model.actuator(i).name for i in range(model.nu)]
+    assert motors == [name for name in joints if name in JOINTS]
+    lower, upper, neutral = (
+        dict(zip(JOINTS, values, strict=True))
+        for values in (robot.lower, robot.upper, robot.neutral)
+    )
+    assert_allclose(model.actuator_ctrlrange, [(lower[name], upper[name]) for name in motors])
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, model.key("neutral").id)
+    assert_allclose(data.ctrl, [neutral[name] for name in motors])
+    assert_allclose(data.qpos, [neutral.get(name, 0.0) for name in joints])
+    mujoco.mj_step(model, data, 500)
+    angles = [data.joint(name).qpos[0] for name in JOINTS]
+    assert_allclose(angles, robot.neutral, atol=0.03)  # it sags a little under its weight
+
+
 def test_neutral_touches_nothing(robot: Robot) -> None:
     model = mujoco.MjModel.from_xml_string(to_mjcf(robot))
     data = mujoco.MjData(model)

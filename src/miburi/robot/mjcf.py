@@ -37,8 +37,13 @@ def to_mjcf(
     *,
     face: bool = False,
     sprung_hand: bool = False,
+    alone: bool = False,
 ) -> str:
     """Return the robot on a table, with position servos and a movable human hand, as MJCF.
+
+    ``alone`` is for other programs: table, lights and hand are left out, the actuators are in the
+    order of the model's joints and take angles within their limits, and there is a keyframe
+    ``neutral``.
 
     Joints and actuators have the names in ``JOINTS``; the sites ``right``, ``left`` and ``head``
     mark the extremities. Where servo gears have play, a joint ``play_…`` lies between each motor
@@ -52,8 +57,13 @@ def to_mjcf(
     link and colour. If they are given, the real shapes and the phone are drawn; the simple shapes,
     which collide, are then in group 3, which viewers hide.
     """
-    root = _stage(robot)
-    asset, world = root[3], root[4]
+    root = ET.Element("mujoco", model=robot.name)
+    _add(root, "compiler", angle="radian", autolimits="true")
+    _add(root, "option", timestep=TIMESTEP, integrator="implicitfast", cone="elliptic")
+    asset, world = _add(root, "asset"), _add(root, "worldbody")
+    _materials(asset)
+    if not alone:
+        root.extend(_room(robot))
     bodies = {BASE: _add(world, "body", name=BASE)}
     for link in links(robot):
         bodies[link.name] = _body(bodies[link.parent], link, robot)
@@ -72,40 +82,43 @@ def to_mjcf(
         _add(bodies[link_name], "site", name=name, pos=point, size=0.002, group=4)
     if sprung_hand:
         _sprung_hand(root, world)
-    else:
+    elif not alone:
         _fingers(_add(world, "body", name="hand", mocap="true", pos=HAND_AWAY))
     if face:
         _face(robot, asset, bodies["head"])
     # MuJoCo ignores contacts between bodies that a joint connects unless one is fixed to the world.
     _add(_add(root, "contact"), "exclude", body1=BASE, body2="torso")
     actuator, servo = _add(root, "actuator"), robot.servo.model
-    for joint in JOINTS:
+    for joint in [link.joint for link in links(robot)] if alone else JOINTS:
+        index = JOINTS.index(joint)
         _add(
             actuator, "position", name=joint, joint=joint,
             kp=servo.stiffness, kv=servo.control_damping,
             forcerange=(-servo.motor_torque, servo.motor_torque),
+            **({"ctrlrange": (robot.lower[index], robot.upper[index])} if alone else {}),
         )  # fmt: skip
     if servo.loop.backlash:
         _horns(root, servo)
+    if alone:
+        _neutral(root, robot)
     ET.indent(root)
     return ET.tostring(root, encoding="unicode") + "\n"
 
 
-def _stage(robot: Robot) -> ET.Element:
-    """Return the scene without a robot: the table, the lights and the materials."""
-    materials = ""
+def _materials(asset: ET.Element) -> None:
     for name, colour in COLOURS.items():
         shine, glow = {"graphite": (0.5, 0.0), "screen": (0.1, 0.45)}.get(name, (0.25, 0.0))
-        materials += (
-            f'<material name="{name}" rgba="{_text(colour)}" specular="{shine}" shininess="0.5" '
-            f'emission="{glow}"/>'
+        _add(
+            asset, "material", name=name, rgba=colour, specular=shine, shininess=0.5, emission=glow
         )
+
+
+def _room(robot: Robot) -> ET.Element:
+    """Return the table, the lights and how they are drawn."""
     # The table fades into the wall, which is warm and light, so that only the robot stands out.
     # S314 warns of untrusted XML, but this text is our own.
     return ET.fromstring(  # noqa: S314
-        f"""<mujoco model="{robot.name}">
-        <compiler angle="radian" autolimits="true"/>
-        <option timestep="{TIMESTEP}" integrator="implicitfast" cone="elliptic"/>
+        f"""<mujoco>
         <visual>
           <global offwidth="1280" offheight="960" fovy="35"/>
           <quality shadowsize="1024" offsamples="4"/>
@@ -114,7 +127,6 @@ def _stage(robot: Robot) -> ET.Element:
           <rgba haze="0.93 0.9 0.86 1"/>
         </visual>
         <asset>
-          {materials}
           <texture name="sky" type="skybox" builtin="flat" rgb1="0.93 0.9 0.86" width="8"
             height="8"/>
           <material name="table" rgba="0.84 0.80 0.75 1" specular="0.05" reflectance="0"/>
@@ -129,6 +141,14 @@ def _stage(robot: Robot) -> ET.Element:
         </worldbody>
         </mujoco>"""
     )
+
+
+def _neutral(root: ET.Element, robot: Robot) -> None:
+    """Add the keyframe: all joints at neutral, without play, and the motors told to stay there."""
+    angles = tuple(robot.neutral[JOINTS.index(link.joint)] for link in links(robot))
+    plays = (0.0,) if robot.servo.model.loop.backlash else ()
+    places = tuple(value for angle in angles for value in (angle, *plays))
+    _add(_add(root, "keyframe"), "key", name="neutral", qpos=places, ctrl=angles)
 
 
 def _horns(root: ET.Element, servo: Servo) -> None:
