@@ -49,7 +49,7 @@ def _write_meshes(robot: "Robot", folder: Path) -> dict[tuple[str, str], str]:
         for (link, colour), solid in shapes(robot).items():
             name = f"{link}-{colour}.stl"
             (draft / name).write_bytes(stl(solid))
-            files[link, colour] = str((folder / name).absolute())
+            files[link, colour] = (folder / name).as_posix()
     return files
 
 
