@@ -152,7 +152,10 @@ GuardsTable: TypeAlias = Guards[Annotated[list[_Grant], Field(min_length=8, max_
 
 
 class Masses(Table):
-    """Masses in kg; those of arm parts are for one arm."""
+    """Masses in kg; those of arm parts are for one arm.
+
+    :func:`~miburi.robot.shape.parts` adds 10 g each for neck and nod, and a base of 0.5 kg.
+    """
 
     torso: Mass
     upper_arm: Mass
