@@ -31,7 +31,9 @@ def test_a_gesture_and_its_problems(tmp_path: Path) -> None:
 
 def test_the_bill_and_the_claims() -> None:
     rows = printed("hardware", "bill")
-    assert sum(row["count"] for row in rows if row["name"].startswith("servo")) == 8
+    (servo,) = [row for row in rows if row["name"].startswith("servo")]
+    assert (servo["count"], servo["price"], servo["currency"]) == (8, 27.49, "USD")
+    assert {type(row["grams"]) for row in rows} == {int, type(None)}
     [claim] = printed("paper", "--claim", "table-1")
     assert (claim["claim"], claim["verdict"]) == ("table-1", "holds")
 

@@ -119,9 +119,9 @@ def bill(
     else:
         table = Table("count", "what", "number", "price", "grams", "time", "remark")
         for row in rows:
-            table.add_row(
-                str(row.count), row.name, row.number, row.price, row.grams, row.time, row.remark
-            )
+            price = "" if row.price is None else f"{row.price:g} {row.currency}"
+            grams = "" if row.grams is None else str(row.grams)
+            table.add_row(str(row.count), row.name, row.number, price, grams, row.time, row.remark)
         Console().print(table)
         print(priced(rows))
     if csv is not None:

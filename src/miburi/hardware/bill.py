@@ -35,12 +35,12 @@ class BillRow:
         The item, and how many of it.
     number
         The supplier's part number.
-    price, source
-        The price of one piece, with its currency, and where and when the price was seen; both are
-        empty if nobody looked it up.
+    price, currency, source
+        The price of one piece, and where and when it was seen; None and empty if nobody looked it
+        up.
     grams, time
-        How much filament a printed part takes, in grams, and how long it prints; the time is the
-        slicer's.
+        How much filament a printed part takes or how much ballast there is, in grams, otherwise
+        None; and how long the part prints, by the slicer.
     remark
         A note for the buyer.
     """
@@ -48,9 +48,10 @@ class BillRow:
     name: str
     count: int
     number: str = ""
-    price: str = ""
+    price: float | None = None
+    currency: str = ""
     source: str = ""
-    grams: str = ""
+    grams: int | None = None
     time: str = ""
     remark: str = ""
 
@@ -107,7 +108,7 @@ def bill(
             item["count"] = counts[screw]
         yield BillRow(**item)
     yield BillRow(
-        "ballast: loose steel, such as nuts", 1, grams=f"{1000 * ballast(robot):.0f}",
+        "ballast: loose steel, such as nuts", 1, grams=round(1000 * ballast(robot)),
         remark="in the foot's two chambers, in bags",
     )  # fmt: skip
     printed, whole = list[BillRow](), 0.0
@@ -119,9 +120,10 @@ def bill(
             remark = "with supports"
         whole += grams
         name = f"printed: {part.name}"
-        printed.append(BillRow(name, 1, grams=f"{grams:.0f}", time=time, remark=remark))
+        printed.append(BillRow(name, 1, grams=round(grams), time=time, remark=remark))
     told = "with supports" if program else "without supports (--slice tells more)"
-    yield BillRow("filament PETG", 1, grams=f"{whole:.0f}", remark=f"{told}; and the gauge")
+    # Its grams are those of the parts, so a sum over the rows counts them once.
+    yield BillRow("filament PETG", 1, remark=f"{whole:.0f} g {told}; and the gauge")
     yield from printed
 
 
@@ -130,11 +132,10 @@ def priced(rows: Sequence[BillRow]) -> str:
     totals: dict[str, float] = {}
     bought = [row for row in rows if not row.name.startswith("printed: ")]
     for row in bought:
-        if row.price:
-            amount, currency = row.price.split()
-            totals[currency] = totals.get(currency, 0.0) + row.count * float(amount)
+        if row.price is not None:
+            totals[row.currency] = totals.get(row.currency, 0.0) + row.count * row.price
     told = " + ".join(f"{total:.2f} {currency}" for currency, total in totals.items())
-    without = sum(not row.price for row in bought)
+    without = sum(row.price is None for row in bought)
     return f"The lines with a price come to {told}; {without} others have none."
 
 
