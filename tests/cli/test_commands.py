@@ -10,11 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.fixtures.command import COMMAND, miburi, miburi_apart
+from typer.testing import CliRunner
 
 from miburi import __version__
+from miburi.cli.commands import app
 from miburi.errors import OutputError
 from miburi.feelings import TEMPERAMENTS
 from miburi.robot import EXTREMITIES, Robot, forward
+from miburi.studies.experiment import results
 from miburi.studies.paper.page import write_paper
 
 NEUTRAL = ["0", "0.1", "1.3", "0.25", "0.1", "-1.3", "-0.25", "0.8"]
@@ -239,3 +242,18 @@ def test_an_interruption_leaves_no_half_file(tmp_path: Path) -> None:
     assert process.returncode == 128 + signal.SIGTERM
     assert "interrupted" in words
     assert list(out.iterdir()) == []
+
+
+def test_an_interrupted_film_leaves_the_experiment(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(results, "camera", interrupted)
+    (tmp_path / "experiment.mp4").write_text("of an earlier run", encoding="utf-8")
+    told = CliRunner().invoke(app, ["experiment", "--seconds", "2", "--out", str(tmp_path)])
+    assert told.exit_code == 130
+    assert f"the film was not finished; the other files are in {tmp_path}" in told.stderr
+    names = ["experiment.json", "experiment.mcap", "experiment.png", "timing.json"]
+    assert sorted(file.name for file in tmp_path.iterdir()) == names

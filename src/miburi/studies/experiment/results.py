@@ -1,6 +1,7 @@
 """Conduct the experiment and write its results: JSON, a figure, a film and a recording."""
 
 import json
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -26,56 +27,78 @@ _FILM = {"experiment.mp4", "experiment.sheet.png", "experiment-strip.png"}
 def write_experiment(
     body: Body, setup: experiment.Setup, out: Path, *, film: bool, face: bool
 ) -> list[str]:
-    """Conduct the experiment, write all its files or none, and return the lines of a summary.
+    """Conduct the experiment, write its files, and return the lines of a summary.
 
-    The files are ``experiment.json``, ``timing.json``, ``experiment.png``, ``experiment.mcap`` and,
-    with ``film``, ``experiment.mp4`` and ``experiment-strip.png``. If the machine cannot draw, film
-    and strip are left out, and the summary says so. A film and a strip that this run does not write
-    are deleted if an earlier run wrote them. With ``face``, film and strip show the face on the
+    The files are ``experiment.json``, ``timing.json``, ``experiment.png`` and ``experiment.mcap``,
+    all or none; then, with ``film``, ``experiment.mp4`` and ``experiment-strip.png``, both or none.
+    If the machine cannot draw, film and strip are left out, and the summary says so. A film and a
+    strip that an earlier run wrote are deleted. With ``face``, film and strip show the face on the
     phone.
 
     Raises OutputError if the folder cannot be written to, or ffmpeg fails.
     """
     bars = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
-    with whole_files(out) as draft, Progress(*bars, console=Console(stderr=True)) as progress:
-        progress.console.print(f"seed {setup.seed}, {setup.seconds:g} s of the robot's time")
-        running = progress.add_task("experiment", total=setup.seconds)
-        metadata = {
-            "temperament": setup.temperament.name,
-            "seed": str(setup.seed),
-            "servo": body.robot.servo.model.name,
-            "clock": "the robot's, from 0",
-        }
-        about = RecordingAbout(body.robot, metadata)
-        with (draft / "experiment.mcap").open("wb") as file, Recorder(file, about) as recorder:
-            result = experiment.conduct(
-                body,
-                setup,
-                recorder=recorder,
-                progress=lambda time: progress.update(running, completed=time),
-            )
-        _write_json(draft / "experiment.json", result.report())
-        _write_json(draft / "timing.json", result.timing())
-        experiment_figure(result, draft / "experiment.png")
-        left_out = []
+    left_out = []
+    with Progress(*bars, console=Console(stderr=True)) as progress:
+        with whole_files(out) as draft:
+            result = _conduct(body, setup, draft, progress)
+            names = sorted(file.name for file in draft.iterdir())
+        for earlier in _FILM:
+            (out / earlier).unlink(missing_ok=True)
         if film:
-            scenes = [_scene(frame, face=face) for frame in result.frames]
             try:
-                _write_strip(body.robot, result, scenes, draft / "experiment-strip.png")
-                drawing = progress.add_task("film", total=len(scenes))
-                write_film(
-                    body.robot,
-                    scenes,
-                    draft / "experiment",
-                    rate=1 / (experiment.STEP * experiment.STEPS_PER_FRAME),
-                    progress=lambda done: progress.update(drawing, completed=done),
-                )
+                with whole_files(out) as draft:
+                    _film(body.robot, result, draft, progress, face=face)
+                    names = sorted([*names, *(file.name for file in draft.iterdir())])
             except DrawingError as error:
                 left_out = [f"The film is left out: {error}"]
-        names = sorted(file.name for file in draft.iterdir())
-    for earlier in _FILM.difference(names):
-        (out / earlier).unlink(missing_ok=True)
+            except BaseException:
+                print(
+                    f"miburi: the film was not finished; the other files are in {out}.",
+                    file=sys.stderr,
+                )
+                raise
     return [*_summary(result), f"written to {out}: {', '.join(names)}", *left_out]
+
+
+def _conduct(
+    body: Body, setup: experiment.Setup, folder: Path, progress: Progress
+) -> experiment.Experiment:
+    progress.console.print(f"seed {setup.seed}, {setup.seconds:g} s of the robot's time")
+    running = progress.add_task("experiment", total=setup.seconds)
+    metadata = {
+        "temperament": setup.temperament.name,
+        "seed": str(setup.seed),
+        "servo": body.robot.servo.model.name,
+        "clock": "the robot's, from 0",
+    }
+    about = RecordingAbout(body.robot, metadata)
+    with (folder / "experiment.mcap").open("wb") as file, Recorder(file, about) as recorder:
+        result = experiment.conduct(
+            body,
+            setup,
+            recorder=recorder,
+            progress=lambda time: progress.update(running, completed=time),
+        )
+    _write_json(folder / "experiment.json", result.report())
+    _write_json(folder / "timing.json", result.timing())
+    experiment_figure(result, folder / "experiment.png")
+    return result
+
+
+def _film(
+    robot: Robot, result: experiment.Experiment, folder: Path, progress: Progress, *, face: bool
+) -> None:
+    scenes = [_scene(frame, face=face) for frame in result.frames]
+    _write_strip(robot, result, scenes, folder / "experiment-strip.png")
+    drawing = progress.add_task("film", total=len(scenes))
+    write_film(
+        robot,
+        scenes,
+        folder / "experiment",
+        rate=1 / (experiment.STEP * experiment.STEPS_PER_FRAME),
+        progress=lambda done: progress.update(drawing, completed=done),
+    )
 
 
 def _summary(result: experiment.Experiment) -> list[str]:
