@@ -1,5 +1,6 @@
 """``miburi export``, ``to-ros`` and ``template``: files for other programs, and for a user."""
 
+from collections.abc import Callable
 from functools import partial
 from importlib import resources
 from importlib.resources.abc import Traversable
@@ -32,7 +33,7 @@ def export(
     from miburi.robot.mjcf import to_mjcf
     from miburi.robot.urdf import to_urdf
 
-    forms = {"mjcf": partial(to_mjcf, alone=True), "urdf": to_urdf}
+    forms: dict[str, Callable[..., str]] = {"mjcf": partial(to_mjcf, alone=True), "urdf": to_urdf}
     must_be_one_of(forms, form, "the form")
     body = robot_of(robot)
     print(forms[form](body, None if meshes is None else _write_meshes(body, meshes)), end="")
