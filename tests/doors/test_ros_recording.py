@@ -46,10 +46,10 @@ def recording(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def converted(recording: Path, robot: Robot, tmp_path: Path) -> Path:
+def converted(recording: Path, tmp_path: Path) -> Path:
     """The same for ROS 2."""
     out = tmp_path / "ros.mcap"
-    assert convert_recording(recording, robot, out) == 2 * STEPS + 4
+    assert convert_recording(recording, out) == 2 * STEPS + 4
     return out
 
 
@@ -90,18 +90,34 @@ def test_rosbags_opens_it_with_the_right_names_stamps_and_profiles(
     assert told.status[0].message == "stopped: contact at waist"
 
 
-def test_a_recording_of_another_robot_is_refused(
+def test_the_robot_is_the_recorded_one_whatever_its_name(
     recording: Path, robot: Robot, tmp_path: Path
 ) -> None:
-    other = tmp_path / "other.mcap"
-    with other.open("wb") as file, Recorder(file, RecordingAbout(buildable())) as recorder:
+    own = robot.model_copy(update={"lengths": robot.lengths.model_copy(update={"L34": 0.11})})
+    of_own, out = tmp_path / "own.mcap", tmp_path / "ros.mcap"
+    with of_own.open("wb") as file, Recorder(file, RecordingAbout(own)) as recorder:
+        recorder.write(read(recording))
+    for given in (None, own):
+        assert convert_recording(of_own, out, given) > STEPS
+        with AnyReader([out]) as bag:
+            (described,) = [one for one in bag.connections if one.topic == "/robot_description"]
+            ((_, _, raw),) = bag.messages([described])
+            assert bag.deserialize(raw, described.msgtype).data == to_urdf(own) != to_urdf(robot)
+    with pytest.raises(InputError, match="--robot gives another; leave --robot out"):
+        convert_recording(of_own, out, robot)
+
+
+def test_an_old_recording_of_another_robot_is_refused(recording: Path, tmp_path: Path) -> None:
+    old, out = tmp_path / "old.mcap", tmp_path / "ros.mcap"
+    about = RecordingAbout(None, {"robot": "buildable"})
+    with old.open("wb") as file, Recorder(file, about) as recorder:
         recorder.write(read(recording))
     with pytest.raises(InputError, match="is of the robot buildable, and this one is iphonoid"):
-        convert_recording(other, robot, tmp_path / "ros.mcap")
-    assert convert_recording(other, buildable(), tmp_path / "ros.mcap") > STEPS
+        convert_recording(old, out)
+    assert convert_recording(old, out, buildable()) > STEPS
 
 
-def test_what_is_no_recording_of_ours_is_refused(robot: Robot, tmp_path: Path) -> None:
+def test_what_is_no_recording_of_ours_is_refused(tmp_path: Path) -> None:
     wrong = [RecordedMessage(0.5, "/joint_states", {"position": [0.0] * 7})]
     for messages, words in (
         (wrong, r"not a recording by Miburi: /joint_states at 0.50 s: pos"),
@@ -111,7 +127,7 @@ def test_what_is_no_recording_of_ours_is_refused(robot: Robot, tmp_path: Path) -
         with path.open("wb") as file, Recorder(file) as recorder:
             recorder.write(messages)
         with pytest.raises(InputError, match=words):
-            convert_recording(path, robot, tmp_path / "out.mcap")
+            convert_recording(path, tmp_path / "out.mcap")
         assert [one.name for one in tmp_path.iterdir()] == ["other.mcap"]
 
 

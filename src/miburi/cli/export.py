@@ -59,7 +59,10 @@ def to_ros(
     out: Annotated[
         Path, typer.Argument(help="The file to write (MCAP, ROS 2's messages).", callback=a_file)
     ],
-    robot: RobotFile = None,
+    robot: Annotated[
+        Path | None,
+        typer.Option(help="The robot's description, for an old recording that lacks it."),
+    ] = None,
 ) -> None:
     """Write a recording as ROS 2 messages, for ROS 2's tools."""
     if recording.resolve() == out.resolve():
@@ -67,7 +70,8 @@ def to_ros(
     need("cyclonedds", "ros")
     from miburi.doors.ros_recording import convert_recording
 
-    print(f"{convert_recording(recording, robot_of(robot), out)} messages in {out}.")
+    described = None if robot is None else robot_of(robot)
+    print(f"{convert_recording(recording, out, described)} messages in {out}.")
 
 
 #: The package and folder of the files of each kind.

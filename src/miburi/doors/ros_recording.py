@@ -25,9 +25,9 @@ from miburi.doors.ros_types import StringMsg, definition, ros_name
 from miburi.errors import InputError
 from miburi.feelings.catalogue import FeelingName
 from miburi.ground.files import whole_files
-from miburi.live.recording.recorder import RecordedMessage, read, recorded_robot
+from miburi.live.recording.recorder import RecordedMessage, read, recorded_about
 from miburi.live.state import Eight, Expressed, StopOut
-from miburi.robot import Robot
+from miburi.robot import Robot, iphonoid
 from miburi.robot.shape import links
 from miburi.robot.urdf import to_urdf
 from miburi.safety.stop import StopReason
@@ -78,8 +78,11 @@ class _Contact(BaseModel):
     mood_after: float
 
 
-def convert_recording(recording: Path, robot: Robot, out: Path) -> int:
+def convert_recording(recording: Path, out: Path, robot: Robot | None = None) -> int:
     """Write a recording for ROS 2's tools; return the number of its messages.
+
+    ``robot`` is needed only for an old recording that lacks its robot's description; by default it
+    is the iphonoid.
 
     The description and the fixed frames come first; joint states come with their frames. Commands
     are joint states, too, with the joints' goals and speeds. A recording that is cut off is
@@ -88,12 +91,7 @@ def convert_recording(recording: Path, robot: Robot, out: Path) -> int:
     Raises InputError if the file is no Miburi recording, or another robot's; OutputError if the
     file cannot be written.
     """
-    if (name := recorded_robot(recording)) not in (None, robot.name):
-        raise InputError(
-            f"{recording} is of the robot {name}, and this one is {robot.name}; give the file of "
-            "that robot with --robot."
-        )
-    messages = read(recording)
+    robot, messages = _recorded_robot(recording, robot), read(recording)
     try:
         first = next(messages)
     except StopIteration:
@@ -117,6 +115,31 @@ def convert_recording(recording: Path, robot: Robot, out: Path) -> int:
                     bag.write(stamp, topic, one)
         bag.end()
     return bag.written
+
+
+def _recorded_robot(recording: Path, given: Robot | None) -> Robot:
+    about = recorded_about(recording)
+    if (description := about.get("description")) is None:
+        robot = given or iphonoid()
+        if about.get("robot", robot.name) != robot.name:
+            raise InputError(
+                f"{recording} is of the robot {about['robot']}, and this one is {robot.name}; give "
+                "the file of that robot with --robot."
+            )
+        return robot
+    try:
+        robot = Robot.model_validate_json(description)
+    except ValidationError as error:
+        raise InputError(
+            f"{recording}: the description of its robot cannot be read; another version of Miburi "
+            "has written it."
+        ) from error
+    if given is not None and to_urdf(given) != to_urdf(robot):
+        raise InputError(
+            f"{recording} has the description of its robot, and --robot gives another; leave "
+            "--robot out."
+        )
+    return robot
 
 
 class _Bag:

@@ -14,7 +14,7 @@ the robot's clock (``time``, in s); MCAP's own times come from the computer's cl
   sound or pictures)
 
 To replay a recording in another emotional model, apply each stimulus at its time. No whole sentence
-of a person is recorded. The metadata names the robot.
+of a person is recorded. The metadata has the robot's name, and its description as JSON.
 """
 
 import json
@@ -130,7 +130,9 @@ class Recorder:
         self._transforms = about.robot and Transforms(about.robot)
         self._writer = Writer(file, compression=CompressionType.ZSTD)
         self._writer.start(profile="", library=f"miburi {__version__}")
-        robot = {} if about.robot is None else {"robot": about.robot.name}
+        robot = {}
+        if about.robot is not None:
+            robot = {"robot": about.robot.name, "description": about.robot.model_dump_json()}
         self._writer.add_metadata("miburi", {"version": __version__, **robot, **about.more})
         self._channels: dict[str, int] = {}
         for topic, schema in _SCHEMAS.items():
@@ -292,12 +294,12 @@ def is_whole(file: IO[bytes]) -> bool:
     return file.read() == MCAP0_MAGIC
 
 
-def recorded_robot(path: Path | str) -> str | None:
-    """Return the name of the robot of a recording; None if the recording does not say it."""
+def recorded_about(path: Path | str) -> dict[str, str]:
+    """Return the metadata of a recording; empty if it has none, or is no recording."""
     with suppress(*_BROKEN, OSError), Path(path).open("rb") as file:
         for metadata in NonSeekingReader(file).iter_metadata():
-            return metadata.metadata.get("robot")
-    return None
+            return metadata.metadata
+    return {}
 
 
 def read(path: Path | str, topics: list[str] | None = None) -> Iterator[RecordedMessage]:
