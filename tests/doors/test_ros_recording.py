@@ -12,7 +12,7 @@ from miburi.bodies import BodyState
 from miburi.cli.commands import app
 from miburi.doors.ros_recording import convert_recording
 from miburi.errors import InputError
-from miburi.feelings import EmotionalModel
+from miburi.feelings import EmotionalModel, Expression
 from miburi.live.recording.recorder import (
     RecordedMessage,
     Recorder,
@@ -88,6 +88,22 @@ def test_rosbags_opens_it_with_the_right_names_stamps_and_profiles(
     assert said.expression == "happy"
     ((_, told),) = heard["/diagnostics"]
     assert told.status[0].message == "stopped: contact at waist"
+
+
+def test_a_stop_ends_and_a_requested_gesture_is_shown(tmp_path: Path) -> None:
+    path, out, asked = tmp_path / "r.mcap", tmp_path / "ros.mcap", Expression("sadness", 0.9)
+    with path.open("wb") as file, Recorder(file) as recorder:
+        for k, phase in enumerate((Phase.MOVING, Phase.STOPPED, Phase.STOPPED, Phase.RETURNING)):
+            state = BodyState(0.02 * k, np.zeros(8), np.zeros(8), phase, None)
+            events = [Stopped(0.02, STOP, 0.5, 0.4)] if k == 1 else []
+            recorder.write(step_messages(state, EmotionalModel(), events, asked=asked))
+    convert_recording(path, out)
+    with AnyReader([out]) as bag:
+        heard = [(c.topic, bag.deserialize(raw, c.msgtype)) for c, _, raw in bag.messages()]
+    told = [one.status[0].message for topic, one in heard if topic == "/diagnostics"]
+    assert told == ["stopped: contact at waist", "not stopped"]
+    (said,) = [one for topic, one in heard if topic == "/expression"]
+    assert (said.expression, said.valence) == ("sad", pytest.approx(0.9 * -0.63))
 
 
 def test_the_robot_is_the_recorded_one_whatever_its_name(

@@ -171,6 +171,16 @@ def test_it_holds_why_the_partner_felt_something_and_replays(
             assert again.mood == pytest.approx(content["mood"], abs=1e-5)
 
 
+def test_a_requested_gesture_is_told_as_shown(runner: Runner, tmp_path: Path) -> None:
+    runner.recordings.start()
+    runner.ask(Perform(Expression("sadness", 0.9)))
+    run(runner, 1.0)
+    runner.recordings.end()
+    (path,) = (tmp_path / "recordings").glob("*.mcap")
+    told = [message.content for message in read(path, ["/feelings"])]
+    assert {(one["expressed"], one["expressed_mood"]) for one in told} == {("sadness", 0.9)}
+
+
 def test_the_same_run_gives_the_same_bytes() -> None:
     first, second = BytesIO(), BytesIO()
     record(first)

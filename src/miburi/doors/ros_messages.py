@@ -112,8 +112,8 @@ def diagnose(
     return DiagnosticArrayMsg(_header(stamp), [stop, *each])
 
 
-def stop_report(stamp: int, stop: StopOut) -> DiagnosticArrayMsg:
-    """Return the diagnosis of a stop alone."""
+def stop_report(stamp: int, stop: StopOut | None) -> DiagnosticArrayMsg:
+    """Return the diagnosis of a stop alone; None says that it has ended."""
     return DiagnosticArrayMsg(_header(stamp), [_stop_status(stop)])
 
 

@@ -30,7 +30,7 @@ from miburi.live.state import Eight, Expressed, StopOut
 from miburi.robot import Robot, iphonoid
 from miburi.robot.shape import links
 from miburi.robot.urdf import to_urdf
-from miburi.safety.stop import StopReason
+from miburi.safety.stop import Phase, StopReason
 from miburi.version import __version__
 
 _Timed = tuple[str, IdlStruct]
@@ -65,6 +65,7 @@ class _Feelings(BaseModel):
     name: list[str]
     mood: list[Annotated[float, Field(ge=0, le=1)]]
     expressed: FeelingName | None
+    expressed_mood: Annotated[float, Field(ge=0, le=1)] | None = None  # old recordings lack it
 
 
 class _Contact(BaseModel):
@@ -102,7 +103,7 @@ def convert_recording(recording: Path, out: Path, robot: Robot | None = None) ->
         bag.write(start, "/robot_description", StringMsg(to_urdf(robot)), _KEPT)
         bag.write(start, "/tf_static", fixed_frames(robot, _NOWHERE, start), _KEPT)
         last: Expressed | None = None
-        unsaid = True
+        unsaid, stopped = True, False
         for message in (first, *messages):
             stamp = _stamp(message)
             if message.topic == "/feelings":
@@ -111,6 +112,10 @@ def convert_recording(recording: Path, out: Path, robot: Robot | None = None) ->
                     bag.write(stamp, "/expression", said, _KEPT)
                 last, unsaid = shown, False
             elif message.topic in _KINDS:
+                if message.topic == "/joint_states":
+                    before, stopped = stopped, message.content.get("phase") == Phase.STOPPED
+                    if before and not stopped:
+                        bag.write(stamp, "/diagnostics", stop_report(stamp, None))
                 for topic, one in _KINDS[message.topic](recording, robot, message):
                     bag.write(stamp, topic, one)
         bag.end()
@@ -192,8 +197,11 @@ def _shown(feelings: _Feelings) -> Expressed | None:
     """Return the expressed feeling and its mood, to a hundredth."""
     if feelings.expressed is None:
         return None
-    moods = dict(zip(feelings.name, feelings.mood, strict=False))
-    return Expressed(feeling=feelings.expressed, mood=round(moods.get(feelings.expressed, 0.0), 2))
+    mood = feelings.expressed_mood
+    if mood is None:
+        moods = dict(zip(feelings.name, feelings.mood, strict=False))
+        mood = moods.get(feelings.expressed, 0.0)
+    return Expressed(feeling=feelings.expressed, mood=round(mood, 2))
 
 
 def _of_joints(recording: Path, robot: Robot, message: RecordedMessage) -> Iterator[_Timed]:

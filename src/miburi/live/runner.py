@@ -291,8 +291,8 @@ class Runner(LivePartner):
         """Pass the step to any recording; log recordings that began, ended or were deleted."""
         for kind, name, reason, detail in self.recordings.news():
             self._inside.note(kind, name=name, reason=reason, detail=detail or None)
-        felt, self._inside.felt, body = self._inside.felt, [], self._inside.partner.body
-        self._tape.write(self.recordings, body, events, felt, stopped, sampled=sampled)
+        felt, self._inside.felt, partner = self._inside.felt, [], self._inside.partner
+        self._tape.write(self.recordings, partner, events, felt, stopped, sampled=sampled)
 
     def excuse(self, error: Exception, kind: str = "trouble") -> None:
         """Log that an observer, or the loop itself, has failed; repeats are not logged."""

@@ -6,7 +6,7 @@ the robot's clock (``time``, in s); MCAP's own times come from the computer's cl
 - ``/joint_states``: names, positions in rad, velocities in rad/s, phase
 - ``/tf``, ``/scene``: the same in Foxglove's schemas, for a view in 3D
 - ``/commands``: moves, with positions in rad and speeds in rad/s
-- ``/feelings``: the three levels, and the expressed feeling
+- ``/feelings``: the three levels, and the feeling that is felt or, in a requested gesture, shown
 - ``/contacts``: stops
 - ``/touch``: the force on the simulated human hand, in N, while there is a force
 - ``/events``: the events that a running partner reports, including what the partner itself says
@@ -36,7 +36,7 @@ from zstandard import ZstdError
 
 from miburi.bodies import BodyState, Touch
 from miburi.errors import InputError
-from miburi.feelings import FEELINGS, FeelingModel, Stimulus
+from miburi.feelings import FEELINGS, Expression, FeelingModel, Stimulus
 from miburi.live.events.event import LiveEvent, without_words
 from miburi.live.recording.foxglove import SCHEMAS, Transforms, scene
 from miburi.partner import Event, MoveSent, Stopped
@@ -56,7 +56,7 @@ _CONTENTS: dict[str, dict[str, Any]] = {
     "/commands": {"name": _NAMES, "position": _NUMBERS, "speed": _NUMBERS, "ik_error_m": _NUMBERS},
     "/feelings": {
         "name": _NAMES, "emotion": _NUMBERS, "feeling": _NUMBERS, "mood": _NUMBERS,
-        "expressed": _TEXT_OR_NULL,
+        "expressed": _TEXT_OR_NULL, "expressed_mood": _NUMBER_OR_NULL,
     },
     "/contacts": {
         "reason": _TEXT, "motor": _TEXT_OR_NULL, "sign": _TEXT_OR_NULL, "ratio": _NUMBER_OR_NULL,
@@ -188,6 +188,7 @@ def step_messages(
     events: Iterable[Event],
     felt: Iterable[Felt] = (),
     *,
+    asked: Expression | None = None,
     touch: Touch | None = None,
     met: Touch | None = None,
     told: Iterable[LiveEvent] = (),
@@ -203,6 +204,8 @@ def step_messages(
         The events of the step; only moves and stops make messages.
     felt
         The stimuli before the step.
+    asked
+        What a requested gesture shows now; it is recorded in place of what is felt.
     touch
         What touches the body now, if that is known.
     met
@@ -215,7 +218,7 @@ def step_messages(
     """
     messages = [*map(_of_stimulus, felt), _of_state(state)]
     if feelings is not None:
-        messages.append(_of_feelings(state.time, feelings))
+        messages.append(_of_feelings(state.time, feelings, asked or feelings.express()))
     if touch is not None and touch.force > 0:
         content = {"force": round(touch.force, 3), "part": touch.part}
         messages.append(RecordedMessage(state.time, "/touch", content))
@@ -235,14 +238,14 @@ def _of_state(state: BodyState) -> RecordedMessage:
     return RecordedMessage(state.time, "/joint_states", content)
 
 
-def _of_feelings(time: float, feelings: FeelingModel) -> RecordedMessage:
-    shown = feelings.express()
+def _of_feelings(time: float, feelings: FeelingModel, shown: Expression | None) -> RecordedMessage:
     content = {
         "name": FEELINGS,
         "emotion": feelings.emotion.round(6).tolist(),
         "feeling": feelings.feeling.round(6).tolist(),
         "mood": feelings.mood.round(6).tolist(),
-        "expressed": shown.feeling if shown else None,
+        "expressed": shown and shown.feeling,
+        "expressed_mood": shown and round(shown.mood, 6),
     }
     return RecordedMessage(time, "/feelings", content)
 

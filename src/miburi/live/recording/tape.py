@@ -2,14 +2,15 @@
 
 from collections.abc import Iterable
 
-from miburi.bodies import Body, Touch
+from miburi.bodies import Touch
 from miburi.feelings import FeelingModel
 from miburi.live.events.log import History
 from miburi.live.recording.archive import Archive
 from miburi.live.recording.recorder import Felt, RecordedMessage, RecordingAbout, step_messages
 from miburi.live.stamps import Stamps
 from miburi.live.state import StopOut
-from miburi.partner import Event
+from miburi.partner import Event, Partner
+from miburi.robot import Robot
 
 
 class Tape:
@@ -22,7 +23,7 @@ class Tape:
     def write(
         self,
         recordings: Archive,
-        body: Body,
+        partner: Partner,
         events: Iterable[Event],
         felt: Iterable[Felt],
         stopped: StopOut | None,
@@ -30,6 +31,7 @@ class Tape:
         sampled: bool,
     ) -> None:
         """Record a step, with its stop if it has one; if ``sampled``, record the feelings, too."""
+        body = partner.body
 
         def step() -> list[RecordedMessage]:
             touchable, met = body.touchable, None
@@ -40,22 +42,23 @@ class Tape:
                 self._feelings if sampled else None,
                 events,
                 felt,
+                asked=partner.expression if partner.asked else None,
                 touch=None if touchable is None else touchable.touch,
                 met=met,
                 told=self._history.after(self._told),
                 wall=self._stamps.of(body.state.time),
             )
 
-        recordings.describe = lambda: self._about(body)
+        recordings.describe = lambda: self._about(body.robot)
         recordings.write(step)
         self._told = self._history.number
 
-    def _about(self, body: Body) -> RecordingAbout:
+    def _about(self, robot: Robot) -> RecordingAbout:
         more = {
             "temperament": self._feelings.temperament.name,
             "seed": str(self._seed),
-            "servo": body.robot.servo.model.name,
+            "servo": robot.servo.model.name,
             "boot": self._history.boot,
             "clock": "MCAP's times are the computer's; `time` is the robot's",
         }
-        return RecordingAbout(body.robot, more)
+        return RecordingAbout(robot, more)
