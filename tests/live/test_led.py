@@ -23,7 +23,8 @@ def test_a_hand_that_is_taken_at_rest_is_felt_and_led(runner: Runner) -> None:
     stop = runner.snapshot.state.stop
     assert stop is not None
     assert stop.reason is StopReason.TOUCHED
-    assert stop.mood_after == stop.mood_before
+    assert stop.part is not None
+    assert stop.mood_after is stop.mood_before is None
     felt = [entry for entry in runner.history.after(0) if entry.kind == "stimulus"]
     assert [(one.feeling, one.source) for one in felt] == [("happiness", "touch")]
     # It gives way, and does not push.

@@ -13,11 +13,12 @@ from miburi.live.commands import WAITING, BusyError
 from miburi.live.recording.archive import Archive
 from miburi.live.recording.recorder import read
 from miburi.live.runner import STEP, Runner
-from miburi.live.state import State
+from miburi.live.state import State, StopOut
 from miburi.live.wishes import ChangeBody, Feel, MoveHand, Pause, Perform, Release
 from miburi.partner import solve_with
 from miburi.robot import JOINTS, Array, Robot, forward
 from miburi.safety.contact import PAPER_RATIO
+from miburi.safety.stop import StopReason
 from miburi.serving.press import press
 
 
@@ -92,6 +93,7 @@ def test_a_hand_in_the_way_is_explained(runner: Runner) -> None:
     assert stop.motor in (joint for joint in JOINTS if "right" in joint or joint == "waist")
     assert stop.part is not None
     assert (stop.force or 0) > 0.1
+    assert stop.mood_before is not None
     assert stop.mood_after == pytest.approx(0.8 * stop.mood_before, rel=1e-3)
     assert stop.measured is not None
     assert stop.expected is not None
@@ -105,6 +107,23 @@ def test_a_hand_in_the_way_is_explained(runner: Runner) -> None:
     runner.ask(MoveHand(None, np.array([0.0, 0.0, 1.0])))
     assert until(runner, lambda state: state.phase == "returning").stop is None
     assert until(runner, lambda state: state.phase == "idle").hand_out is False
+
+
+def test_a_stop_that_is_no_contact_has_nothing_of_the_last_one(runner: Runner) -> None:
+    runner.recordings.start()
+    runner.ask(Feel(Stimulus("happiness", 0.9)))
+    block(runner)
+    runner.ask(MoveHand(None, np.array([0.0, 0.0, 1.0])))
+    until(runner, lambda state: state.stop is None)
+    runner.stop()
+    runner.tick()
+    stop = runner.snapshot.state.stop
+    assert stop is not None
+    assert stop == StopOut(time=stop.time, reason=StopReason.ASKED)
+    runner.recordings.end()
+    *_, told = read(runner.recordings.find("miburi-0001.mcap"), ["/contacts"])
+    assert told.content.pop("reason") == "asked"
+    assert set(told.content.values()) == {None}
 
 
 def test_a_release_at_once_after_a_contact_invents_no_contacts(runner: Runner) -> None:

@@ -30,7 +30,7 @@ from miburi.live.state import Eight, Expressed, StopOut
 from miburi.robot import Robot, iphonoid
 from miburi.robot.shape import links
 from miburi.robot.urdf import to_urdf
-from miburi.safety.stop import Phase, StopReason
+from miburi.safety.stop import Phase
 from miburi.version import __version__
 
 _Timed = tuple[str, IdlStruct]
@@ -66,17 +66,6 @@ class _Feelings(BaseModel):
     mood: list[Annotated[float, Field(ge=0, le=1)]]
     expressed: FeelingName | None
     expressed_mood: Annotated[float, Field(ge=0, le=1)] | None = None  # old recordings lack it
-
-
-class _Contact(BaseModel):
-    reason: StopReason
-    motor: str | None
-    sign: str | None
-    ratio: float | None
-    force: float | None = None
-    part: str | None = None
-    mood_before: float
-    mood_after: float
 
 
 def convert_recording(recording: Path, out: Path, robot: Robot | None = None) -> int:
@@ -183,7 +172,7 @@ def _stamp(message: RecordedMessage) -> int:
 
 def _check(recording: Path, kind: type[_Content], message: RecordedMessage) -> _Content:
     try:
-        return kind.model_validate(message.content)
+        return kind.model_validate({"time": message.time, **message.content})
     except ValidationError as error:
         item = error.errors(include_url=False, include_input=False)[0]
         where = ".".join(str(part) for part in item["loc"])
@@ -216,10 +205,7 @@ def _of_commands(recording: Path, _robot: Robot, message: RecordedMessage) -> It
 
 
 def _of_contacts(recording: Path, _robot: Robot, message: RecordedMessage) -> Iterator[_Timed]:
-    contact = _check(recording, _Contact, message)
-    unknown = dict.fromkeys(("moved", "due", "measured", "expected"))
-    stop = StopOut.model_validate(contact.model_dump() | unknown | {"time": message.time})
-    yield "/diagnostics", stop_report(_stamp(message), stop)
+    yield "/diagnostics", stop_report(_stamp(message), _check(recording, StopOut, message))
 
 
 _KINDS: dict[str, Callable[[Path, Robot, RecordedMessage], Iterator[_Timed]]] = {

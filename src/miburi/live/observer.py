@@ -15,9 +15,9 @@ from miburi.safety.contact import Sign
 from miburi.safety.profile import FINE, SECOND
 from miburi.safety.stop import Phase, StopReason
 
-#: At each step, the peak force of a touch without a stop fades by this factor: it is gone within a
-#: second.
-_FADING = 0.9
+#: At each step, the peak force of a touch without a stop fades by this factor; below ``_GONE``, in
+#: N, the touch is forgotten.
+_FADING, _GONE = 0.9, 0.005
 #: The angle that the eyes reach without the head, rad (our choice).
 _ASIDE = 0.35
 #: The hands' speed is averaged over this many steps, as a card's reports do not come in step with
@@ -157,6 +157,8 @@ class Observer:
             if stop.sign == Sign.TRACKING and self._sent is not None:
                 measured = abs(float(body.state.velocities[motor]))
                 expected = float(self._sent[motor])
+        contact = stop.reason is StopReason.CONTACT
+        by_hand = self._part is not None and (contact or stop.reason is StopReason.TOUCHED)
         return StopOut(
             time=stop.time,
             reason=stop.reason,
@@ -167,10 +169,10 @@ class Observer:
             due=_rounded(due),
             measured=_rounded(measured),
             expected=_rounded(expected),
-            force=None if self._touch is None else round(self._peak, 2),
-            part=self._part,
-            mood_before=event.mood_before,
-            mood_after=event.mood_after,
+            force=round(self._peak, 2) if by_hand else None,
+            part=self._part if by_hand else None,
+            mood_before=event.mood_before if contact else None,
+            mood_after=event.mood_after if contact else None,
         )
 
     @property
@@ -186,10 +188,11 @@ class Observer:
                 self._peak, self._part = max(self._peak, touch.force), touch.part
             elif phase is not Phase.STOPPED:
                 self._peak *= _FADING
+                self._part = self._part if self._peak > _GONE else None
         if phase is not Phase.STOPPED:
             self._stop = None
-        elif self._stop is not None and touch is not None and self._peak > (self._stop.force or 0):
-            self._stop = self._stop.model_copy(update={"force": round(self._peak, 2)})
+        elif self._stop is not None and (force := self._stop.force) is not None:
+            self._stop = self._stop.model_copy(update={"force": max(force, round(self._peak, 2))})
 
     def _current(self, shown: Expression | None) -> Expression | None:
         """Return the expression shown, with its requested mood or else with the present mood."""

@@ -58,13 +58,20 @@ class StopOut(BaseModel):
         default=None, description="The commanded speed at that time, rad/s."
     )
     force: float | None = Field(
-        default=None, description="Largest force on the human hand, N; simulation only."
+        default=None,
+        description="Largest force on the human hand, N; null if no hand caused the stop. "
+        "Simulation only.",
     )
     part: str | None = Field(
-        default=None, description="The part that met the hand; simulation only."
+        default=None,
+        description="The part that met the hand; null if no hand caused the stop. Simulation only.",
     )
-    mood_before: Share = Field(description="The shown mood before the stop.")
-    mood_after: Share = Field(description="The mood after the stop: a contact lowers it by 20 %.")
+    mood_before: Share | None = Field(
+        default=None, description="The shown mood before a contact; null for any other stop."
+    )
+    mood_after: Share | None = Field(
+        default=None, description="The same after the contact, which lowers it by 20 %."
+    )
 
 
 #: The notes of a tune, each as [frequency in Hz, duration in s].
@@ -277,7 +284,5 @@ class Snapshot:
         """Return a copy with a stop by the watchdog because the loop was late."""
         if self.state.phase == "stopped":
             return self
-        none = dict.fromkeys(("motor", "sign", "ratio", "moved", "due", "measured", "expected"))
-        now = {"time": self.state.time, "reason": StopReason.LOOP_LATE, "force": None, "part": None}
-        stop = StopOut.model_validate(none | now | {"mood_before": 0.0, "mood_after": 0.0})
+        stop = StopOut(time=self.state.time, reason=StopReason.LOOP_LATE)
         return Snapshot(self.state.model_copy(update={"phase": "stopped", "stop": stop}))

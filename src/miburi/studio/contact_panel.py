@@ -130,9 +130,10 @@ def measurements(stop: StopOut, limit: float | None, words: Words) -> str:
     if stop.force is not None:
         over = say["force_over"].format(most=_FIRM)
         rows.append((say["force"], f"{stop.force:.1f} N" if stop.force <= _FIRM else over))
-    change = 100 * (stop.mood_after / stop.mood_before - 1) if stop.mood_before else 0.0
-    moods = f"{stop.mood_before:.2f} → {stop.mood_after:.2f} ({change:+.0f} %)"
-    rows.append((say["mood"], moods.replace("-", "−")))
+    if stop.mood_before is not None and stop.mood_after is not None:
+        change = 100 * (stop.mood_after / stop.mood_before - 1) if stop.mood_before else 0.0
+        moods = f"{stop.mood_before:.2f} → {stop.mood_after:.2f} ({change:+.0f} %)"
+        rows.append((say["mood"], moods.replace("-", "−")))
     cells = "".join(f"<dt>{escape(a)}</dt><dd>{escape(b)}</dd>" for a, b in rows)
     return f'<dl class="facts">{cells}</dl>'
 
@@ -184,8 +185,8 @@ def line(entry: LiveEvent, words: Words) -> str:
         return say["stopped" if stop.sign == "speed" else "stopped_way"].format(
             motor=words["joint"][stop.motor],
             ratio=f"{100 * (stop.ratio or 0):.0f} %",
-            before=f"{stop.mood_before:.2f}",
-            after=f"{stop.mood_after:.2f}",
+            before=f"{stop.mood_before or 0:.2f}",
+            after=f"{stop.mood_after or 0:.2f}",
         )
     name = (entry.text or "…") if entry.kind == "speech_begun" else entry.name or ""
     if entry.kind == "distress":

@@ -41,6 +41,7 @@ from miburi.live.events.event import LiveEvent, without_words
 from miburi.live.recording.foxglove import SCHEMAS, Transforms, scene
 from miburi.partner import Event, MoveSent, Stopped
 from miburi.robot import JOINTS, Robot
+from miburi.safety.stop import StopReason
 from miburi.senses import Impression
 from miburi.version import __version__
 
@@ -61,7 +62,7 @@ _CONTENTS: dict[str, dict[str, Any]] = {
     "/contacts": {
         "reason": _TEXT, "motor": _TEXT_OR_NULL, "sign": _TEXT_OR_NULL, "ratio": _NUMBER_OR_NULL,
         "force": _NUMBER_OR_NULL, "part": _TEXT_OR_NULL,
-        "mood_before": _NUMBER, "mood_after": _NUMBER,
+        "mood_before": _NUMBER_OR_NULL, "mood_after": _NUMBER_OR_NULL,
     },
     "/touch": {"force": _NUMBER, "part": _TEXT_OR_NULL},
     "/stimuli": {
@@ -274,6 +275,7 @@ def _of_event(event: Event, met: Touch | None) -> RecordedMessage | None:
             }
             return RecordedMessage(time, "/commands", content)
         case Stopped(time, stop, before, after):
+            contact = stop.reason is StopReason.CONTACT
             content = {
                 "reason": stop.reason,
                 "motor": stop.motor,
@@ -281,8 +283,8 @@ def _of_event(event: Event, met: Touch | None) -> RecordedMessage | None:
                 "ratio": stop.ratio,
                 "force": met and round(met.force, 3),
                 "part": met and met.part,
-                "mood_before": before,
-                "mood_after": after,
+                "mood_before": before if contact else None,
+                "mood_after": after if contact else None,
             }
             return RecordedMessage(time, "/contacts", content)
         case _:
