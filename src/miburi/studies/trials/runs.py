@@ -29,6 +29,13 @@ from miburi.version import __version__
 
 #: How long, in s, to wait for a cluster's address to answer.
 _KNOCK = 5.0
+#: Each type of an outcome's values: its type in a file, and what an outcome holds for null.
+_KINDS: dict[Any, tuple[str, Any]] = {
+    str: ("string", ""),
+    int: ("int64", 0),
+    float: ("double", np.nan),
+    bool: ("bool", False),
+}
 
 Done = tuple[Chunk, list[Outcome]]
 
@@ -245,13 +252,18 @@ def _read_journal(path: Path, plan: Plan) -> tuple[dict[Chunk, list[Outcome]], i
 
 
 def write_parquet(plan: Plan, outcomes: list[Outcome], out: Path) -> None:
-    """Write a Parquet file with a row for each trial: the whole file, or none.
+    """Write a Parquet file with a row for each trial, and null where a value does not apply.
+
+    The whole file is written, or none.
 
     Raises OutputError if the folder cannot be written to, or the disk is full; MiburiError if
     PyArrow is not installed.
     """
     pa, pq = _arrow()
-    columns = {f.name: [getattr(o, f.name) for o in outcomes] for f in fields(Outcome)}
+    columns = {
+        f.name: pa.array([_cell(o, f.name) for o in outcomes], _KINDS[f.type][0])
+        for f in fields(Outcome)
+    }
     metadata = {**plan.chosen, "miburi": __version__, "seed": str(plan.seed), "run": plan.key}
     table = pa.table(columns).replace_schema_metadata(metadata)
     with whole_files(out.parent) as draft:
@@ -266,10 +278,21 @@ def read_parquet(path: Path) -> list[Outcome]:
     """
     pa, pq = _arrow()
     try:
-        rows = pq.read_table(path).to_pylist()
-        return [Outcome(**row) for row in rows]
-    except (OSError, pa.ArrowException, TypeError) as error:
+        nothing = {f.name: _KINDS[f.type][1] for f in fields(Outcome)}
+        return [
+            Outcome(**{n: nothing[n] if value is None else value for n, value in row.items()})
+            for row in pq.read_table(path).to_pylist()
+        ]
+    except (OSError, pa.ArrowException, TypeError, KeyError) as error:
         raise InputError(f"{path} is not a file of trials: {error}.") from error
+
+
+def _cell(outcome: Outcome, name: str) -> object:
+    """Return a value, or None where it does not apply."""
+    value = getattr(outcome, name)
+    if value == "" or value != value:  # noqa: PLR0124  (NaN)
+        return None
+    return None if name == "right_motor" and np.isnan(outcome.latency) else value
 
 
 def _arrow() -> tuple[Any, Any]:
