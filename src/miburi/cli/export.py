@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from miburi.cli.options import RobotFile, must_be_one_of, robot_of
-from miburi.cli.places import a_file, a_folder
-from miburi.errors import InputError, need
+from miburi.cli.places import a_file, a_folder, must_not_replace
+from miburi.errors import need
 
 if TYPE_CHECKING:
     from miburi.robot import Robot
@@ -65,8 +65,7 @@ def to_ros(
     ] = None,
 ) -> None:
     """Write a recording as ROS 2 messages, for ROS 2's tools."""
-    if recording.resolve() == out.resolve():
-        raise InputError(f"{out} is the file to read; choose another file to write.")
+    must_not_replace(out, recording, robot)
     need("cyclonedds", "ros")
     from miburi.doors.ros_recording import convert_recording
 

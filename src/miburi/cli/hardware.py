@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from miburi.cli.options import AsJson
-from miburi.cli.places import a_file, a_folder
+from miburi.cli.places import a_file, a_folder, must_not_replace
 from miburi.errors import need
 
 if TYPE_CHECKING:
@@ -105,6 +105,7 @@ def bill(
 
     from miburi.errors import MiburiError
 
+    must_not_replace(csv, robot)
     body = _robot(robot)
     from miburi.hardware.bill import bill as rows_of
     from miburi.hardware.bill import priced, slicer, to_csv

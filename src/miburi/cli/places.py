@@ -35,6 +35,12 @@ def check_folder(option: str, place: Path) -> None:
     _try(option, place, place)
 
 
+def must_not_replace(out: Path | None, *read: Path | str | None) -> None:
+    """Raise InputError if the file to write is one of the files to read."""
+    if out is not None and out.resolve() in {Path(file).resolve() for file in read if file}:
+        raise InputError(f"{out} is the file to read; choose another file to write.")
+
+
 def _try(option: str, place: Path, folder: Path) -> None:
     try:
         nearest = folder.absolute()

@@ -22,7 +22,7 @@ from miburi.cli.options import (
     repertoire_of,
     robot_of,
 )
-from miburi.cli.places import a_file, a_folder
+from miburi.cli.places import a_file, a_folder, must_not_replace
 from miburi.errors import BodyError, InputError, need
 from miburi.ground.cores import available_cores
 
@@ -104,6 +104,7 @@ def trials(
         need("pyarrow", "studies")
         if out.suffix != ".parquet":
             raise InputError(f"--out must end in .parquet, such as trials.parquet; got {out}.")
+    must_not_replace(out, robot, servo, calibration)
     if ray is not None:
         need("ray", "cluster")
     from miburi.robot.specimens import specimens
@@ -163,6 +164,7 @@ def calibrate(
     from miburi.ground.files import whole_files
     from miburi.studies.trials.workshop import calibrate_servos
 
+    must_not_replace(out, robot, servo)
     body = robot_of(robot, servo)
     print("Moving every simulated joint freely; this takes about ten seconds.", file=sys.stderr)
     done = calibrate_servos(body, seed)
@@ -201,6 +203,7 @@ def tune(
     from miburi.studies.trials.tuning import assess, free_traces
     from miburi.studies.trials.tuning import tune as search
 
+    must_not_replace(out, robot, servo)
     body = robot_of(robot, servo)
     runs = record(body, seed, free, blocked)
     with show_progress() as show:
