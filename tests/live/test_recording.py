@@ -61,6 +61,10 @@ def test_a_recording_is_read_by_any_reader(tmp_path: Path) -> None:
         summary = make_reader(file).get_summary()
     assert summary is not None
     assert all(s.encoding == "jsonschema" and s.data for s in summary.schemas.values())
+    for schema in summary.schemas.values():
+        if schema.name.startswith("miburi.") and schema.name != "miburi.events":
+            for field in json.loads(schema.data)["properties"].values():
+                assert "number" not in str(field) or "description" in str(field)
     assert summary.statistics is not None
     assert summary.statistics.message_count == 52
 

@@ -207,8 +207,10 @@ class Sample(BaseModel):
 
     time: float = Field(description="Time on the body's clock, s.")
     mood: Levels = Field(description="The moods.")
-    hand_speed: float = Field(description="The hand's velocity, as in the state, m/s.")
-    extent: float = Field(description="The hand's position, as in the state, m.")
+    hand_speed: float = Field(description="Mean speed of both hands, as in the state, m/s.")
+    extent: float = Field(
+        description="The larger of the two hands' distances from neutral, as in the state, m."
+    )
     ratios: list[float | None] = Field(description="As in the state.")
     stopped: bool = Field(description="Whether the body was stopped.")
 

@@ -50,30 +50,37 @@ _BROKEN = (McapError, struct.error, ZstdError, ValueError)
 _NUMBER, _NUMBERS = {"type": "number"}, {"type": "array", "items": {"type": "number"}}
 _TEXT, _NAMES = {"type": "string"}, {"type": "array", "items": {"type": "string"}}
 _TEXT_OR_NULL, _NUMBER_OR_NULL = {"type": ["string", "null"]}, {"type": ["number", "null"]}
-_WHY = {"type": "object", "properties": {"what": _TEXT, "weight": _NUMBER}}
+_WEIGHT = _NUMBER | {"description": "log-odds"}
+_WHY = {"type": "object", "properties": {"what": _TEXT, "weight": _WEIGHT}}
 _FRAMES, _SCENE = "foxglove.FrameTransforms", "foxglove.SceneUpdate"
+_SECONDS, _NEWTONS = _NUMBER | {"description": "s"}, _NUMBER | {"description": "N"}
+_ANGLES, _SPEEDS = _NUMBERS | {"description": "rad"}, _NUMBERS | {"description": "rad/s"}
+_ERRORS = _NUMBERS | {"description": "m, for right hand, left hand and head"}
+_ZERO_TO_ONE = {"description": "from 0 to 1"}
+_LEVELS, _LEVEL_OR_NULL = _NUMBERS | _ZERO_TO_ONE, _NUMBER_OR_NULL | _ZERO_TO_ONE
+_RATIO = _NUMBER_OR_NULL | {"description": "measured travel over expected travel"}
 _CONTENTS: dict[str, dict[str, Any]] = {
-    "/joint_states": {"name": _NAMES, "position": _NUMBERS, "velocity": _NUMBERS, "phase": _TEXT},
-    "/commands": {"name": _NAMES, "position": _NUMBERS, "speed": _NUMBERS, "ik_error_m": _NUMBERS},
+    "/joint_states": {"name": _NAMES, "position": _ANGLES, "velocity": _SPEEDS, "phase": _TEXT},
+    "/commands": {"name": _NAMES, "position": _ANGLES, "speed": _SPEEDS, "ik_error_m": _ERRORS},
     "/feelings": {
-        "name": _NAMES, "emotion": _NUMBERS, "feeling": _NUMBERS, "mood": _NUMBERS,
-        "expressed": _TEXT_OR_NULL, "expressed_mood": _NUMBER_OR_NULL,
+        "name": _NAMES, "emotion": _LEVELS, "feeling": _LEVELS, "mood": _LEVELS,
+        "expressed": _TEXT_OR_NULL, "expressed_mood": _LEVEL_OR_NULL,
     },
     "/contacts": {
-        "reason": _TEXT, "motor": _TEXT_OR_NULL, "sign": _TEXT_OR_NULL, "ratio": _NUMBER_OR_NULL,
-        "force": _NUMBER_OR_NULL, "part": _TEXT_OR_NULL,
-        "mood_before": _NUMBER_OR_NULL, "mood_after": _NUMBER_OR_NULL,
+        "reason": _TEXT, "motor": _TEXT_OR_NULL, "sign": _TEXT_OR_NULL, "ratio": _RATIO,
+        "force": _NUMBER_OR_NULL | {"description": "N"}, "part": _TEXT_OR_NULL,
+        "mood_before": _LEVEL_OR_NULL, "mood_after": _LEVEL_OR_NULL,
     },
-    "/touch": {"force": _NUMBER, "part": _TEXT_OR_NULL},
+    "/touch": {"force": _NEWTONS, "part": _TEXT_OR_NULL},
     "/stimuli": {
-        "feeling": _TEXT, "strength": _NUMBER, "source": _TEXT,
+        "feeling": _TEXT, "strength": _NUMBER | _ZERO_TO_ONE, "source": _TEXT,
         "why": {"type": "array", "items": _WHY},
     },
 }  # fmt: skip
 _SCHEMAS: dict[str, dict[str, Any]] = {
     topic: {
         "type": "object",
-        "properties": (fields := {"time": {"type": "number"}, **content}),
+        "properties": (fields := {"time": _SECONDS, **content}),
         "required": list(fields),
     }
     for topic, content in _CONTENTS.items()
