@@ -9,6 +9,7 @@ from miburi.bma.settings import Settings
 from miburi.errors import BodyError, InputError
 from miburi.feelings import FEELINGS, EmotionalModel, Expression, Stimulus
 from miburi.ik import Solution
+from miburi.live.bodies import KINDS
 from miburi.live.commands import WAITING, BusyError
 from miburi.live.recording.archive import Archive
 from miburi.live.recording.recorder import read
@@ -269,21 +270,28 @@ def test_recordings_are_whole_when_they_end(runner: Runner) -> None:
     assert [kept.whole for kept in recordings.kept()] == [True, True]
 
 
+@pytest.mark.parametrize("body", [name for name, kind in KINDS.items() if not kind.needs_port])
 def test_another_body_starts_at_neutral_and_the_old_one_is_stopped_and_closed(
-    runner: Runner,
+    runner: Runner, body: str
 ) -> None:
+    if not KINDS[body].available:
+        pytest.skip("its firmware has not been built")
     runner.ask(Feel(Stimulus("thrill", 1.0)))
     run(runner, 1.0)
-    before, old, closed = runner.snapshot.state.mood, runner.body, []
+    before, old, closed = runner.snapshot.state, runner.body, []
     close = old.close
     old.close = lambda: closed.append(close())
-    runner.ask(ChangeBody("simulated"))
+    runner.ask(ChangeBody(body))
     runner.tick()
     assert (len(closed), old.state.phase) == (1, "stopped")
     state = runner.snapshot.state
-    assert state.time < 0.1
+    assert before.time < state.time < before.time + 0.1
     np.testing.assert_allclose(state.angles, runner.robot.neutral, atol=0.02)
-    np.testing.assert_allclose(state.mood, before, rtol=0.01)
+    np.testing.assert_allclose(state.mood, before.mood, rtol=0.01)
+    runner.stop()
+    stop = until(runner, lambda state: state.stop).stop
+    assert stop is not None
+    assert state.time <= stop.time <= runner.snapshot.state.time
 
 
 def test_a_change_of_bodies_releases_no_stop(runner: Runner) -> None:

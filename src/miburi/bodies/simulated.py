@@ -8,6 +8,7 @@ does not see the physics in :class:`~miburi.bodies.plant.Plant`.
 
 from collections import deque
 from dataclasses import replace
+from math import ceil
 
 import numpy as np
 
@@ -160,6 +161,13 @@ class Simulated:
     def close(self) -> None:
         """Stop; there are no resources to free."""
         self.stop()
+
+    def go_on(self, time: float) -> None:
+        """Let the clock of a new body go on from ``time``, in s, or from the next reading."""
+        later = ceil(time / READING - 1e-6)
+        self._readings += later
+        self._wanted += later * READING
+        self._plant.data.time += later * READING
 
     def read(self) -> None:
         """Let one period of the readings pass; faster than :meth:`step`, but returns nothing."""

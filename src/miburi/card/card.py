@@ -108,15 +108,15 @@ class Card:
         self._guessed = False  # whether defaults replace what another firmware saved
         self.settings = settings or CardSettings.of(self.robot)
         self.on_report: Callable[[Report], None] = lambda _: None
-        open_line = SamePort(port) if isinstance(port, str) else port
         try:
-            self._exchange = Exchange(open_line, self._take)
+            self._exchange = Exchange(SamePort(port) if isinstance(port, str) else port, self._take)
         except OSError as error:
             cause = error.strerror or error
             raise BodyError(f"The card cannot be reached: {cause}.") from error
         try:
             self._due = self._exchange.now()
             self._history = ReportHistory(robot.servo.step, self._due)
+            self.go_on = self._history.go_on  # see LiveBody
             self._greet(_START_UP)
         except BaseException:
             self._exchange.close()

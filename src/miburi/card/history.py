@@ -63,6 +63,12 @@ class ReportHistory:
         self.began = now
         self._offset = self.heard - now - self.latest.time / SECOND
 
+    def go_on(self, time: float) -> None:
+        """Let the body's clock go on from ``time``, in s, at the latest report."""
+        ahead = time - self._time_of(self.latest.time)
+        self.began -= ahead
+        self._offset += ahead
+
     def state(self) -> BodyState:
         """Return the body's state as the card reports it."""
         latest, first = self._reports[-1], self._reports[0]

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 from serial.tools.list_ports import comports
 
@@ -12,6 +13,13 @@ from miburi.robot import Robot
 from miburi.safety.contact import Rule
 
 
+class LiveBody(Body, Protocol):
+    """A body that may replace another one while the partner lives."""
+
+    def go_on(self, time: float) -> None:
+        """Let the new body's clock go on from ``time``, in s, where that of another body ended."""
+
+
 @dataclass(frozen=True)
 class BodyKind:
     """A kind of body, by its name in commands and requests.
@@ -20,7 +28,7 @@ class BodyKind:
     """
 
     name: str
-    make: Callable[[Robot, str | None, Rule | None], Body]
+    make: Callable[[Robot, str | None, Rule | None], LiveBody]
     needs_port: bool = False
     needs_firmware: bool = False  # which `make firmware` builds
 
@@ -30,19 +38,19 @@ class BodyKind:
         return is_built() or not self.needs_firmware
 
 
-def _simulated(robot: Robot, _port: str | None, rule: Rule | None) -> Body:
+def _simulated(robot: Robot, _port: str | None, rule: Rule | None) -> LiveBody:
     from miburi.bodies.simulated import Simulated
 
     return Simulated(robot, rule)
 
 
-def _emulated_card(robot: Robot, _port: str | None, rule: Rule | None) -> Body:
+def _emulated_card(robot: Robot, _port: str | None, rule: Rule | None) -> LiveBody:
     from miburi.emulation.body import EmulatedBody
 
     return EmulatedBody(robot, rule)
 
 
-def _card(robot: Robot, port: str | None, _rule: Rule | None) -> Body:
+def _card(robot: Robot, port: str | None, _rule: Rule | None) -> LiveBody:
     from miburi.card.card import Card
 
     if not port:
@@ -74,7 +82,9 @@ def check_port(port: str) -> None:
         )
 
 
-def make_body(name: str, robot: Robot, port: str | None = None, rule: Rule | None = None) -> Body:
+def make_body(
+    name: str, robot: Robot, port: str | None = None, rule: Rule | None = None
+) -> LiveBody:
     """Make a body at neutral, of a kind in ``KINDS``.
 
     ``rule`` is the contact rule of a simulated body, by default the robot's own; a card has one in

@@ -283,6 +283,7 @@ def _change_body(wish: wishes.ChangeBody, inside: Inside) -> Command:
         before = inside.partner
         inside.agenda.leave(before)
         before.body.close()  # the old body stops; the new one may use the same port
+        body.go_on(before.body.state.time)
         inside.change_body(name, port, body)
         inside.partner.succeed(before)
         inside.note("body", name=name)

@@ -12,8 +12,8 @@ class Stamps:
     """Gives each state a time on the computer's clock, which ``clock`` returns in ns since 1970.
 
     Differences between stamps equal differences on the body's clock, so that speeds computed from
-    them are right. If the body's clock halts, or the body is replaced, the stamps are set to the
-    computer's clock. Stamps are never ahead of the computer's clock, and go back only if it does.
+    them are right. If the body's clock halts, the stamps are set to the computer's clock.
+    Stamps are never ahead of the computer's clock, and go back only if it does.
     """
 
     def __init__(self, clock: Callable[[], int] = time.time_ns) -> None:
