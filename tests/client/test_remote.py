@@ -1,14 +1,17 @@
 import asyncio
+import json
 import ssl
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import aclosing
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import pytest
 from fastapi import FastAPI
+from fastapi.responses import PlainTextResponse
 from tests.fixtures.keys import keys
 from tests.fixtures.live import Server, interface, serving
 from tests.fixtures.waiting import get, until
@@ -21,7 +24,10 @@ from miburi.client.remote import RemotePartner
 from miburi.errors import BodyError, InputError, OutputError
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures.effort import Effort
+from miburi.live.events.event import LiveEvent
 from miburi.live.runner import Runner
+from miburi.live.state import State, StopOut
+from miburi.safety.stop import StopReason
 from miburi.serving.access import Gate
 from miburi.serving.authority import Certificates
 
@@ -79,6 +85,36 @@ def test_a_partner_of_another_version_is_refused_in_words(runner: Runner) -> Non
         pytest.raises(InputError, match="same version of Miburi"),
     ):
         _ = partner.state
+
+
+def test_words_that_only_a_newer_partner_knows_are_passed_on(runner: Runner) -> None:
+    stop = StopOut(time=1.0, reason=StopReason.ASKED, mood_before=0.5, mood_after=0.5)
+    newer = stop.model_dump() | {"reason": "moonlight", "phase_of_moon": 0.5}
+    now = runner.snapshot.state.model_dump(mode="json") | {"phase": "dancing", "stop": newer}
+    event = LiveEvent(boot="5f2c9a10", number=7, wall=datetime.now(UTC), time=1.0, kind="stop")
+    happened = event.model_dump(mode="json") | {"kind": "moonrise", "by": "moon", "stop": newer}
+    app = FastAPI()
+    app.get("/api/v1/state")(lambda: now)
+    app.get("/api/v1/log")(lambda: [happened, happened])
+    app.get("/api/v1/events")(lambda: PlainTextResponse(f"data: {json.dumps(happened)}\n\n"))
+
+    async def look(url: str) -> tuple[State, LiveEvent, LiveEvent]:
+        async with (
+            miburi.connect_async(url) as partner,
+            aclosing(partner.events("0")) as events,
+        ):
+            return await partner.state(), (await partner.log())[1], await anext(events)
+
+    with serving(app) as url, miburi.connect(url) as partner:
+        seen = [(partner.state, partner.log()[1], next(partner.events("0")))]
+        seen.append(asyncio.run(look(url)))
+    for state, logged, heard in seen:
+        assert (state.phase, state.stop and state.stop.reason) == ("dancing", "moonlight")
+        for one in (logged, heard):
+            assert (one.kind, one.by, one.id) == ("moonrise", "moon", "5f2c9a10:7")
+            assert one.stop is not None
+            reason = one.stop.reason
+            assert (reason, reason.spoken, reason.passes) == ("moonlight", "moonlight", False)
 
 
 def test_recordings_come_home(partner: RemotePartner, live: Runner, tmp_path: Path) -> None:

@@ -12,9 +12,10 @@ from typing import Self
 
 import httpx
 from fastapi import FastAPI
-from pydantic import BaseModel, TypeAdapter
+from pydantic import BaseModel
 from pydantic_core import PydanticSerializationError
 
+from miburi.client.answers import Answer, read
 from miburi.client.connection import CLOSED, PATIENCE, ConnectionLostError, accepted
 from miburi.client.trusting import distrust, trust
 from miburi.errors import InputError
@@ -28,8 +29,6 @@ from miburi.wire.messages import GestureOut, SayIn, WishOut
 #: The status for too many requests. Then how often a request is tried at most if it gets this
 #: status, and the time between two tries, in s (our choice).
 _TOO_MANY, _TRIES, _BREATH = 429, 20, 0.1
-_EVENTS = TypeAdapter(list[LiveEvent])
-_GESTURES = TypeAdapter(list[GestureOut])
 
 #: A streamed answer counts as lost after this time, in s, without a sign of life.
 _STREAM_TIME = 30.0
@@ -69,17 +68,17 @@ class Asker:
 
     async def state(self) -> State:
         """Return the partner's present state."""
-        return State.model_validate_json(await self._ask("GET", "/state"))
+        return await self._get(State, "/state")
 
     async def log(self, after: str | None = None) -> list[LiveEvent]:
         """Return up to 1,000 events after the one with this id; without an id, the latest."""
         known = "" if after is None else f"?after={after}"
-        return _EVENTS.validate_json(await self._ask("GET", f"/log{known}"))
+        return await self._get(list[LiveEvent], f"/log{known}")
 
     async def say(self, text: str, tone: Tone = "plain") -> SayOut:
         """Say something to the partner; return the feeling it heard, the reason, and its answer."""
         said = SayIn.model_construct(text=text, tone=tone)
-        return SayOut.model_validate_json(await self._ask("POST", "/say", said))
+        return read(SayOut, await self._ask("POST", "/say", said), self._url)
 
     @asynccontextmanager
     async def stream(self, path: str) -> AsyncIterator[AsyncIterator[str]]:
@@ -98,11 +97,11 @@ class Asker:
 
     async def motors(self) -> MotorsOut:
         """Return the motors' temperatures, supply and calibration."""
-        return MotorsOut.model_validate_json(await self._ask("GET", "/motors"))
+        return await self._get(MotorsOut, "/motors")
 
     async def gestures(self) -> list[GestureOut]:
         """Return the movement functions."""
-        return _GESTURES.validate_json(await self._ask("GET", "/gestures"))
+        return await self._get(list[GestureOut], "/gestures")
 
     async def tell(self, path: str, wish: BaseModel | None = None) -> None:
         """Send a command, such as ``/stop``."""
@@ -110,8 +109,10 @@ class Asker:
 
     async def wish(self, path: str, wish: BaseModel) -> str:
         """Send a command, such as ``/express``; return its id, by which its events refer to it."""
-        answer = await self._ask("POST", path, wish)
-        return WishOut.model_validate_json(answer).id
+        return read(WishOut, await self._ask("POST", path, wish), self._url).id
+
+    async def _get(self, kind: type[Answer], path: str) -> Answer:
+        return read(kind, await self._ask("GET", path), self._url)
 
     async def _ask(self, method: str, path: str, wish: BaseModel | None = None) -> bytes:
         headers = {} if wish is None else {"Content-Type": "application/json"}

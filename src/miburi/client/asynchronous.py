@@ -17,6 +17,7 @@ from typing import Self
 
 import httpx
 
+from miburi.client.answers import read
 from miburi.client.asker import Asker
 from miburi.client.connection import ConnectionLostError
 from miburi.client.trusting import distrust
@@ -87,7 +88,7 @@ class AsyncPartner(Asker):
                     async for line in lines:
                         heard = loop.time()
                         if line.startswith(_DATA):
-                            event = LiveEvent.model_validate_json(line.removeprefix(_DATA))
+                            event = read(LiveEvent, line.removeprefix(_DATA), self._url)
                             cursor = event.id
                             yield event
             except (httpx.HTTPError, ConnectionLostError) as error:

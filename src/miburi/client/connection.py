@@ -8,13 +8,12 @@ import time
 from collections.abc import Generator
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 import httpx
-from pydantic import ValidationError
 from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidStatus
 from websockets.sync.client import connect as open_socket
 
+from miburi.client.answers import Answer, read
 from miburi.client.trusting import distrust, has_collided, trust
 from miburi.errors import BodyError, InputError, MiburiError, OutputError
 from miburi.live.events.event import LiveEvent
@@ -58,13 +57,17 @@ class Connection:
         self._http.close()
         self._stop.close()
 
-    def get(self, path: str) -> Any:
-        """Return the answer to a GET, read as JSON."""
-        return self.ask("GET", path).json()
+    def get(self, kind: type[Answer], path: str) -> Answer:
+        """Return the answer to a GET."""
+        return read(kind, self.ask("GET", path).content, self._url)
+
+    def send(self, kind: type[Answer], path: str, content: object) -> Answer:
+        """Send a request and return its answer."""
+        return read(kind, self.ask("POST", path, content).content, self._url)
 
     def wish(self, path: str, content: object) -> str:
         """Send a wish and return its id."""
-        return WishOut.model_validate_json(self.ask("POST", path, content).content).id
+        return self.send(WishOut, path, content).id
 
     def post(self, path: str, content: object = None) -> None:
         """Send a request whose answer is empty."""
@@ -102,10 +105,6 @@ class Connection:
             new.headers.update(head)
             self.ask("POST", "/stop", by=new)
 
-    def state(self) -> State:
-        """Return everything about the partner, now."""
-        return self._parsed(self.ask("GET", "/state").content)
-
     def states(self, rate: float, patience: float) -> Generator[State, None, None]:
         """Yield states, ``rate`` a second; retry a lost connection for ``patience`` s."""
         address = "ws" + self._url.removeprefix("http") + f"/api/v1/live?rate={rate:g}"
@@ -121,7 +120,7 @@ class Connection:
                 ) as socket:
                     for text in socket:
                         heard = time.monotonic()
-                        yield self._parsed(text)
+                        yield read(State, text, self._url)
             except InvalidStatus as error:
                 failure = _refusal(self._url, error.response.status_code, error.response.body)
                 if not isinstance(failure, ConnectionLostError):
@@ -148,7 +147,7 @@ class Connection:
                     for line in answer.iter_lines():
                         heard = time.monotonic()
                         if line.startswith(_DATA):
-                            event = LiveEvent.model_validate_json(line.removeprefix(_DATA))
+                            event = read(LiveEvent, line.removeprefix(_DATA), self._url)
                             cursor = event.id
                             yield event
             except RuntimeError as error:
@@ -167,15 +166,6 @@ class Connection:
             words = f"{self._url} does not answer ({failure}); is `miburi run` running there?"
             raise ConnectionLostError(distrust(self._url, failure) or words) from failure
         time.sleep(min(_AGAIN, patience))
-
-    def _parsed(self, text: str | bytes) -> State:
-        try:
-            return State.model_validate_json(text)
-        except ValidationError as error:
-            raise InputError(
-                f"{self._url}: this program does not understand this partner's state; use the "
-                "same version of Miburi for both."
-            ) from error
 
     def _open(self) -> httpx.Client:
         # A pool that closes surplus connections may close one that a thread has just got.

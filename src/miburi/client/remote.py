@@ -18,8 +18,6 @@ from time import monotonic
 from types import TracebackType
 from typing import Any, Self
 
-from pydantic import TypeAdapter
-
 from miburi.client.connection import Connection
 from miburi.errors import BodyError, InputError, MiburiError, OutputError
 from miburi.feelings import Expression, Stimulus
@@ -105,17 +103,17 @@ class RemotePartner:
     @property
     def state(self) -> State:
         """The partner's present state."""
-        return self._line.state()
+        return self._line.get(State, "/state")
 
     @property
     def robot(self) -> RobotOut:
         """The robot's description."""
-        return RobotOut.model_validate(self._line.get("/robot"))
+        return self._line.get(RobotOut, "/robot")
 
     @property
     def motors(self) -> MotorsOut:
         """The motors' temperatures, supply and calibration."""
-        return MotorsOut.model_validate(self._line.get("/motors"))
+        return self._line.get(MotorsOut, "/motors")
 
     def watch(self, rate: float = 30.0, patience: float = 60.0) -> Generator[State, None, None]:
         """Yield states, ``rate`` a second (0.1 to 50), until you leave the loop.
@@ -202,7 +200,7 @@ class RemotePartner:
     def say(self, text: str, tone: Tone = "plain") -> SayOut:
         """Say something to the partner; return the feeling it heard, the reason, and its answer."""
         said = {"text": text, "tone": tone}
-        return SayOut.model_validate_json(self._line.ask("POST", "/say", said).content)
+        return self._line.send(SayOut, "/say", said)
 
     def speak(self, text: str) -> str:
         """Let the partner say something on pages whose voice is on; return the request's id."""
@@ -303,16 +301,16 @@ class RemotePartner:
 
     def gestures(self) -> list[GestureOut]:
         """Return the partner's gestures (the paper's movement functions)."""
-        return TypeAdapter(list[GestureOut]).validate_python(self._line.get("/gestures"))
+        return self._line.get(list[GestureOut], "/gestures")
 
     def log(self, after: str | None = None) -> list[LiveEvent]:
         """Return up to 1,000 events after the one with this id; without an id, the latest."""
         known = "" if after is None else f"?after={after}"
-        return TypeAdapter(list[LiveEvent]).validate_python(self._line.get(f"/log{known}"))
+        return self._line.get(list[LiveEvent], f"/log{known}")
 
     def bodies(self) -> list[BodyOut]:
         """Return the kinds of body."""
-        return TypeAdapter(list[BodyOut]).validate_python(self._line.get("/bodies"))
+        return self._line.get(list[BodyOut], "/bodies")
 
     def use_body(self, name: str, port: str | None = None) -> None:
         """Change to another body; ``port`` is a card's serial port."""
@@ -324,7 +322,7 @@ class RemotePartner:
 
     def recordings(self) -> list[RecordingOut]:
         """Return all recordings."""
-        return TypeAdapter(list[RecordingOut]).validate_python(self._line.get("/recordings"))
+        return self._line.get(list[RecordingOut], "/recordings")
 
     def download(self, name: str, path: Path | str) -> Path:
         """Save a recording as ``path``."""
