@@ -4,7 +4,7 @@ import ssl
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import aclosing
+from contextlib import aclosing, closing
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -159,8 +159,9 @@ def test_mistakes_in_an_asynchronous_program_are_the_same_errors(server: Server)
             ):
                 with pytest.raises(InputError, match=words):
                     await attempt
-        with pytest.raises(InputError, match="connect again"):
-            await partner.state()
+        for after_its_end in (partner.state(), anext(partner.events("0"))):
+            with pytest.raises(InputError, match="connect again"):
+                await after_its_end
 
     asyncio.run(work())
 
@@ -178,6 +179,34 @@ def test_after_its_end_a_connection_says_so_but_stops_the_body(server: Server) -
             attempt()
     partner.stop()
     until(lambda: server.runner.snapshot.state.stop)
+
+
+def test_a_watch_ends_with_its_connection(server: Server) -> None:
+    """It went on, and the program never ended."""
+    with miburi.connect(server.url) as partner, ThreadPoolExecutor() as pool:
+        idle, waiting = partner.watch(), partner.watch(0.1)
+        next(idle)
+        next(waiting)
+        other = pool.submit(next, waiting)
+        partner.close()
+        for attempt in (lambda: next(idle), other.result):
+            with pytest.raises(InputError, match="connect again"):
+                attempt()
+
+
+def test_a_slow_program_sees_the_newest_states(partner: RemotePartner, server: Server) -> None:
+    """States waited for it, so that each was older than the one before."""
+
+    def steps() -> int:
+        return server.runner.snapshot.state.serial
+
+    def behind() -> int:
+        begin = steps()
+        until(lambda: steps() > begin + 5)
+        return steps() - next(states).serial
+
+    with closing(partner.watch(50)) as states:
+        assert min([behind() for _ in range(20)][15:]) < 20
 
 
 def test_a_mistake_in_one_wish_loses_no_later_one(partner: RemotePartner) -> None:

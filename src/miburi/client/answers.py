@@ -5,7 +5,6 @@ are passed on as they are. Anything else that does not fit is an error.
 """
 
 from enum import StrEnum
-from functools import cache
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
@@ -23,8 +22,9 @@ def read(kind: type[Answer], text: str | bytes, url: str) -> Answer:
 
     Raises InputError if it is not of this kind.
     """
+    answers = TypeAdapter(kind)
     try:
-        return _adapter(kind).validate_json(text)  # type: ignore[no-any-return]
+        return answers.validate_json(text)
     except ValidationError as error:
         wrong = error.errors()
         if not _NEW_WORD.issuperset(one["type"] for one in wrong):
@@ -35,15 +35,10 @@ def read(kind: type[Answer], text: str | bytes, url: str) -> Answer:
     content = from_json(text)
     for one in wrong:  # a known word in the place of each new one
         _put(content, one["loc"], one["ctx"]["expected"].split("'")[1])
-    answer = _adapter(kind).validate_json(to_json(content))
+    answer = answers.validate_json(to_json(content))
     for one in wrong:
         _put(answer, one["loc"], one["input"])
-    return answer  # type: ignore[no-any-return]
-
-
-@cache
-def _adapter(kind: Any) -> TypeAdapter[Any]:
-    return TypeAdapter(kind)
+    return answer
 
 
 def _put(within: Any, place: tuple[int | str, ...], word: str) -> None:

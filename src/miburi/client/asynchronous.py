@@ -19,8 +19,9 @@ import httpx
 
 from miburi.client.answers import read
 from miburi.client.asker import Asker
-from miburi.client.connection import ConnectionLostError
+from miburi.client.connection import CLOSED, ConnectionLostError
 from miburi.client.trusting import distrust
+from miburi.errors import InputError
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures import Direction
 from miburi.live.attention import Turn
@@ -91,6 +92,10 @@ class AsyncPartner(Asker):
                             event = read(LiveEvent, line.removeprefix(_DATA), self._url)
                             cursor = event.id
                             yield event
+            except RuntimeError as error:
+                if not self._http.is_closed:
+                    raise
+                raise InputError(CLOSED) from error
             except (httpx.HTTPError, ConnectionLostError) as error:
                 failure = error
             if heard is None or loop.time() - heard > patience:

@@ -4,10 +4,12 @@ An error status raises one of Miburi's errors, with the server's message.
 """
 
 import json
+import threading
 import time
 from collections.abc import Generator
 from contextlib import suppress
 from pathlib import Path
+from queue import Empty, SimpleQueue
 
 import httpx
 from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidStatus
@@ -26,6 +28,8 @@ PATIENCE = 10.0
 #: The time between two attempts to reconnect, and the silence after which a stream counts as lost,
 #: in s.
 _AGAIN, _STREAM_TIME = 0.5, 30.0
+#: How often a thread that receives states looks whether anybody still wants them, in s.
+_LOOK = 0.5
 _DATA = "data: "
 #: The error for a program that uses a connection after closing it.
 CLOSED = "this connection is closed, or its `with` has ended: connect again."
@@ -49,6 +53,7 @@ class Connection:
         self._headers = {BY: "program"}  # so that this program may release what it has stopped
         if token:
             self._headers["Authorization"] = f"Bearer {token}"
+        self._watched: set[_Newest] = set()
         self._http = self._open()
         self._stop = self._open()  # so that Stop does not wait for another thread's answer
 
@@ -56,6 +61,8 @@ class Connection:
         """Close the connection."""
         self._http.close()
         self._stop.close()
+        for newest in tuple(self._watched):
+            newest.end(InputError(CLOSED))
 
     def get(self, kind: type[Answer], path: str) -> Answer:
         """Return the answer to a GET."""
@@ -106,31 +113,48 @@ class Connection:
             self.ask("POST", "/stop", by=new)
 
     def states(self, rate: float, patience: float) -> Generator[State, None, None]:
-        """Yield states, ``rate`` a second; retry a lost connection for ``patience`` s."""
+        """Yield the newest state, ``rate`` a second; retry a lost connection for ``patience`` s."""
         address = "ws" + self._url.removeprefix("http") + f"/api/v1/live?rate={rate:g}"
+        newest = _Newest()
+        self._watched.add(newest)
+        try:
+            if self._http.is_closed:
+                raise InputError(CLOSED)
+            threading.Thread(
+                target=self._receive, args=(newest, address, patience), name="watch", daemon=True
+            ).start()
+            while True:
+                yield read(State, newest.get(), self._url)
+        finally:
+            self._watched.discard(newest)
+            newest.end(InputError(CLOSED))
+
+    def _receive(self, newest: "_Newest", address: str, patience: float) -> None:
+        """Receive states until nobody wants them; retry a lost connection for ``patience`` s."""
         heard = None  # when, on the monotonic clock
-        while not self._http.is_closed:
-            failure: Exception = ConnectionLostError(f"{self._url} closed the connection.")
-            try:
-                with open_socket(
-                    address,
-                    additional_headers=self._headers,
-                    ssl=self._trust or None,
-                    max_queue=1,  # a program that is busy for a while gets few old states
-                ) as socket:
-                    for text in socket:
-                        heard = time.monotonic()
-                        yield read(State, text, self._url)
-            except InvalidStatus as error:
-                failure = _refusal(self._url, error.response.status_code, error.response.body)
-                if not isinstance(failure, ConnectionLostError):
-                    raise failure from error
-            except (OSError, ConnectionClosed, InvalidHandshake) as error:
-                failure = error
-                if has_collided(error):
-                    heard = heard or time.monotonic()
-            self._wait_to_connect(heard, patience, failure)
-        raise InputError(CLOSED)
+        try:
+            while not newest.is_over():
+                failure: Exception
+                try:
+                    with open_socket(
+                        address, additional_headers=self._headers, ssl=self._trust or None
+                    ) as socket:
+                        while not newest.is_over():
+                            with suppress(TimeoutError):
+                                newest.put(socket.recv(_LOOK))
+                                heard = time.monotonic()
+                    return
+                except InvalidStatus as error:
+                    failure = _refusal(self._url, error.response.status_code, error.response.body)
+                    if not isinstance(failure, ConnectionLostError):
+                        raise failure from error
+                except (OSError, ConnectionClosed, InvalidHandshake) as error:
+                    failure = error
+                    if has_collided(error):
+                        heard = heard or time.monotonic()
+                self._wait_to_connect(heard, patience, failure)
+        except Exception as error:  # whoever reads the states gets it
+            newest.end(error)
 
     def events(self, cursor: str, patience: float) -> Generator[LiveEvent, None, None]:
         """Yield the events after an id; retry a lost connection for ``patience`` s."""
@@ -177,6 +201,39 @@ class Connection:
             limits=limits,
             verify=self._trust,
         )
+
+
+class _Newest:
+    """The newest state that a thread has received, as JSON; older ones are forgotten.
+
+    So a slow program reads no old states, and the thread answers the server's pings all the time.
+    """
+
+    def __init__(self) -> None:
+        self._texts: SimpleQueue[str | bytes] = SimpleQueue()
+        self._end: Exception | None = None
+
+    def put(self, text: str | bytes) -> None:
+        """Replace the state."""
+        with suppress(Empty):
+            self._texts.get_nowait()
+        self._texts.put(text)
+
+    def get(self) -> str | bytes:
+        """Wait for a state that was not read yet; raise the error if there are no more."""
+        text = self._texts.get()
+        if self._end is not None:
+            raise self._end
+        return text
+
+    def is_over(self) -> bool:
+        """Whether there are no more states."""
+        return self._end is not None
+
+    def end(self, error: Exception) -> None:
+        """Let there be no more states."""
+        self._end = self._end or error
+        self._texts.put("")  # for whoever waits
 
 
 def accepted(url: str, response: httpx.Response) -> httpx.Response:

@@ -116,10 +116,11 @@ class RemotePartner:
         return self._line.get(MotorsOut, "/motors")
 
     def watch(self, rate: float = 30.0, patience: float = 60.0) -> Generator[State, None, None]:
-        """Yield states, ``rate`` a second (0.1 to 50), until you leave the loop.
+        """Yield the newest state, ``rate`` a second (0.1 to 50), until you leave the loop.
 
-        At 50 a second, no state of the robot's loop is left out. If the connection is lost, as when
-        the partner restarts, this tries to reconnect for up to ``patience`` s.
+        A thread receives the states, and a slow program misses some. At 50 a second, a program that
+        is quick enough gets each state of the robot's loop. If the connection is lost, as when the
+        partner restarts, this tries to reconnect for up to ``patience`` s.
         """
         try:
             wanted = float(rate)
