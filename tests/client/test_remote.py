@@ -21,6 +21,7 @@ from websockets.sync.client import connect as open_socket
 import miburi
 from miburi.client.connection import ConnectionLostError
 from miburi.client.remote import RemotePartner
+from miburi.client.sending import Sender
 from miburi.errors import BodyError, InputError, OutputError
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures.effort import Effort
@@ -214,6 +215,25 @@ def test_a_mistake_in_one_wish_loses_no_later_one(partner: RemotePartner) -> Non
     partner.soon(partner.stimulate)
     partner.soon(partner.stimulate, Stimulus("surprise", 1.0))
     assert until(lambda: partner.state.felt is not None)
+
+
+def test_what_was_sent_soon_arrives_before_the_end(server: Server) -> None:
+    with miburi.connect(server.url) as partner:
+        assert partner.soon(partner.stimulate, Stimulus("surprise", 1.0))
+        assert partner.soon(partner.temperament, "calm")
+    assert server.runner.snapshot.state.felt is not None
+    assert server.runner.snapshot.state.temperament == "calm"
+
+
+def test_what_was_not_sent_before_the_end_is_said(caplog: pytest.LogCaptureFixture) -> None:
+    begun, over = threading.Event(), threading.Event()
+    sender = Sender()
+    for wish in (begun.set, over.wait, over.set, over.set):
+        assert sender.send(wish)
+    begun.wait()
+    sender.close(patience=0.0)
+    over.set()
+    assert caplog.messages == ["not sent, because the partner took too long: the last 2 wishes"]
 
 
 def test_a_wrong_address_is_said(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from tests.fixtures.waiting import get, post, until
 from websockets.sync.client import connect as open_socket
 
 import miburi
-from miburi.client.remote import WAITING
+from miburi.client.sending import WAITING
 from miburi.errors import BodyError, InputError
 from miburi.feelings import EmotionalModel, Expression, Stimulus
 from miburi.gestures.movement import Posture

@@ -7,11 +7,9 @@
 Expressed(feeling='happiness', mood=0.41)
 """
 
-import logging
-import queue
 import threading
 from collections.abc import Callable, Generator, Mapping
-from contextlib import closing, suppress
+from contextlib import closing
 from math import inf, nan
 from pathlib import Path
 from time import monotonic
@@ -19,7 +17,8 @@ from types import TracebackType
 from typing import Any, Self
 
 from miburi.client.connection import Connection
-from miburi.errors import BodyError, InputError, MiburiError, OutputError
+from miburi.client.sending import Sender
+from miburi.errors import BodyError, InputError, OutputError
 from miburi.feelings import Expression, Stimulus
 from miburi.feelings.temperament import RestLevel
 from miburi.gestures.effort import Effort
@@ -39,10 +38,6 @@ from miburi.wire.messages import (
     fields_of,
 )
 from miburi.wire.robot import RobotOut
-
-#: How many wishes may wait to be sent by :meth:`RemotePartner.soon`.
-WAITING = 32
-_LOG = logging.getLogger(__name__)
 
 
 def connect(
@@ -77,8 +72,8 @@ class RemotePartner:
         self, url: str, token: str | None = None, authority: Path | str | None = None
     ) -> None:
         self._line = Connection(url, token, authority)
-        self._wishes: queue.Queue[Callable[[], object] | None] = queue.Queue(WAITING)
-        self._sender: threading.Thread | None = None
+        self._sender: Sender | None = None
+        self._beginning = threading.Lock()  # two threads share one sender
 
     def __enter__(self) -> Self:
         return self
@@ -92,12 +87,10 @@ class RemotePartner:
         self.close()
 
     def close(self) -> None:
-        """Close the connection, and drop waiting wishes."""
+        """Send what :meth:`soon` has accepted, for up to 5 s, and close the connection."""
         if self._sender is not None:
-            with suppress(queue.Empty):
-                while True:
-                    self._wishes.get_nowait()
-            self._wishes.put(None)
+            self._sender.close()
+            self._sender = None
         self._line.close()
 
     @property
@@ -167,25 +160,12 @@ class RemotePartner:
         """Send a command in a background thread, as in ``soon(partner.stimulate, stimulus)``.
 
         This returns at once, so that a game, for instance, misses no frame. It returns False, and
-        sends nothing, if :data:`WAITING` wishes are queued already. Failures are logged.
+        sends nothing, if :data:`~miburi.client.sending.WAITING` wishes are queued already. Failures
+        are logged, and so is what :meth:`close` could not send.
         """
-        if self._sender is None:
-            self._sender = threading.Thread(target=self._send_all, name="wishes", daemon=True)
-            self._sender.start()
-        try:
-            self._wishes.put_nowait(lambda: wish(*args, **kwargs))
-        except queue.Full:
-            return False
-        return True
-
-    def _send_all(self) -> None:
-        while (wish := self._wishes.get()) is not None:
-            try:
-                wish()
-            except MiburiError as error:
-                _LOG.warning("a wish was not carried out: %s", error)
-            except Exception:  # the program's mistake must not end this thread
-                _LOG.exception("a wish was not carried out")
+        with self._beginning:
+            self._sender = self._sender or Sender()
+        return self._sender.send(lambda: wish(*args, **kwargs))
 
     def stimulate(self, stimulus: Stimulus) -> str:
         """Make the partner feel something; return the id of the event."""
