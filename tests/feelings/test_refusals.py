@@ -62,8 +62,9 @@ def test_a_state_of_another_version_or_model_is_refused(kind, key, value):
     with pytest.raises(InputError, match="must"):
         kind.load(state)
     del state[key]
-    with pytest.raises(InputError, match="must"):
-        kind.load(state)
+    for wrong in (state, [key]):
+        with pytest.raises(InputError, match="must"):
+            kind.load(wrong)
 
 
 @both

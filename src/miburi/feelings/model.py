@@ -261,9 +261,11 @@ class FeelingModel(ABC):
         Raises
         ------
         InputError
-            The state is of another version, model or set of feelings, or a value is missing or not
-            allowed.
+            The state is no mapping, or of another version, model or set of feelings, or a value is
+            missing or not allowed.
         """
+        if not isinstance(state, Mapping):
+            raise InputError(f"The state must be a dict, as save() returns it; got {state!r:.80}.")
         header = tuple(state.get(key) for key in ("version", "model"))
         if header != (STATE_VERSION, cls.kind):
             raise InputError(
