@@ -6,9 +6,11 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import aclosing, closing
 from datetime import UTC, datetime
+from math import nan
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from fastapi import FastAPI
 from fastapi.responses import PlainTextResponse
@@ -60,7 +62,7 @@ def test_it_speaks_the_librarys_words(partner: RemotePartner) -> None:
     later = partner.log(after=events[-1].id)
     assert [event.number for event in later[:1]] in ([], [events[-1].number + 1])
     assert [motor.joint for motor in partner.motors.motors] == partner.robot.joints
-    partner.place_hand((0.1, -0.3, 0.1), (0, 0, 1))
+    partner.place_hand((0.1, -0.3, 0.1), tuple(np.array([0, 0, 1])))
     partner.remove_hand()
     partner.temperament("calm")
     assert (partner.state.temperament, partner.state.rest) == ("calm", "still")
@@ -141,6 +143,11 @@ def test_refusals_and_mistakes_are_the_librarys_errors(partner: RemotePartner) -
         (lambda: next(partner.watch(rate=60)), InputError, r"0\.1 to 50"),
         (lambda: partner.stimulate("happiness"), InputError, "Stimulus"),  # type: ignore[arg-type]
         (lambda: partner.express("surprise"), InputError, "Expression"),  # type: ignore[arg-type]
+        (partner.perform, InputError, "acts"),
+        (lambda: partner.poses({"duration": 2}), InputError, "pose"),  # type: ignore[arg-type]
+        (lambda: partner.look("left", nan), InputError, "cannot be sent"),
+        (lambda: partner.sense("pat", object()), InputError, "no form"),  # type: ignore[arg-type]
+        (lambda: partner.delete("\n"), InputError, "cannot be sent"),
         (lambda: partner.say("x" * 70_000), InputError, "65536 bytes"),
         (lambda: partner.say("\ud800"), InputError, "half a character"),
     ]
@@ -157,6 +164,10 @@ def test_mistakes_in_an_asynchronous_program_are_the_same_errors(server: Server)
                 (partner.say("x" * 70_000), "65536 bytes"),
                 (partner.say("\ud800"), "cannot be sent"),
                 (partner.look("back"), "left"),  # type: ignore[arg-type]
+                (partner.look("left", nan), "seconds"),
+                (partner.perform(), "acts"),
+                (partner.sense("pat", object()), "no form"),  # type: ignore[arg-type]
+                (partner.poses({"duration": 2}), "pose"),  # type: ignore[arg-type]
             ):
                 with pytest.raises(InputError, match=words):
                     await attempt
@@ -300,7 +311,7 @@ def test_the_token_opens_the_door(live: Runner, certificates: Certificates, sche
     gate = Gate(interface(live), keys("t" * 40), https=https)
     authority = certificates.authority if https else None
     with serving(gate, certificate=certificates.server if https else None) as url:
-        with miburi.connect(url, "t" * 40, authority) as friend:
+        with miburi.connect(url, "t" * 40 + "\n", authority) as friend:
             assert next(iter(friend.watch())).body == "simulated"
             friend.stop()  # answered as soon as it is done, a step before the state shows it
             until(lambda: friend.state.phase, "stopped".__eq__)
@@ -315,6 +326,14 @@ def test_the_token_opens_the_door(live: Runner, certificates: Certificates, sche
                         attempt()
             with pytest.raises(InputError, match="token"):
                 asyncio.run(hear_one(url, wrong, authority))
+
+
+@pytest.mark.parametrize("token", ["two\nlines", "schlüssel"])
+def test_a_token_that_no_header_can_carry_is_refused_and_not_repeated(token: str) -> None:
+    for connect in (miburi.connect, miburi.connect_async):
+        with pytest.raises(InputError, match="a token is one line") as refused:
+            connect("http://127.0.0.1:9", token)
+        assert token not in str(refused.value)
 
 
 def test_a_program_whose_token_is_withdrawn_ends_at_once(live: Runner) -> None:

@@ -215,7 +215,7 @@ def test_a_client_never_waits_without_a_word(server: Server) -> None:
 def test_an_asynchronous_program_asks_and_hears(server: Server) -> None:
     async def work() -> None:
         async with miburi.connect_async(server.url) as partner:
-            wish = await partner.express(Expression("surprise", 0.6))
+            wish = await partner.express(Expression("surprise", 0.6), blend={"thrill": 0.2})
             assert (await partner.until_ended(wish)).kind == "gesture_ended"
             await partner.stop()
             async with aclosing(partner.events(wish)) as events:

@@ -12,12 +12,11 @@ from typing import Self
 
 import httpx
 from fastapi import FastAPI
-from pydantic import BaseModel
-from pydantic_core import PydanticSerializationError
+from pydantic_core import PydanticSerializationError, to_json
 
 from miburi.client.answers import Answer, read
-from miburi.client.connection import CLOSED, PATIENCE, ConnectionLostError, accepted
-from miburi.client.trusting import distrust, trust
+from miburi.client.connection import CLOSED, PATIENCE, ConnectionLostError, accepted, plain
+from miburi.client.trusting import bearer, distrust, trust
 from miburi.errors import InputError
 from miburi.live.events.event import LiveEvent
 from miburi.live.state import MotorsOut, State
@@ -63,7 +62,7 @@ class Asker:
         """Return an asker for a server; see :func:`miburi.client.remote.connect`."""
         verify = trust(url, authority)
         url = url.rstrip("/")
-        headers = {BY: str(by)} | ({"Authorization": f"Bearer {token}"} if token else {})
+        headers = {BY: str(by)} | bearer(token)
         return cls(url, httpx.AsyncClient(base_url=url + "/api/v1", headers=headers, verify=verify))
 
     async def state(self) -> State:
@@ -103,21 +102,21 @@ class Asker:
         """Return the movement functions."""
         return await self._get(list[GestureOut], "/gestures")
 
-    async def tell(self, path: str, wish: BaseModel | None = None) -> None:
+    async def tell(self, path: str, wish: object = None) -> None:
         """Send a command, such as ``/stop``."""
         await self._ask("POST", path, wish)
 
-    async def wish(self, path: str, wish: BaseModel) -> str:
+    async def wish(self, path: str, wish: object) -> str:
         """Send a command, such as ``/express``; return its id, by which its events refer to it."""
         return read(WishOut, await self._ask("POST", path, wish), self._url).id
 
     async def _get(self, kind: type[Answer], path: str) -> Answer:
         return read(kind, await self._ask("GET", path), self._url)
 
-    async def _ask(self, method: str, path: str, wish: BaseModel | None = None) -> bytes:
+    async def _ask(self, method: str, path: str, wish: object = None) -> bytes:
         headers = {} if wish is None else {"Content-Type": "application/json"}
         try:
-            content = None if wish is None else wish.model_dump_json(warnings=False)
+            content = None if wish is None else to_json(wish, fallback=plain)
             for _ in range(_TRIES):
                 response = await self._http.request(
                     method, path, content=content, headers=headers, timeout=PATIENCE

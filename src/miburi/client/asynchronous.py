@@ -9,7 +9,7 @@
 """
 
 import asyncio
-from collections.abc import AsyncGenerator
+from collections.abc import AsyncGenerator, Mapping
 from contextlib import aclosing
 from pathlib import Path
 from types import TracebackType
@@ -24,21 +24,10 @@ from miburi.client.trusting import distrust
 from miburi.errors import InputError
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures import Direction
+from miburi.gestures.effort import Effort
 from miburi.live.attention import Turn
 from miburi.live.events.event import EndOfWish, LiveEvent
-from miburi.wire.messages import (
-    AnyAct,
-    AttendIn,
-    ExpressIn,
-    LookIn,
-    PauseIn,
-    PerformanceIn,
-    PosesIn,
-    SenseIn,
-    SpeakIn,
-    StimulusIn,
-    fields_of,
-)
+from miburi.wire.messages import AnyAct, PosesIn, fields_of
 
 #: The time between two attempts to reconnect, in s (our choice).
 _AGAIN = 0.5
@@ -115,27 +104,34 @@ class AsyncPartner(Asker):
 
     async def stimulate(self, stimulus: Stimulus) -> str:
         """Make the partner feel something."""
-        return await self.wish("/stimulus", StimulusIn(**fields_of(stimulus, Stimulus)))
+        return await self.wish("/stimulus", fields_of(stimulus, Stimulus))
 
     async def sense(self, kind: str, clearness: float = 1.0) -> None:
         """Report something that has happened, such as a pat; see :meth:`RemotePartner.sense`."""
-        await self.tell("/sense", SenseIn.model_construct(kind=kind, clearness=clearness))
+        await self.tell("/sense", {"kind": kind, "clearness": clearness})
 
     async def speak(self, text: str) -> str:
         """Have the partner say something through pages whose voice is switched on."""
-        return await self.wish("/speak", SpeakIn.model_construct(text=text))
+        return await self.wish("/speak", {"text": text})
 
-    async def express(self, expression: Expression) -> str:
-        """Perform a gesture once."""
-        return await self.wish("/express", ExpressIn(**fields_of(expression, Expression)))
+    async def express(
+        self,
+        expression: Expression,
+        *,
+        blend: Mapping[str, float] | None = None,
+        effort: Effort | None = None,
+    ) -> str:
+        """Perform a gesture once; see :meth:`RemotePartner.express`."""
+        mixed = {"blend": dict(blend or {}), "effort": effort}
+        return await self.wish("/express", fields_of(expression, Expression) | mixed)
 
     async def look(self, at: Direction, seconds: float = 2.0) -> str:
         """Look at the ``user`` (ahead), left, right, up, down or ``aside`` for ``seconds`` s."""
-        return await self.wish("/look", LookIn.model_construct(at=at, seconds=seconds))
+        return await self.wish("/look", {"at": at, "seconds": seconds})
 
     async def attend(self, turn: Turn = "listening") -> None:
         """Turn to somebody who will speak, or (``thinking``) show that an answer is on its way."""
-        await self.tell("/attend", AttendIn.model_construct(turn=turn))
+        await self.tell("/attend", {"turn": turn})
 
     async def poses(self, poses: PosesIn) -> str:
         """Perform your own key poses once, written as in a gesture file."""
@@ -143,7 +139,7 @@ class AsyncPartner(Asker):
 
     async def perform(self, *acts: AnyAct, now: bool = False) -> str:
         """Perform gestures, looks, key poses and sentences together, each at its offset."""
-        wish = PerformanceIn(acts=list(acts), when="now" if now else "next")
+        wish = {"acts": acts, "when": "now" if now else "next"}
         return await self.wish("/performance", wish)
 
     async def stop(self) -> None:
@@ -159,4 +155,4 @@ class AsyncPartner(Asker):
 
     async def pause(self, paused: bool = True) -> None:
         """Pause the partner at neutral, or let it continue."""
-        await self.tell("/pause", PauseIn.model_construct(paused=paused))
+        await self.tell("/pause", {"paused": paused})

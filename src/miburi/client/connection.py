@@ -12,11 +12,13 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 
 import httpx
+import numpy as np
+from pydantic_core import to_jsonable_python
 from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidStatus
 from websockets.sync.client import connect as open_socket
 
 from miburi.client.answers import Answer, read
-from miburi.client.trusting import distrust, has_collided, trust
+from miburi.client.trusting import bearer, distrust, has_collided, trust
 from miburi.errors import BodyError, InputError, MiburiError, OutputError
 from miburi.live.events.event import LiveEvent
 from miburi.live.state import State
@@ -50,9 +52,8 @@ class Connection:
     def __init__(self, url: str, token: str | None, authority: Path | str | None) -> None:
         self._trust = trust(url, authority)
         self._url = url.rstrip("/")
-        self._headers = {BY: "program"}  # so that this program may release what it has stopped
-        if token:
-            self._headers["Authorization"] = f"Bearer {token}"
+        # "program", so that this program may release what it has stopped
+        self._headers = {BY: "program"} | bearer(token)
         self._watched: set[_Newest] = set()
         self._http = self._open()
         self._stop = self._open()  # so that Stop does not wait for another thread's answer
@@ -87,10 +88,16 @@ class Connection:
 
         ``by`` is the HTTP client to send with.
         """
+        client = by or self._http
         try:
-            response = (by or self._http).request(method, path, json=content)
+            sent = to_jsonable_python(content, fallback=plain)
+            request = client.build_request(method, path, json=sent)
         except UnicodeEncodeError as error:
             raise InputError(f"this text has half a character: {error.object!r:.80}.") from error
+        except (ValueError, httpx.InvalidURL) as error:
+            raise InputError(f"this cannot be sent: {error}.") from error
+        try:
+            response = client.send(request)
         except RuntimeError as error:
             if not self._http.is_closed:
                 raise
@@ -234,6 +241,16 @@ class _Newest:
         """Let there be no more states."""
         self._end = self._end or error
         self._texts.put("")  # for whoever waits
+
+
+def plain(value: object) -> object:
+    """Return a number or an array of NumPy as JSON has it, for a request.
+
+    Raises InputError if it is neither.
+    """
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    raise InputError(f"{type(value).__name__} has no form in JSON")
 
 
 def accepted(url: str, response: httpx.Response) -> httpx.Response:

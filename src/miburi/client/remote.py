@@ -21,7 +21,9 @@ from miburi.client.sending import Sender
 from miburi.errors import BodyError, InputError, OutputError
 from miburi.feelings import Expression, Stimulus
 from miburi.feelings.temperament import RestLevel
+from miburi.gestures import Direction
 from miburi.gestures.effort import Effort
+from miburi.live.attention import Turn
 from miburi.live.events.event import EndOfWish, LiveEvent
 from miburi.live.state import MotorsOut, State
 from miburi.senses.tone import Tone
@@ -32,7 +34,6 @@ from miburi.wire.messages import (
     AnyAct,
     BodyOut,
     GestureOut,
-    PerformanceIn,
     PosesIn,
     RecordingOut,
     fields_of,
@@ -203,21 +204,21 @@ class RemotePartner:
             {
                 **fields_of(expression, Expression),
                 "blend": dict(blend or {}),
-                "effort": effort.model_dump() if effort else None,
+                "effort": effort,
             },
         )
 
-    def look(self, at: str, seconds: float = 2.0) -> str:
+    def look(self, at: Direction, seconds: float = 2.0) -> str:
         """Look at the user (ahead), left, right, up, down or aside, for ``seconds`` s."""
         return self._line.wish("/look", {"at": at, "seconds": seconds})
 
-    def attend(self, turn: str = "listening") -> None:
+    def attend(self, turn: Turn = "listening") -> None:
         """Face somebody who is about to speak, or who waits for an answer (``thinking``)."""
         self._line.post("/attend", {"turn": turn})
 
     def poses(self, poses: PosesIn) -> str:
         """Perform your own key poses once, written as in a gesture file."""
-        return self._line.wish("/poses", poses.model_dump(mode="json"))
+        return self._line.wish("/poses", poses)
 
     def perform(self, *acts: AnyAct, now: bool = False) -> str:
         """Perform gestures, looks, key poses and sentences together, each at its offset.
@@ -225,8 +226,7 @@ class RemotePartner:
         The performance begins after the queued ones or, with ``now``, replaces them and the one
         that is running.
         """
-        wish = PerformanceIn(acts=list(acts), when="now" if now else "next")
-        return self._line.wish("/performance", wish.model_dump(mode="json"))
+        return self._line.wish("/performance", {"acts": acts, "when": "now" if now else "next"})
 
     def stop(self, *, by_person: bool = False) -> None:
         """Stop all motors until :meth:`release`; only a person can release a person's Stop."""
@@ -267,7 +267,7 @@ class RemotePartner:
         self, position: tuple[float, float, float], along: tuple[float, float, float]
     ) -> None:
         """Move the simulated human hand to ``position``, in m, with its fingers along ``along``."""
-        self._line.post("/hand", {"position": list(position), "along": list(along)})
+        self._line.post("/hand", {"position": position, "along": along})
 
     def remove_hand(self) -> None:
         """Remove the simulated human hand."""

@@ -38,6 +38,17 @@ def trust(url: str, authority: Path | str | None) -> ssl.SSLContext | Literal[Fa
         ) from error
 
 
+def bearer(token: str | None) -> dict[str, str]:
+    """Return the header with a token, without the spaces and the newline of the file it is from.
+
+    Raises InputError, without the token, if no header can carry it.
+    """
+    token = (token or "").strip()
+    if not (token.isascii() and token.isprintable()):
+        raise InputError("a token is one line of letters, digits and signs in ASCII: copy it anew.")
+    return {"Authorization": f"Bearer {token}"} if token else {}
+
+
 def _has_port(parts: SplitResult) -> bool:
     """Whether the port is valid or, as behind a proxy, missing."""
     try:
