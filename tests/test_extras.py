@@ -101,7 +101,7 @@ def test_the_live_partner_needs_no_extra(tmp_path: Path) -> None:
     assert (process.returncode, errors) == (0, "")
 
 
-SMALL = """
+ONLY = """
 import importlib.abc, sys
 known = {"numpy", "pydantic", "pydantic_core", "annotated_types", "typing_extensions",
          "typing_inspection", "miburi", *sys.stdlib_module_names, *sys.argv[1:]}
@@ -110,6 +110,10 @@ class Missing(importlib.abc.MetaPathFinder):
         if name.partition(".")[0] not in known and name[0] != "_":
             raise ModuleNotFoundError(name=name)
 sys.meta_path.insert(0, Missing())
+"""
+SMALL = (
+    ONLY
+    + """
 from miburi.bma import minimize
 from miburi.feelings import EmotionalModel, Stimulus
 from miburi.gestures import key_poses, load
@@ -124,6 +128,7 @@ if sys.argv[1:]:
 from miburi.cli import main
 main()
 """
+)
 
 
 def test_a_small_installation_has_the_library() -> None:
@@ -140,3 +145,19 @@ def test_a_small_installation_has_the_library() -> None:
         assert re.fullmatch(
             r"miburi: the command needs \w+, which is not installed\. .*\n", done.stderr
         )
+
+
+def test_the_clients_need_four_libraries() -> None:
+    """As docs/interface.md says; the others are what httpx needs."""
+    program = ONLY + (
+        "from miburi import ConnectionLostError, connect, connect_async\n"
+        "connect_async('http://127.0.0.1:9')\n"
+        "try: next(connect('http://127.0.0.1:9').watch())\n"
+        "except ConnectionLostError: print('nobody')"
+    )
+    libraries = ["httpx", "websockets", "anyio", "certifi", "h11", "httpcore", "idna"]
+    done = subprocess.run(
+        [sys.executable, "-c", program, *libraries], capture_output=True, text=True, check=False,
+        env=own_environment(),
+    )  # fmt: skip
+    assert (done.returncode, done.stdout, done.stderr) == (0, "nobody\n", "")

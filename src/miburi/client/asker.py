@@ -8,10 +8,9 @@ import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import httpx
-from fastapi import FastAPI
 from pydantic_core import PydanticSerializationError, to_json
 
 from miburi.client.answers import Answer, read
@@ -24,6 +23,9 @@ from miburi.senses.tone import Tone
 from miburi.serving.press import BY, By
 from miburi.talk.said import SayOut
 from miburi.wire.messages import GestureOut, SayIn, WishOut
+
+if TYPE_CHECKING:  # a program that only talks to a partner needs no server
+    from fastapi import FastAPI
 
 #: The status for too many requests. Then how often a request is tried at most if it gets this
 #: status, and the time between two tries, in s (our choice).
@@ -43,7 +45,7 @@ class Asker:
         self._url, self._http = url, http
 
     @classmethod
-    def within(cls, app: FastAPI, by: By) -> Self:
+    def within(cls, app: "FastAPI", by: By) -> Self:
         """Return an asker for an application in this process; its Stops are recorded as ``by``."""
         transport = httpx.ASGITransport(app, raise_app_exceptions=False)
         http = httpx.AsyncClient(

@@ -39,8 +39,8 @@ def connect_async(
 ) -> "AsyncPartner":
     """Return a live partner at ``url``, for an asynchronous program; see :func:`miburi.connect`.
 
-    Raises InputError if the address does not start with ``http://`` or ``https://``, or the file is
-    not a certificate.
+    Raises InputError if the address does not start with ``http://`` or ``https://``, the token is
+    not one line of ASCII, or the file is not a certificate.
     """
     return AsyncPartner.at(url, token, authority, by="program")
 
@@ -93,7 +93,10 @@ class AsyncPartner(Asker):
             await asyncio.sleep(min(_AGAIN, patience))
 
     async def until_ended(self, wish: str, patience: float = 60.0) -> LiveEvent:
-        """Wait until a wish has ended; see :meth:`RemotePartner.until_ended`."""
+        """Wait until a wish has ended; see :meth:`RemotePartner.until_ended`.
+
+        For a time limit, use ``asyncio.timeout``.
+        """
         end = EndOfWish(wish)
         end.check(await self.log(end.before))
         async with aclosing(self.events(wish, patience)) as events:

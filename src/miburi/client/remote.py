@@ -53,7 +53,8 @@ def connect(
     Raises
     ------
     InputError
-        The address does not start with ``http://`` or ``https://``, or the file is no certificate.
+        The address does not start with ``http://`` or ``https://``, the token is not one line of
+        ASCII, or the file is no certificate.
     """
     return RemotePartner(url, token, authority)
 
@@ -142,6 +143,8 @@ class RemotePartner:
 
     def until_ended(self, wish: str, patience: float = 60.0) -> LiveEvent:
         """Wait until a wish has ended, in any way; return the event of its end.
+
+        There is no time limit: each wish ends. ``patience``, in s, is for a lost connection alone.
 
         Raises
         ------
