@@ -67,6 +67,8 @@ LINES = {
     "trials --without nothing": "--without must be one of",
     "trials --state nothing": "--state must be one of",
     "trials --state hot --servos 2": "give one of them",
+    "trials --rule off --calibration tuned.toml": "--rule off does not use the rule in the file of",
+    "trials --rule printed --calibration tuned.toml": "--rule printed does not use the rule in the",
     "trials --play 0.5": "--play 0.5 needs --servos",
     "trials --play 3 --servos 1": "less than or equal to 2; got",
     # Only trials can switch the contact rule off.

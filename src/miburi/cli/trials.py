@@ -305,6 +305,10 @@ def _subjects(
         if given is not None and given not in allowed:
             names = ", ".join(f'"{name}"' for name in allowed)
             raise InputError(f"{option} must be one of {names}, got {given!r}.")
+    if calibration is not None and rule in ("profile", "printed", "off"):
+        raise InputError(
+            f"--rule {rule} does not use the rule in the file of --calibration; leave out one of them."
+        )
     if sum((calibration is not None, bool(built), state is not None)) > 1:
         raise InputError(
             "--servos and --state calibrate each servo themselves; give one of them, or "
