@@ -7,6 +7,8 @@ import sys
 from importlib import resources
 from pathlib import Path
 
+from tests.fixtures.command import miburi_apart
+
 DOCS = Path(__file__).parents[2] / "docs" / "feelings.md"
 
 
@@ -41,3 +43,18 @@ def test_it_is_felt_performed_drawn_and_offered_to_programs(tmp_path: Path) -> N
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert process.returncode == 0, process.stderr
+
+
+def test_trials_tune_and_calibrate_take_it(tmp_path: Path) -> None:
+    mine, tuned = write_files(tmp_path), tmp_path / "tuned.toml"
+    nine = ("--feelings", str(mine / "feelings.toml"))
+    own = ("--gestures", str(mine / "gestures"), "--seed", "1")
+    few = ("--free", "5", "--blocked", "1")
+    for line in (
+        ("trials", *few, "--workers", "1", *own),
+        ("tune", "--out", str(tuned), *few, *own),
+    ):
+        done = miburi_apart(*nine, *line)
+        assert done.returncode == 0, done.stderr
+    done = miburi_apart(*nine, "calibrate", "--out", str(tuned))
+    assert done.returncode == 0, done.stderr

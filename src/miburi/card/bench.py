@@ -34,7 +34,7 @@ from miburi.card.free_moves import free_moves, gesture, record
 from miburi.card.settings import FULL_PWM
 from miburi.card.units import next_speed, real_speed
 from miburi.errors import BodyError
-from miburi.feelings import FEELINGS
+from miburi.gestures import shipped_functions
 from miburi.robot import JOINTS, Array, Robot
 from miburi.robot.loads import GRAVITY, loads
 from miburi.safety.drive import uneased
@@ -276,9 +276,9 @@ def _identify(card: Card) -> Identified:
 
 def _perform(card: Card, count: int) -> tuple[int, list[str]]:
     """Perform gestures in turn, each in a different variation; count the moves and the stops."""
-    moves, stops = 0, list[str]()
+    moves, stops, functions = 0, list[str](), shipped_functions()
     for number in range(count):
-        feeling = FEELINGS[number % len(FEELINGS)]
+        feeling = functions[number % len(functions)].feeling
         mood = 0.2 + 0.8 * (number * 7 % 10) / 9
         for move in gesture(card.robot, feeling, mood, number):
             moves += 1

@@ -9,8 +9,7 @@ from miburi import ik
 from miburi.calibration.free_motion import Trace
 from miburi.card.card import Card
 from miburi.errors import BodyError
-from miburi.feelings import FEELINGS
-from miburi.gestures import key_poses, load
+from miburi.gestures import key_poses, load, shipped_functions
 from miburi.robot import JOINTS, Array, Robot
 from miburi.safety.move import Move, plan_move
 from miburi.safety.stop import Phase, StopReason
@@ -97,9 +96,9 @@ def swings(robot: Robot) -> Iterator[Move]:
 
 
 def gestures(robot: Robot) -> Iterator[tuple[str, list[Move]]]:
-    """Yield each feeling with its gesture at mood 0.9."""
-    for feeling in FEELINGS:
-        yield feeling, gesture(robot, feeling, _MOOD)
+    """Yield each feeling that has a shipped gesture, with that gesture at mood 0.9."""
+    for function in shipped_functions():
+        yield function.feeling, gesture(robot, function.feeling, _MOOD)
 
 
 def gesture(robot: Robot, feeling: str, mood: float, variation: int | None = None) -> list[Move]:

@@ -23,9 +23,9 @@ def check(
 ) -> None:
     """Check a robot's file: values, guards, the shipped gestures on its body, and the card."""
     from miburi.card.settings import CardSettings
-    from miburi.gestures import shipped_repertoire
+    from miburi.gestures import shipped_functions
 
-    robot, functions = robot_of(file), shipped_repertoire().functions
+    robot, functions = robot_of(file), shipped_functions()
     warned = [
         warn_of_foreign_guards(robot),
         warn_of_misfits(robot, functions),

@@ -187,6 +187,7 @@ def tune(
     blocked: Annotated[int, typer.Option(help="Blocked runs to record.", min=1)] = 200,
     robot: RobotFile = None,
     servo: ServoName = None,
+    gestures: GesturesFolder = None,
 ) -> None:
     """Search for a robot's best period, ratio and guards with the Bacterial Memetic Algorithm.
 
@@ -205,7 +206,8 @@ def tune(
 
     must_not_replace(out, robot, servo)
     body = robot_of(robot, servo)
-    runs = record(body, seed, free, blocked)
+    repertoire = repertoire_of(body, gestures)
+    runs = record(body, seed, free, blocked, repertoire)
     with show_progress() as show:
         found = search(body, runs, bound, seed, lambda tried: show(tried, 150))
     papers = FreeRule.of(body)
@@ -221,7 +223,7 @@ def tune(
         f"{found.tried} rules tried on {free} free and {blocked} blocked runs, seed {seed}; judged "
         f"on as many fresh ones, seed {seed + 1} (in brackets: 95 % intervals)."
     )
-    fresh = record(body, seed + 1, free, blocked)
+    fresh = record(body, seed + 1, free, blocked, repertoire)
 
     def share(value: float, of: int) -> str:
         low, high = wilson(round(value * of), of)

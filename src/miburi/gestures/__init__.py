@@ -13,7 +13,12 @@ from miburi.gestures.posing import (
     membership,
     turned,
 )
-from miburi.gestures.repertoire import Repertoire, read_repertoire, shipped_repertoire
+from miburi.gestures.repertoire import (
+    Repertoire,
+    read_repertoire,
+    shipped_functions,
+    shipped_repertoire,
+)
 
 __all__ = [
     "BEAT_LEAD",
@@ -31,6 +36,7 @@ __all__ = [
     "membership",
     "misfits",
     "read_repertoire",
+    "shipped_functions",
     "shipped_repertoire",
     "turned",
 ]

@@ -63,9 +63,18 @@ class Repertoire:
 
 
 @lru_cache(maxsize=1)
+def shipped_functions() -> tuple[MovementFunction, ...]:
+    """Return the gestures that ship with Miburi; none of them shows a feeling of your own."""
+    return tuple(map(load, shipped_feelings()))
+
+
+@lru_cache(maxsize=1)
 def shipped_repertoire() -> Repertoire:
-    """Return the gestures that ship with Miburi."""
-    return Repertoire(tuple(map(load, shipped_feelings())))
+    """Return the repertoire of the gestures that ship with Miburi.
+
+    Raises InputError if this process has a feeling of your own; see :func:`read_repertoire`.
+    """
+    return Repertoire(shipped_functions())
 
 
 def read_repertoire(folder: Path | str, robot: Robot) -> Repertoire:
@@ -85,5 +94,5 @@ def read_repertoire(folder: Path | str, robot: Robot) -> Repertoire:
     if not own:
         raise DescriptionError(f"{folder}: there is no gesture file (*.toml) in this folder.")
     replaced = {function.feeling for function in own}
-    own += [load(feeling) for feeling in shipped_feelings() if feeling not in replaced]
+    own += [function for function in shipped_functions() if function.feeling not in replaced]
     return Repertoire(tuple(sorted(own, key=lambda f: FEELINGS.index(f.feeling))))

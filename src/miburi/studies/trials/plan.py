@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from miburi.errors import InputError
-from miburi.gestures import Repertoire, shipped_repertoire
+from miburi.gestures import Repertoire, shipped_functions, shipped_repertoire
 from miburi.robot import Robot
 from miburi.safety.contact import Rule
 from miburi.studies.trials.trial import TrialKind
@@ -68,7 +68,7 @@ class Plan:
             servo += [true.model_dump()] if true else []
             servo += [{"voltage": voltage}] if voltage else []
             words.update(json.dumps(servo, sort_keys=True, default=np.ndarray.tolist).encode())
-        if self.repertoire != shipped_repertoire():
+        if self.repertoire.functions != shipped_functions():
             for function in self.repertoire.functions:
                 words.update(function.model_dump_json().encode())
         return words.hexdigest()[:16]

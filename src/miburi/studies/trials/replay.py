@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from miburi.gestures import Repertoire
 from miburi.robot import Robot
 from miburi.robot.mjcf import TIMESTEP
 from miburi.safety.contact import UNLOADED, Contact, Loading, Rule, Watch
@@ -79,9 +80,11 @@ def _first_stop(rule: Rule, run: Run) -> float | None:
     return None
 
 
-def record(robot: Robot, seed: int, free: int, blocked: int = 0) -> list[Run]:
-    """Record runs of a robot under a deaf rule, free ones first."""
+def record(
+    robot: Robot, seed: int, free: int, blocked: int = 0, repertoire: Repertoire | None = None
+) -> list[Run]:
+    """Record runs of a robot under a deaf rule, free ones first; see :func:`enact`."""
     plant, rule = TrialPlant(robot), DeafRule.of(robot)
     kinds = [(TrialKind.FREE, index) for index in range(free)]
     kinds += [(TrialKind.BLOCKED, index) for index in range(blocked)]
-    return [enact(plant, rule, seed, kind, index) for kind, index in kinds]
+    return [enact(plant, rule, seed, kind, index, repertoire) for kind, index in kinds]
