@@ -30,7 +30,7 @@ class Arbiter:
     """Chooses the next performance; it only reads the emotional model.
 
     ``life`` is the seed of idle motion and variation; None switches both off, as in the paper's
-    experiment.
+    experiment. ``choices`` is the seed that chooses among gestures, by default ``life``, or 0.
 
     Attributes
     ----------
@@ -50,6 +50,7 @@ class Arbiter:
         feelings: FeelingModel,
         repertoire: gestures.Repertoire,
         life: int | None,
+        choices: int | None = None,
     ) -> None:
         self.company = Company()
         self.facing = 0.0
@@ -57,7 +58,8 @@ class Arbiter:
         self.asked_at = 0.0
         self._interrupts = False  # whether the request breaks off the present gesture
         self._robot, self._feelings, self._repertoire = robot, feelings, repertoire
-        self._choices = np.random.default_rng([life or 0, _CHOICES])
+        chosen_by = (life or 0) if choices is None else choices
+        self._choices = np.random.default_rng([chosen_by, _CHOICES])
         self._variations = None if life is None else np.random.default_rng(life)
         self._rest = None if life is None else Rest(robot, feelings, life)
         self._emotion = None if life is None else ShownEmotion(feelings)

@@ -61,8 +61,9 @@ class Partner:
     life
         A seed, or None. With a seed, the partner breathes and looks around while it feels nothing
         (:mod:`miburi.partner.rest`), and varies each gesture. With None, the partner does neither,
-        as in the paper's experiment. The seed (0 for None) also chooses among several gestures of a
-        feeling.
+        as in the paper's experiment.
+    choices
+        The seed that chooses among several gestures of a feeling; by default ``life``, or 0.
     """
 
     def __init__(
@@ -74,6 +75,7 @@ class Partner:
         period: float = 2.0,
         solve: Solve | None = None,
         life: int | None = None,
+        choices: int | None = None,
     ) -> None:
         self.body = body
         self.feelings = feelings
@@ -81,7 +83,7 @@ class Partner:
         self._periods = -1  # number of the latest period that has begun
         self._lively = life is not None
         repertoire = repertoire or gestures.shipped_repertoire()
-        self._arbiter = Arbiter(body.robot, feelings, repertoire, life)
+        self._arbiter = Arbiter(body.robot, feelings, repertoire, life, choices)
         #: The people around the partner. Update this object's attributes as people move, speak, or
         #: are in distress.
         self.company: Company = self._arbiter.company

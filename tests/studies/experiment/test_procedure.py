@@ -2,6 +2,7 @@
 
 import json
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from miburi.bma.settings import Settings
 from miburi.bodies.simulated import Simulated
 from miburi.errors import InputError
+from miburi.gestures import Repertoire, load, shipped_functions
 from miburi.robot import Robot
 from miburi.studies import experiment
 
@@ -82,6 +84,20 @@ def test_the_same_seed_gives_the_same_report(robot: Robot) -> None:
     )
     assert first == second
     assert first != other
+
+
+def test_the_seed_chooses_among_the_gestures_of_the_feeling(
+    robot: Robot, own_gestures: Path
+) -> None:
+    both = Repertoire((load(own_gestures / "cheer.toml"), *shipped_functions()))
+    shown = []
+    for seed in (1, 1, 2, 3):
+        setup = experiment.Setup(seed=seed, seconds=14, hand=False, repertoire=both)
+        gestures = experiment.conduct(Simulated(robot), setup).report()["gestures"]
+        shown.append(tuple(gesture["gesture"] for gesture in gestures))
+    assert shown[0] == shown[1]
+    assert len(set(shown)) > 1
+    assert set().union(*shown) == {"cheer", "happiness"}
 
 
 @pytest.mark.parametrize(

@@ -163,7 +163,12 @@ def conduct(
         )
     feelings = setup.feelings()
     partner = Partner(
-        body, feelings, repertoire=setup.repertoire, period=setup.period, solve=timed_solve
+        body,
+        feelings,
+        repertoire=setup.repertoire,
+        period=setup.period,
+        solve=timed_solve,
+        choices=setup.seed,
     )
     visitor = Visitor(robot, touchable, np.random.default_rng(setup.seed)) if setup.hand else None
     # The first call, which compiles or loads the kernel, is not timed.
@@ -212,7 +217,7 @@ class _Observer:
         self._last_touch = -np.inf
         self._peak = 0.0
         self._stopped = False  # whether a stop answered the present contact
-        self._gesture: tuple[float, Expression] | None = None
+        self._gesture: tuple[float, Expression, str | None] | None = None
         self._began_at = 0
         self._windows = deque[tuple[float, Window]](maxlen=round(_APPROACH / STEP))
 
@@ -237,8 +242,9 @@ class _Observer:
         self._contacts(touch, state)
         for event in events:
             match event:
-                case GestureStarted(time, Expression() as expression):
-                    self._gesture, self._began_at = (time, expression), len(result.hands) - 1
+                case GestureStarted(time, Expression() as expression, gesture):
+                    self._gesture = time, expression, gesture
+                    self._began_at = len(result.hands) - 1
                 case GestureEnded(time, _, complete):
                     self._end_gesture(time, complete)
                 case Stopped():
@@ -308,7 +314,7 @@ class _Observer:
     def _end_gesture(self, time: float, complete: bool) -> None:
         if self._gesture is None:
             return
-        start, expression = self._gesture
+        start, expression, gesture = self._gesture
         path = np.array(self._result.hands[self._began_at :]).reshape(-1, 2, 3)
         extent = np.linalg.norm(path - path[0], axis=2).max()
         length = np.linalg.norm(np.diff(path, axis=0), axis=2).sum()
@@ -317,6 +323,7 @@ class _Observer:
                 start=start,
                 end=time,
                 feeling=expression.feeling,
+                gesture=gesture,
                 mood=expression.mood,
                 extent=float(extent),
                 mean_speed=float(length / (2 * max(time - start, STEP))),

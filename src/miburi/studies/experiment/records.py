@@ -22,7 +22,7 @@ class StopRecord:
 
 @dataclass(frozen=True)
 class GestureRecord:
-    """A performed gesture.
+    """A performed gesture; ``gesture`` is its name.
 
     ``extent`` is the largest distance of a hand from where it began, in m. ``mean_speed`` is the
     path length of both hands over 2 × duration, in m/s. ``complete`` is false if the gesture was
@@ -32,6 +32,7 @@ class GestureRecord:
     start: float
     end: float
     feeling: str
+    gesture: str | None
     mood: float
     extent: float
     mean_speed: float

@@ -27,7 +27,9 @@ class Setup:
     Raises InputError if a value is outside its range.
     """
 
-    seed: int = 1  #: 0 or more; chooses which arm the hand blocks, when, and where
+    #: 0 or more; chooses which arm the hand blocks, when, and where, and among several gestures
+    #: of the feeling.
+    seed: int = 1
     seconds: float = 30.0  #: length in the robot's time, from one period to a day
     feeling: str = "happiness"
     mood: float = 0.9  #: 0 to 1

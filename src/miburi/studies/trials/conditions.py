@@ -53,12 +53,13 @@ class Person:
 class Conditions:
     """What the robot does in one trial, and how it differs from its description.
 
-    ``pose`` is the number of the key pose that the (first) move leads to. The robot first rests in
+    ``gesture`` is its name. ``pose`` is the number of the key pose that the (first) move leads to. The robot first rests in
     ``start``, shape (8,), in rad. Each move comes with the time, in s, that the robot rests after
     it.
     """
 
     feeling: str
+    gesture: str
     mood: float
     pose: int
     start: Array
@@ -94,7 +95,7 @@ def draw(
         noise=float(rng.uniform(0.0, 0.3)),
         delay=int(rng.integers(0, 3)),
     )
-    return Conditions(feeling, mood, pose, angles[0], planned, variation)
+    return Conditions(feeling, function.name, mood, pose, angles[0], planned, variation)
 
 
 def draw_person(rng: np.random.Generator, kind: HandKind) -> Person:

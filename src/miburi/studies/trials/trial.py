@@ -72,6 +72,7 @@ class Outcome:
     brushes: int  #: people drawn earlier whom the robot only brushed past
     brush_force: float  #: the largest force on them
     self_collision: bool  #: whether two parts of the robot met before anybody touched it
+    gesture: str = ""  #: its name; empty in files from before it was kept
 
 
 @dataclass
@@ -261,6 +262,7 @@ def measure(result: Run, kind: TrialKind, index: int, servo: int) -> Outcome:
         brushes=len(result.brushes),
         brush_force=max(result.brushes, default=0.0),
         self_collision=result.self_collision,
+        gesture=conditions.gesture,
     )
 
 
