@@ -133,6 +133,9 @@ def test_the_inverse_kinematics_can_be_the_papers() -> None:
     assert exact == pytest.approx(same, abs=1e-6)
     assert exact < near < 0.005
     assert answers[2]["generations"] == 35
+    seeds = [json.loads(miburi("ik", *target, "--ik", "paper", "--seed", seed).stdout)["angles"]
+             for seed in ("0", "7", "7")]  # fmt: skip
+    assert seeds[0] == answers[2]["angles"] != seeds[1] == seeds[2]
 
 
 def test_forward_says_which_angles_are_outside_their_limits() -> None:

@@ -23,6 +23,7 @@ LINES = {
     "devices --folder missing": "there is no folder missing",
     "export urdf --robot iphonoid": "no file iphonoid; `miburi template robot NAME",
     "ik --right 0.1 0.05 0.2": "all of --right, --left and --head, each with X Y Z in m; got",
+    "ik --seed 7": "--seed is for --ik residual or paper: the default solver draws nothing",
     "ik --head 0,0,inf": "requires 3 arguments. Put spaces between them",
     "gesture preview happiness --mood 90": "--mood must be from 0 to 1, got 90.0",
     "gesture preview happiness --out notes.txt": "notes.txt is a file, and a folder is needed",

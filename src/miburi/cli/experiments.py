@@ -35,7 +35,13 @@ if TYPE_CHECKING:
 
 
 def experiment(
-    seed: Annotated[int, typer.Option(help="0 or more; the same seed gives the same run.")] = 1,
+    seed: Annotated[
+        int,
+        typer.Option(
+            help="0 or more; the same seed gives the same run. It chooses when and where the hand "
+            "blocks, and among several gestures of the feeling."
+        ),
+    ] = 1,
     seconds: Annotated[float, typer.Option(help="Length on the robot's clock, s.")] = 30.0,
     feeling: Annotated[str, typer.Option(help="The emotion that is kept constant.")] = "happiness",
     mood: Annotated[float, typer.Option(help="Its mood at the start, 0 to 1.")] = 0.9,

@@ -59,6 +59,10 @@ def ik(
     head: Annotated[Point | None, typer.Option(help="Head centre, m.")] = None,
     robot: RobotFile = None,
     solver: IkWay = "default",
+    seed: Annotated[
+        int | None,
+        typer.Option(help="Another seed for --ik residual or paper; default: 0.", min=0),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Print the angles that bring hands and head to positions (options, or JSON lines on stdin).
@@ -70,6 +74,8 @@ def ik(
 
     description = robot_of(robot)
     settings = settings_of(description, solver)
+    if seed is not None and settings is None:
+        raise InputError("--seed is for --ik residual or paper: the default solver draws nothing.")
     points = [point for point in (right, left, head) if point is not None]
     if points and len(points) < len(EXTREMITIES):
         given = [f"--{n}" for n, p in zip(EXTREMITIES, (right, left, head), strict=True) if p]
@@ -80,7 +86,10 @@ def ik(
     missed = False
     for target in [[x for point in points for x in point]] if points else _lines():
         solution = solve(
-            description, _row(target, 9, "coordinates", EXTREMITIES), settings=settings
+            description,
+            _row(target, 9, "coordinates", EXTREMITIES),
+            settings=settings,
+            seed=seed or 0,
         )
         missed |= solution.error.max() > _MISSED
         angles, error = solution.angles.round(9).tolist(), solution.error.round(9).tolist()

@@ -95,7 +95,8 @@ IkWay = Annotated[
     typer.Option(
         "--ik",
         help="The solver: 'default'; 'residual', a general search that only uses errors and their "
-        "slopes; or 'paper', with the parameters of Table 2.",
+        "slopes; or 'paper', with the parameters of Table 2. The last two draw from a fixed seed: "
+        "the same target and start give the same answer.",
     ),
 ]
 ServoName = Annotated[

@@ -309,7 +309,8 @@ def _subjects(
             raise InputError(f"{option} must be one of {names}, got {given!r}.")
     if calibration is not None and rule in ("profile", "printed", "off"):
         raise InputError(
-            f"--rule {rule} does not use the rule in the file of --calibration; leave out one of them."
+            f"--rule {rule} does not use the rule in the file of --calibration; leave out one of "
+            "them."
         )
     if sum((calibration is not None, bool(built), state is not None)) > 1:
         raise InputError(

@@ -53,9 +53,9 @@ class Person:
 class Conditions:
     """What the robot does in one trial, and how it differs from its description.
 
-    ``gesture`` is its name. ``pose`` is the number of the key pose that the (first) move leads to. The robot first rests in
-    ``start``, shape (8,), in rad. Each move comes with the time, in s, that the robot rests after
-    it.
+    ``gesture`` is the gesture's name, and ``pose`` the number of the key pose that the (first) move
+    leads to. The robot first rests in ``start``, shape (8,), in rad. Each move comes with the time,
+    in s, that the robot rests after it.
     """
 
     feeling: str
