@@ -58,12 +58,10 @@ class Partner:
     solve
         The inverse kinematics: a function that takes the robot, the target of shape (9,) in m, and
         the present angles of shape (8,) in rad, and returns a solution.
-    life
-        A seed, or None. With a seed, the partner breathes and looks around while it feels nothing
-        (:mod:`miburi.partner.rest`), and varies each gesture. With None, the partner does neither,
-        as in the paper's experiment.
-    choices
-        The seed that chooses among several gestures of a feeling; by default ``life``, or 0.
+    life, choices
+        Seeds, or None. With ``life``, the partner breathes and looks around while it feels nothing
+        (:mod:`miburi.partner.rest`), and varies each gesture; with None, it does neither, as in the
+        paper's experiment. ``choices`` (or else ``life``, or 0) chooses among a feeling's gestures.
     """
 
     def __init__(
