@@ -20,6 +20,7 @@ from miburi.cli.options import (
     ServoName,
     TemperamentName,
     calibrated,
+    command_line,
     emotional_model_of,
     repertoire_of,
     robot_of,
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
 
 
 def experiment(
+    context: typer.Context,
     seed: Annotated[
         int,
         typer.Option(
@@ -87,8 +89,10 @@ def experiment(
 
         firmware_file("miburi.elf")  # refused now, not after the gestures are checked
     from miburi.studies.experiment import Setup
+    from miburi.studies.provenance import provenance
 
-    description, rule = calibrated(robot_of(robot, servo), calibration)
+    described = robot_of(robot, servo)
+    description, rule = calibrated(described, calibration)
     setup = Setup(
         seed=seed,
         seconds=seconds,
@@ -109,7 +113,15 @@ def experiment(
         },
     )
     # This comes after the quick checks, because it checks every pose.
-    setup = replace(setup, repertoire=repertoire_of(description, gestures))
+    repertoire = repertoire_of(description, gestures)
+    origin = provenance(
+        robot=described,
+        temperament=setup.temperament,
+        repertoire=repertoire,
+        calibration=calibration,
+    )
+    chosen = {**setup.chosen, "command": command_line(context), **origin}
+    setup = replace(setup, repertoire=repertoire, chosen=chosen)
     simulation: Body
     if body == "emulated-card":
         from miburi.emulation.body import EmulatedBody

@@ -1,10 +1,11 @@
 """Options that several commands share, and functions that read their files."""
 
 import os
+import shlex
 import sys
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -111,6 +112,32 @@ EmotionalModelName = Annotated[str, typer.Option("--emotional-model", help="casc
 TemperamentName = Annotated[
     str, typer.Option("--temperament", help="default, calm, lively, playful, or a file (….toml).")
 ]
+
+
+#: Options on which no result depends.
+_NO_CONDITION = {"out", "film", "face", "as_json", "workers", "ray"}
+
+
+def command_line(context: typer.Context) -> str:
+    """Return a command with all options that its results depend on, also those not given.
+
+    Files are named without their folders, so that the same run gives the same words anywhere.
+    """
+    return shlex.join(_words(context))
+
+
+def _words(context: Any) -> list[str]:
+    words = [*_words(context.parent), context.info_name] if context.parent else ["miburi"]
+    for param in context.command.params:
+        value = context.params.get(param.name)
+        if value is None or param.name in _NO_CONDITION:
+            continue
+        if isinstance(value, bool):
+            words += (param.opts if value else param.secondary_opts)[:1]
+        else:
+            is_file = isinstance(value, Path) or str(value).endswith(".toml")
+            words += [param.opts[0], Path(value).name if is_file else str(value)]
+    return words
 
 
 def robot_of(file: Path | None, servo: str | None = None) -> "Robot":

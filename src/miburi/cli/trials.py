@@ -19,6 +19,7 @@ from miburi.cli.options import (
     RobotFile,
     ServoName,
     calibrated,
+    command_line,
     repertoire_of,
     robot_of,
 )
@@ -43,6 +44,7 @@ Seed = Annotated[int, typer.Option(help="0 or more.", min=0)]
 
 
 def trials(
+    context: typer.Context,
     free: Annotated[
         int, typer.Option(help="Trials with nobody in the way.", min=0, max=_MOST)
     ] = 1000,
@@ -108,6 +110,7 @@ def trials(
     if ray is not None:
         need("ray", "cluster")
     from miburi.robot.specimens import specimens
+    from miburi.studies.provenance import provenance
     from miburi.studies.trials.plan import Plan
     from miburi.studies.trials.runs import carry_out_plan
     from miburi.studies.trials.summary import summarise
@@ -126,6 +129,8 @@ def trials(
     chosen |= {"state": state, "play": play, "robot": body.name}
     files = {"robot": robot, "gestures": gestures, "calibration": calibration}
     chosen |= {name: file.name for name, file in files.items() if file}
+    chosen |= {"command": command_line(context)}
+    chosen |= provenance(robot=body, repertoire=repertoire, calibration=calibration)
     chosen = {name: value for name, value in chosen.items() if value is not None}
     told = {name: str(value) for name, value in chosen.items()}
     plan = Plan(tuple(watched), seed, free, blocked, repertoire, told)

@@ -26,7 +26,7 @@ def checksums(robot: Robot) -> dict[str, str]:
     del servo["hold_torque"]  # for a stopped body, which has no guards
     # Of how the servo is driven, only the gain; trials switch off the rest.
     servo["model"]["drive"] = servo["model"]["drive"]["gain"]
-    return {part: _checksum(content[part]) for part in PARTS}
+    return {part: checksum(content[part]) for part in PARTS}
 
 
 def differing(one: dict[str, str], other: dict[str, str]) -> str:
@@ -35,7 +35,8 @@ def differing(one: dict[str, str], other: dict[str, str]) -> str:
     return " and ".join(filter(None, [", ".join(most[1:]), last]))
 
 
-def _checksum(values: object) -> str:
+def checksum(values: object) -> str:
+    """Return a checksum of a table's values; its name and its sources do not change it."""
     return sha256(json.dumps(_physical(values)).encode()).hexdigest()[:12]
 
 
