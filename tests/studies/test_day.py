@@ -1,5 +1,9 @@
+import csv
+
 import numpy as np
 import pytest
+from PIL import Image
+from tests.fixtures.command import miburi
 
 from miburi.feelings import FEELINGS, EmotionalModel, SpikingModel
 from miburi.studies.day import live_day
@@ -45,3 +49,16 @@ def test_the_seed_alone_shifts_the_stimuli():
     one, same, other = (live_day(EmotionalModel(), seed=seed) for seed in (1, 1, 2))
     np.testing.assert_array_equal(one.levels, same.levels)
     assert not np.array_equal(one.hours, other.hours)
+
+
+def test_the_command_writes_the_levels_beside_the_picture(tmp_path):
+    assert miburi("feelings", "day", "--seed", "1", "--out", tmp_path).returncode == 0
+    rows = list(csv.DictReader((tmp_path / "day.csv").read_text("utf-8").splitlines()))
+    day = live_day(EmotionalModel(), seed=1)
+    moods = [float(row["mood_happiness"]) for row in rows]
+    np.testing.assert_allclose(moods, day.levels[:, 2, FEELINGS.index("happiness")], atol=1e-6)
+    shown = [FEELINGS[which] if which >= 0 else "" for which in day.shown]
+    assert [row["shown"] for row in rows] == shown
+    with Image.open(tmp_path / "day.png") as picture:
+        assert picture.text["command"].startswith("miburi feelings day --seed 1 --temperament def")
+        assert "temperament_checksum" in picture.text

@@ -179,15 +179,19 @@ def _carry_out_claim(name: str, robot: "Robot", *, as_json: bool) -> None:
 
 
 def day(
-    out: Annotated[Path, typer.Option(help="Folder for day.png.", callback=a_folder)] = Path(
-        "out/feelings"
-    ),
+    context: typer.Context,
+    out: Annotated[
+        Path, typer.Option(help="Folder for day.png and day.csv.", callback=a_folder)
+    ] = Path("out/feelings"),
     seed: Annotated[int, typer.Option(help="0 or more.", min=0)] = 1,
     temperament: TemperamentName = "default",
     emotional_model: EmotionalModelName = "cascade",
 ) -> None:
-    """Draw emotion, feeling and mood over a scripted day of conversation."""
+    """Draw emotion, feeling and mood over a scripted day of conversation; also as a table."""
     from miburi.studies.day import plot_day
+    from miburi.studies.provenance import provenance
 
-    model = emotional_model_of(emotional_model)
-    print(plot_day(out, model(temperament_of(temperament)), seed=seed))
+    character = temperament_of(temperament)
+    model = emotional_model_of(emotional_model)(character)
+    about = {"command": command_line(context), **provenance(temperament=character)}
+    print(plot_day(out, model, seed=seed, about=about))

@@ -1,7 +1,10 @@
 """A day of conversation: run an emotional model through scripted stimuli, and plot its levels."""
 
+import csv
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -124,21 +127,40 @@ def live_day(model: FeelingModel, *, seed: int = 1) -> Day:
     return Day(np.array(hours), np.stack(levels), np.array(shown), np.array(contacts) / _HOUR)
 
 
-def plot_day(out: Path | str, model: FeelingModel | None = None, *, seed: int = 1) -> Path:
+def plot_day(
+    out: Path | str,
+    model: FeelingModel | None = None,
+    *,
+    seed: int = 1,
+    about: Mapping[str, str] = MappingProxyType({}),
+) -> Path:
     """Run a model through the day as :func:`live_day` does, and write ``day.png`` into a folder.
 
-    By default the model is a new :class:`EmotionalModel`.
+    By default the model is a new :class:`EmotionalModel`. ``about`` becomes the picture's metadata.
+    Beside the picture, ``day.csv`` has a row for each moment: the hour, the feeling that is shown,
+    and the three levels of each feeling.
 
-    Raises OutputError if the picture cannot be written there.
+    Raises OutputError if the files cannot be written there.
     """
     model = model or EmotionalModel()
     day = live_day(model, seed=seed)
     with (
         whole_files(out) as draft,
-        figure_file(draft / "day.png", (13, 9), dpi=120) as figure,
+        figure_file(draft / "day.png", (13, 9), dpi=120, about=about) as figure,
     ):
         _draw(figure, day, model.temperament)
+        _write_levels(day, draft / "day.csv")
     return Path(out) / "day.png"
+
+
+def _write_levels(day: Day, path: Path) -> None:
+    names = [f"{level}_{feeling}" for level in LEVELS for feeling in FEELINGS]
+    with path.open("w", encoding="utf-8", newline="") as file:
+        table = csv.writer(file, lineterminator="\n")
+        table.writerow(["hour", "shown", *names])
+        for hour, shown, levels in zip(day.hours, day.shown, day.levels, strict=True):
+            feeling = FEELINGS[shown] if shown >= 0 else ""
+            table.writerow([round(float(hour), 6), feeling, *levels.ravel().round(6).tolist()])
 
 
 def _draw(figure: Figure, day: Day, temperament: Temperament) -> None:
