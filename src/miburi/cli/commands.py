@@ -119,11 +119,12 @@ def _print_version(wanted: bool) -> None:
         raise typer.Exit
 
 
-def _choose_feelings(path: Path | None) -> None:
+def _choose_feelings(path: Path | None) -> Path | None:
     if path is not None:
         # child processes inherit the variable
         os.environ["MIBURI_FEELINGS"] = str(path.resolve())
         import_module("miburi.feelings")  # refuses a wrong file now, before anything else
+    return path
 
 
 @app.callback()
