@@ -53,6 +53,11 @@ def test_the_file_reads_back(written: tuple[Path, list[Outcome]], tmp_path: Path
     assert counted == [(TrialKind.FREE, i) for i in range(4)] + [
         (TrialKind.BLOCKED, i) for i in range(3)
     ]
+    for row, outcome in zip(parquet.read_table(out).to_pylist(), outcomes, strict=True):
+        nothing = {name for name, value in row.items() if value is None}
+        if outcome.kind == "free":
+            assert {"hand", "link", "speed", "touched", "latency", "right_motor"} <= nothing
+        assert ("motor" in nothing) == ("sign" in nothing) == (not outcome.stopped)
     assert all(o.gesture == o.feeling for o in outcomes)  # the names of the shipped ones
     earlier = tmp_path / "earlier.parquet"  # from before a trial named its gesture
     parquet.write_table(parquet.read_table(out).drop_columns("gesture"), earlier)

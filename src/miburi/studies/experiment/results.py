@@ -38,30 +38,13 @@ def write_experiment(
     Raises OutputError if the folder cannot be written to, or ffmpeg fails.
     """
     bars = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
-    with whole_files(out) as draft, Progress(*bars, console=Console(stderr=True)) as progress:
-        progress.console.print(f"seed {setup.seed}, {setup.seconds:g} s of the robot's time")
-        running = progress.add_task("experiment", total=setup.seconds)
-        chosen = {name: value for name, value in setup.chosen.items() if value is not None}
-        metadata = {
-            **chosen,
-            "robot": body.robot.name,  # not its file's name
-            "temperament": setup.temperament.name,
-            "seed": str(setup.seed),
-            "servo": body.robot.servo.model.name,
-            "clock": "the robot's, from 0",
-        }
-        about = RecordingAbout(body.robot, metadata)
-        with (draft / "experiment.mcap").open("wb") as file, Recorder(file, about) as recorder:
-            result = experiment.conduct(
-                body,
-                setup,
-                recorder=recorder,
-                progress=lambda time: progress.update(running, completed=time),
-            )
-        _write_json(draft / "experiment.json", result.report())
-        _write_json(draft / "timing.json", result.timing())
-        experiment_figure(result, draft / "experiment.png")
-        left_out = []
+    left_out = []
+    with Progress(*bars, console=Console(stderr=True)) as progress:
+        with whole_files(out) as draft:
+            result = _conduct(body, setup, draft, progress)
+            names = sorted(file.name for file in draft.iterdir())
+        for earlier in _FILM:
+            (out / earlier).unlink(missing_ok=True)
         if film:
             try:
                 with whole_files(out) as draft:
@@ -83,7 +66,10 @@ def _conduct(
 ) -> experiment.Experiment:
     progress.console.print(f"seed {setup.seed}, {setup.seconds:g} s of the robot's time")
     running = progress.add_task("experiment", total=setup.seconds)
+    chosen = {name: value for name, value in setup.chosen.items() if value is not None}
     metadata = {
+        **chosen,
+        "robot": body.robot.name,  # not its file's name
         "temperament": setup.temperament.name,
         "seed": str(setup.seed),
         "servo": body.robot.servo.model.name,
