@@ -45,10 +45,15 @@ def test_a_closed_terminal_is_a_good_end_and_nohup_keeps_it_alive(tmp_path: Path
         assert post(url + "/api/v1/pause", json={"paused": True}).status_code == 204
         until(lambda: get(url + "/api/v1/state").json()["phase"] == "idle")
         assert program.process.poll() is None
-    with running(tmp_path) as program:
+    path = tmp_path / "feelings.json"
+    path.write_text("unless they are forgotten, these feelings are put aside")
+    with running(tmp_path, "--forget") as program:  # the old feelings go at once, the new ones stay
         program.out.next("Miburi is awake")
+        assert not path.exists()
         code, said, _ = program.end(signal.SIGHUP)
     assert (code, "feelings are saved" in said) == (0, True)
+    assert [file.name for file in tmp_path.glob("feelings*")] == [path.name]
+    assert remembered(path, shipped_temperament("playful")) is not None
 
 
 @pytest.mark.proof("test_ctrl_c_in_a_terminal_is_a_good_end_of_all_processes")

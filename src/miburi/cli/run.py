@@ -111,7 +111,7 @@ def run(
         ),
     ] = None,
     forget: Annotated[
-        bool, typer.Option("--forget", help="Forget the moods of the last run.")
+        bool, typer.Option("--forget", help="Delete the moods of the last run.")
     ] = False,
     rest: Annotated[
         Literal["still", "quiet", "lively"] | None,

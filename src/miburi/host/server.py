@@ -26,7 +26,7 @@ from miburi.errors import BodyError, InputError, OutputError, need
 from miburi.feelings import EmotionalModel, FeelingModel, Stimulus, Temperament
 from miburi.gestures import Repertoire
 from miburi.ground.cores import coming_first
-from miburi.ground.files import alone_in, check_readable
+from miburi.ground.files import alone_in, check_readable, remove_whole
 from miburi.host.given import Pages
 from miburi.host.helpers import GLANCE, Helpers, Moment, signals, start_helpers, watch_process
 from miburi.live.bodies import KINDS
@@ -83,7 +83,7 @@ class Launch:
     folder
         The folder of the token, the partner's state and the recordings.
     forget
-        Whether to start in the resting moods, and not save the moods at the end.
+        Whether to delete the moods of the last run, and start in the resting moods.
     seed
         The seed for gestures and their small variations; 0 or more.
     programs_may_release
@@ -136,10 +136,9 @@ def serve(launch: Launch, meanwhile: Callable[[], None] = lambda: None) -> None:
 
 def _serve(launch: Launch, meanwhile: Callable[[], None], alone: ExitStack) -> None:
     folder = launch.folder or own_folder()
-    memory = None if launch.forget else _memory(folder, launch.emotional_model)
+    memory = _memory(folder, launch.emotional_model)
     for own in (memory, *map(folder.joinpath, _OWN)):
-        if own is not None:
-            check_readable(own)
+        check_readable(own)
     _keep_private(folder)
     listen = listening_twice if launch.https else listening_plainly
     with listen(launch.host, launch.port) as listeners:
@@ -156,7 +155,7 @@ def _serve(launch: Launch, meanwhile: Callable[[], None], alone: ExitStack) -> N
     finally:
         with signals(SimpleQueue()):  # a second Ctrl-C must leave no process behind
             helpers.end()
-    kept = memory is not None and _keep(memory, feelings)
+    kept = _keep(memory, feelings)
     if runner.failure is not None:
         raise BodyError(runner.failure)
     if end in _LEFT_ALONE:
@@ -203,14 +202,18 @@ def _memory(folder: Path, model: type[FeelingModel]) -> Path:
     return folder / f"feelings{other}.json"
 
 
-def _feelings(launch: Launch, memory: Path | None) -> FeelingModel:
+def _feelings(launch: Launch, memory: Path) -> FeelingModel:
     """Return the saved feelings or new ones, with the greeting."""
     kept = None
-    if memory is not None:
-        try:
+    try:
+        if launch.forget:
+            remove_whole(memory)
+        else:
             kept = remembered(memory, launch.temperament, launch.emotional_model)
-        except InputError as error:
-            _LOG.warning("%s", error)
+    except InputError as error:
+        _LOG.warning("%s", error)
+    except OSError as error:
+        _LOG.warning("%s: the last run's feelings cannot be deleted: %s.", memory, error)
     feelings = kept or launch.emotional_model(launch.temperament)
     feelings.stimulate(GREETING)
     return feelings
@@ -263,9 +266,7 @@ def why_stopped(body: Body, pressed: LiveEvent | None = None) -> str | None:
     return f"{said}Clear the space around the robot, then release it in the studio."
 
 
-def _live(
-    runner: Runner, helpers: Helpers, memory: Path | None, announce: Callable[[], None]
-) -> Moment:
+def _live(runner: Runner, helpers: Helpers, memory: Path, announce: Callable[[], None]) -> Moment:
     """Run the partner until something ends it, and close it; return the cause."""
     happenings: SimpleQueue[Moment] = SimpleQueue()
     runner.start(on_failure=lambda: happenings.put(Moment.LOOP_GAVE_UP))
@@ -274,9 +275,8 @@ def _live(
         threading.Thread(target=watch_process, args=(process, happening, happenings), daemon=True)
         for process, happening in zip(helpers.processes, _LEFT_ALONE, strict=False)
     ]
-    if memory is not None:
-        arguments = (memory, runner.feelings, ending.wait)
-        threads.append(threading.Thread(target=keep, args=arguments, daemon=True))
+    arguments = (memory, runner.feelings, ending.wait)
+    threads.append(threading.Thread(target=keep, args=arguments, daemon=True))
     for thread in threads:
         thread.start()
     gc.freeze()  # else a garbage collection of all this would make the loop late
