@@ -1,7 +1,9 @@
 import re
 from contextlib import nullcontext
 from dataclasses import replace
+from types import SimpleNamespace
 
+import pytest
 from PIL import Image
 
 from miburi.bodies.rehearsal import rehearse
@@ -41,3 +43,22 @@ def test_the_page_shows_every_feeling_at_three_moods(robot, tmp_path, monkeypatc
     assert "http" not in text  # works without a network
     assert all(f'<section id="{feeling}">' in text for feeling in FEELINGS)
     assert len(re.findall("<tr><td>", text)) == 3 * len(FEELINGS)
+
+
+def test_what_an_interrupted_gallery_has_drawn_stays(robot, tmp_path, monkeypatch):
+    """A page of an earlier gallery would show films that are not its own."""
+
+    def show(robot, function, mood, folder, _, face):
+        if mood == gallery.MOODS[1]:
+            raise KeyboardInterrupt
+        (folder / f"{function.name}.mp4").touch()
+        return SimpleNamespace(fault="")
+
+    monkeypatch.setattr(gallery, "show", show)
+    monkeypatch.setattr(gallery, "camera_on", lambda _: nullcontext())
+    (tmp_path / "index.html").touch()
+    repertoire = shipped_repertoire()
+    with pytest.raises(KeyboardInterrupt):
+        gallery.write_gallery(robot, repertoire, tmp_path)
+    films = [file.name for file in tmp_path.iterdir()]
+    assert films == [f"{repertoire.functions[0].name}.mp4"]

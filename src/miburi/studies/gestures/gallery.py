@@ -16,6 +16,8 @@ from miburi.studies.gestures.pictures import STRIP_STEP, Pictures, camera_on, sh
 
 MOODS = (0.3, 0.6, 0.9)
 _PAGE = Path(__file__).with_suffix(".html")
+#: The files that show all gestures.
+_LAST = ("overview.png", "index.html")
 
 #: The table's columns: heading, unit, factor from SI, decimals.
 _COLUMNS: dict[str, tuple[str, str, float, int]] = {
@@ -41,36 +43,44 @@ def write_gallery(
     """Write a page with films, strips and hand paths of every gesture at three moods.
 
     Return the path of ``index.html``; its pictures are in the same folder. There, ``overview.png``
-    has the strips at mood 0.9, at half their size.
+    has the strips at mood 0.9, at half their size. The films and pictures of a gesture are written
+    as soon as they are drawn, so an interruption leaves them there. The page and the overview come
+    last; an earlier run's are deleted first.
 
     Raises OutputError if the folder cannot be written to, or this machine cannot draw.
     """
+    out = Path(out)
     gestures: dict[str, list[Pictures]] = {}
-    with whole_files(out) as draft, camera_on(robot) as camera:
+    with camera_on(robot) as camera:
+        with whole_files(out):
+            for name in _LAST:
+                (out / name).unlink(missing_ok=True)
         for function in repertoire.functions:
             cells = gestures[function.name] = []
             for mood in MOODS:
                 progress(f"{function.name} {mood}")
-                cells.append(show(robot, function, mood, draft, camera, face=face))
+                with whole_files(out) as draft:
+                    cells.append(show(robot, function, mood, draft, camera, face=face))
                 if cells[-1].fault:
                     progress(f"{function.name} {mood}: {cells[-1].fault}")
-        page = render(
-            _PAGE,
-            shown=gestures,
-            strip_step=STRIP_STEP,
-            heads=[(heading, unit) for heading, unit, _, _ in _COLUMNS.values()],
-            rows=[
-                (name, cell.mood, _numbers(cell.measures))
-                for name, cells in gestures.items()
-                for cell in cells
-            ],
-        )
-        (draft / "index.html").write_text(page, encoding="utf-8")
-        strips = {name: Image.open(draft / each[-1].strip) for name, each in gestures.items()}
+    page = render(
+        _PAGE,
+        shown=gestures,
+        strip_step=STRIP_STEP,
+        heads=[(heading, unit) for heading, unit, _, _ in _COLUMNS.values()],
+        rows=[
+            (name, cell.mood, _numbers(cell.measures))
+            for name, cells in gestures.items()
+            for cell in cells
+        ],
+    )
+    with whole_files(out) as draft:
+        strips = {name: Image.open(out / each[-1].strip) for name, each in gestures.items()}
         halves = {name: strip.convert("RGB").reduce(2) for name, strip in strips.items()}
         titled = [add_caption(np.array(half), name) for name, half in halves.items()]
-        Image.fromarray(contact_sheet(titled, 2)).save(draft / "overview.png")
-    return Path(out) / "index.html"
+        Image.fromarray(contact_sheet(titled, 2)).save(draft / _LAST[0])
+        (draft / _LAST[1]).write_text(page, encoding="utf-8")
+    return out / _LAST[1]
 
 
 def _numbers(measures: Measures) -> list[str]:
