@@ -8,6 +8,7 @@ from typer.testing import CliRunner
 
 from miburi.cli.commands import app
 from miburi.feelings import load_temperament
+from miburi.feelings.catalogue import load_catalogue
 from miburi.gestures import load
 from miburi.robot import load_robot
 from miburi.servos import load_servo
@@ -22,6 +23,11 @@ def run(*arguments: str) -> str:
 def test_the_english_files_of_a_language_are_all_there() -> None:
     for name in ("care", "distress", "language", "pages", "rhythm", "talk"):
         assert tomllib.loads(run("language", name))
+
+
+def test_the_only_file_of_a_kind_needs_no_name(tmp_path: Path) -> None:
+    (tmp_path / "feelings.toml").write_text(run("feelings"), encoding="utf-8")
+    assert len(load_catalogue(tmp_path / "feelings.toml").feeling) == 8
 
 
 @pytest.mark.parametrize(

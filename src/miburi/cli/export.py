@@ -86,11 +86,15 @@ _FOLDERS = {
 
 def template(
     kind: Annotated[str, typer.Argument(help=", ".join(_FOLDERS) + ".")],
-    name: Annotated[str | None, typer.Argument(help="Default: list the names.")] = None,
+    name: Annotated[
+        str | None, typer.Argument(help="Default: list the names, if there are several.")
+    ] = None,
 ) -> None:
     """Print a file that ships with Miburi, to start your own from."""
     must_be_one_of(_FOLDERS, kind, "the kind")
     files = _files(kind)
+    if name is None and len(files) == 1:
+        name = next(iter(files))
     if name is None:
         print("\n".join(files))
         return
