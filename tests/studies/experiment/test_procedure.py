@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 
 from miburi.bma.settings import Settings
+from miburi.bodies import BodyState
 from miburi.bodies.simulated import Simulated
 from miburi.errors import InputError
 from miburi.gestures import Repertoire, load, shipped_functions
 from miburi.robot import Robot
 from miburi.studies import experiment
+from miburi.studies.experiment.results import write_experiment
 
 
 @pytest.fixture(scope="module")
@@ -139,3 +141,21 @@ def test_a_body_in_whose_way_no_hand_can_be_put_is_refused(
         InputError, match="puts a hand in the robot's way, and this body is not a simulation"
     ):
         experiment.conduct(Simulated(robot), experiment.Setup())
+
+
+def test_an_interrupted_run_leaves_nothing_of_an_earlier_one(robot: Robot, tmp_path: Path) -> None:
+    """The old numbers would be read as those of the new run."""
+    short = experiment.Setup(seconds=2, hand=False)
+    said = write_experiment(Simulated(robot), short, tmp_path, film=False, face=False)
+    assert "missed contacts" not in said[-2]  # without a hand, none could be missed
+    assert len([*tmp_path.iterdir()]) == 4
+    own = tmp_path / "notes.txt"
+    own.touch()
+
+    class Interrupted(Simulated):
+        def step(self, dt: float) -> BodyState:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        write_experiment(Interrupted(robot), short, tmp_path, film=False, face=False)
+    assert [*tmp_path.iterdir()] == [own]

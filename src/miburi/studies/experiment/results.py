@@ -20,8 +20,11 @@ from miburi.studies import face as faces
 from miburi.studies.experiment.chart import experiment_figure
 from miburi.studies.film import DrawingError, Scene, add_caption, camera, contact_sheet, write_film
 
-#: The files that only a run with a film writes.
-_FILM = {"experiment.mp4", "experiment.sheet.png", "experiment-strip.png"}
+#: The files that a run may write.
+_FILES = (
+    "experiment.json", "timing.json", "experiment.png", "experiment.mcap",
+    "experiment.mp4", "experiment.sheet.png", "experiment-strip.png",
+)  # fmt: skip
 
 
 def write_experiment(
@@ -29,22 +32,38 @@ def write_experiment(
 ) -> list[str]:
     """Conduct the experiment, write its files, and return the lines of a summary.
 
-    The files are ``experiment.json``, ``timing.json``, ``experiment.png`` and ``experiment.mcap``,
-    all or none; then, with ``film``, ``experiment.mp4`` and ``experiment-strip.png``, both or none.
-    If the machine cannot draw, film and strip are left out, and the summary says so. A film and a
-    strip that an earlier run wrote are deleted. With ``face``, film and strip show the face on the
+    The files are ``experiment.json``, ``timing.json``, ``experiment.png``, ``experiment.mcap`` and,
+    with ``film``, ``experiment.mp4`` and ``experiment-strip.png``. If the machine cannot draw, film
+    and strip are left out, and the summary says so. An earlier run's files are deleted first, so
+    that they are not taken for this run's. With ``face``, film and strip show the face on the
     phone.
 
     Raises OutputError if the folder cannot be written to, or ffmpeg fails.
     """
     bars = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
-    left_out = []
-    with Progress(*bars, console=Console(stderr=True)) as progress:
-        with whole_files(out) as draft:
-            result = _conduct(body, setup, draft, progress)
-            names = sorted(file.name for file in draft.iterdir())
-        for earlier in _FILM:
+    with whole_files(out) as draft, Progress(*bars, console=Console(stderr=True)) as progress:
+        for earlier in _FILES:
             (out / earlier).unlink(missing_ok=True)
+        progress.console.print(f"seed {setup.seed}, {setup.seconds:g} s of the robot's time")
+        running = progress.add_task("experiment", total=setup.seconds)
+        metadata = {
+            "temperament": setup.temperament.name,
+            "seed": str(setup.seed),
+            "servo": body.robot.servo.model.name,
+            "clock": "the robot's, from 0",
+        }
+        about = RecordingAbout(body.robot, metadata)
+        with (draft / "experiment.mcap").open("wb") as file, Recorder(file, about) as recorder:
+            result = experiment.conduct(
+                body,
+                setup,
+                recorder=recorder,
+                progress=lambda time: progress.update(running, completed=time),
+            )
+        _write_json(draft / "experiment.json", result.report())
+        _write_json(draft / "timing.json", result.timing())
+        experiment_figure(result, draft / "experiment.png")
+        left_out = []
         if film:
             try:
                 with whole_files(out) as draft:
@@ -52,12 +71,7 @@ def write_experiment(
                     names = sorted([*names, *(file.name for file in draft.iterdir())])
             except DrawingError as error:
                 left_out = [f"The film is left out: {error}"]
-            except BaseException:
-                print(
-                    f"miburi: the film was not finished; the other files are in {out}.",
-                    file=sys.stderr,
-                )
-                raise
+        names = sorted(file.name for file in draft.iterdir())
     return [*_summary(result), f"written to {out}: {', '.join(names)}", *left_out]
 
 
@@ -143,10 +157,11 @@ def _summary(result: experiment.Experiment) -> list[str]:
             f"{worst} mm, median (largest)"
         )
     touched = result.missed or any(stop.contact_time is not None for stop in result.stops)
-    if result.setup.hand and not touched:
+    if not touched:
         lines.append("nothing was touched: there was no contact to notice or to miss")
+    missed = f", missed contacts: {len(result.missed)}" if touched else ""
     lines.append(
-        f"false stops: {result.false_stops}, missed contacts: {len(result.missed)}; "
+        f"false stops: {result.false_stops}{missed}; "
         f"inverse kinematics: median {timing['ik_median_ms']:.3g} ms; "
         f"{timing['real_time_factor']:.0f} × faster than real time"
     )
