@@ -23,6 +23,7 @@ from miburi.safety.contact import PAPER_PERIOD, PAPER_RATIO, Rule
 from miburi.safety.free import FreeRule
 from miburi.safety.profile import FINE, Profile, Steps
 from miburi.servos import load_servo
+from miburi.version import __version__
 
 EIGHT = np.ones(8, dtype=np.int64)
 STEP = 2 * np.pi / 4096
@@ -139,6 +140,7 @@ def test_the_file_keeps_the_rule_to_the_step(robot: Robot, tmp_path: Path) -> No
     # Nothing was identified: what the rule expects is the description's servo.
     np.testing.assert_array_equal(back.servo, FreeRule.of(robot).servo)
     good = path.read_text()
+    assert good.startswith(f"# two\n# lines\n# Written by Miburi {__version__}.\n")
     before, _, rest = good.partition("[fits]")
     path.write_text(before + "[rule]" + rest.partition("[rule]")[2])
     assert not read_calibration(robot, path).named

@@ -1,6 +1,7 @@
 """A robot, gestures and a temperament of one's own: the same files in every command."""
 
 import json
+import re
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
 from dataclasses import replace
@@ -201,6 +202,10 @@ def test_a_tuned_rule_is_judged_on_runs_that_did_not_choose_it(tmp_path: Path) -
     assert done.returncode == 0, done.stderr
     assert "judged on as many fresh ones, seed 2" in done.stdout
     assert "false stops 100.00% (43.85 to 100.00 %)" in done.stdout  # three runs, as printed
+    assert re.search(r"\nthe description's +p 0.10 s  ratio 0.9372  false stops 0.00%", done.stdout)
+    said = "do not show the bound of 0.10%: at least 3838 runs without a false stop would show it."
+    assert said in done.stdout
+    assert said in (tmp_path / "tuned.toml").read_text()
 
 
 def test_a_calibration_of_a_users_own_robot_is_used(

@@ -19,6 +19,7 @@ from miburi.robot.fit import checksums, differing
 from miburi.robot.guards import GUARDS, check_ranges, in_whole_units
 from miburi.safety.contact import Rule
 from miburi.safety.profile import SECOND
+from miburi.version import __version__
 
 if TYPE_CHECKING:
     from miburi.calibration.shares import Shares
@@ -148,12 +149,15 @@ def write_calibration(
     identified: "Shares | None" = None,
     of: Robot | None = None,
 ) -> None:
-    """Write a calibration as TOML, in rad and s; ``note`` becomes a comment at the top.
+    """Write a calibration as TOML, in rad and s.
+
+    ``note`` becomes a comment at the top, and Miburi's version the next line.
 
     ``of`` is the robot as it was described, if ``robot`` has the servos that were identified.
     """
     step = robot.servo.step
     lines = [f"# {line}".rstrip() for line in note.splitlines()]
+    lines += [f"# Written by Miburi {__version__}."]
     lines += ["", f'robot = "{robot.name}"', f'servo = "{robot.servo.model.name}"']
     lines += ["", "[fits] # checksums of the description"]
     lines += [f'{part} = "{checksum}"' for part, checksum in checksums(of or robot).items()]

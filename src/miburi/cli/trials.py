@@ -196,7 +196,8 @@ def tune(
 ) -> None:
     """Search for a robot's best period, ratio and guards with the Bacterial Memetic Algorithm.
 
-    The rule is judged on fresh runs, with the next seed.
+    The rule is judged on fresh runs, with the next seed. Unlike a calibration, it may narrow
+    guards.
     """
     need("scipy", "studies")
     from miburi.calibration.file import write_calibration
@@ -205,7 +206,7 @@ def tune(
     from miburi.safety.free import FreeRule
     from miburi.safety.printed import PrintedRule
     from miburi.studies.trials.replay import record
-    from miburi.studies.trials.summary import wilson
+    from miburi.studies.trials.summary import needed_to_show, wilson
     from miburi.studies.trials.tuning import assess, free_traces
     from miburi.studies.trials.tuning import tune as search
 
@@ -215,12 +216,13 @@ def tune(
     runs = record(body, seed, free, blocked, repertoire)
     with show_progress() as show:
         found = search(body, runs, bound, seed, lambda tried: show(tried, 150))
-    papers = FreeRule.of(body)
+    own = papers = FreeRule.of(body)
     traces = free_traces(papers, [run for run in runs if run.person is None])
     guards = calibrate_traces(traces, body.servo.step, lag=papers.guards.lag)
     papers = replace(papers, guards=guards)
     rows = {
         "found": found.rule,
+        "the description's": own,
         "the paper's p and ratio, calibrated": papers,
         "the paper's, as printed": PrintedRule(papers.guards),
     }
@@ -234,18 +236,29 @@ def tune(
         low, high = wilson(round(value * of), of)
         return f"{value:.2%} ({100 * low:.2f} to {100 * high:.2f} %)"
 
-    for name, rule in rows.items():
-        does = assess(rule, fresh)
+    verdicts = {name: assess(rule, fresh) for name, rule in rows.items()}
+    for name, does in verdicts.items():
+        rule = rows[name]
         print(
             f"{name:36}  p {rule.period / 1e6:.2f} s  ratio {rule.ratio / 1e4:.4f}  "
             f"false stops {share(does.false_stops, does.runs)}  "
             f"missed {share(does.missed, does.touched)}  "
             f"a person is pushed for {1e3 * does.delay:.0f} ms, with {does.force:.1f} N (median)"
         )
+    does, enough = verdicts["found"], needed_to_show(bound)
+    if wilson(round(does.false_stops * does.runs), does.runs)[1] <= bound:
+        shown = f"The fresh runs show the bound of {bound:.2%}."
+    else:
+        verb = "break" if does.false_stops > bound else "do not show"
+        shown = f"The fresh runs {verb} the bound of {bound:.2%}: "
+        shown += f"at least {enough}" if enough else "no number of"
+        shown += " runs without a false stop would show it."
+    print(shown)
     with whole_files(out.parent) as draft:
         note = (
             f"Contact rule of {body.name}: tuned on {free} free and {blocked} blocked runs, "
-            f"seed {seed},\nwith at most {bound:.2%} false stops among these."
+            f"seed {seed}.\nFalse stops on as many fresh runs, seed {seed + 1}: "
+            f"{share(does.false_stops, does.runs)}.\n{shown}"
         )
         write_calibration(body, found.rule, draft / out.name, note)
     print(out)

@@ -13,7 +13,7 @@ from miburi.safety.free import FreeRule
 from miburi.studies.trials.charts import Point, rule_map
 from miburi.studies.trials.replay import record
 from miburi.studies.trials.safety_page import write_page
-from miburi.studies.trials.summary import quantile_interval, summarise, wilson
+from miburi.studies.trials.summary import needed_to_show, quantile_interval, summarise, wilson
 from miburi.studies.trials.tables import in_words, rows
 from miburi.studies.trials.trial import Outcome, Run
 from miburi.studies.trials.tuning import BOX, Verdict, assess, tune
@@ -67,6 +67,14 @@ def test_each_trial_is_counted_as_what_it_was() -> None:
     assert (found.late, found.latency_above_2N_max) == (1, 0.1)
     assert found.push_after_stop_max == 0.1
     assert found.missed_interval == wilson(2, 4)
+
+
+@pytest.mark.parametrize("bound", [0.001, 0.05, 1.0])
+def test_so_many_trials_show_a_bound(bound: float) -> None:
+    enough = needed_to_show(bound)
+    assert enough is not None
+    assert 0.98 * bound <= wilson(0, enough)[1] <= bound
+    assert needed_to_show(0.0) is None
 
 
 def test_nothing_is_none_not_zero() -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from math import ceil
 
 import numpy as np
 
@@ -37,6 +38,14 @@ def wilson(hits: int, trials: int) -> tuple[float, float]:
 
     low, high = binomtest(hits, trials).proportion_ci(method="wilson")
     return float(low), float(high)
+
+
+def needed_to_show(bound: float) -> int | None:
+    """Return how many trials without a hit bring the upper end of :func:`wilson` to a bound.
+
+    The bound is a share from 0 to 1; None for 0, which no number of trials can show.
+    """
+    return ceil(1.96**2 * (1 - bound) / bound) if bound else None
 
 
 def quantile_interval(values: Array, share: float) -> tuple[float, float | None] | None:
