@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from miburi.errors import InputError
 from miburi.robot import JOINTS, iphonoid
 from miburi.robot.guards import Guards
 from miburi.safety.contact import LAG_DOUBT, PAPER_PERIOD, PAPER_RATIO, Contact, Rule, Sign, Watch
@@ -54,6 +55,15 @@ def test_the_papers_numbers() -> None:
     assert (PAPER_PERIOD, PAPER_RATIO) == (100_000, 9372)
     rule = Rule.of(iphonoid())
     assert (rule.period, rule.ratio) == (100_000, 9372)
+
+
+@pytest.mark.parametrize(
+    ("number", "value"),
+    [("ratio", 20_000), ("ratio", -5), ("ratio", 0.9372), ("period", 0), ("period", 0.1)],
+)
+def test_no_rule_has_a_number_that_cannot_be(number: str, value: float) -> None:
+    with pytest.raises(InputError, match=f"the rule's {number} must be .*; got {value}"):
+        replace(RULE, **{number: value})
 
 
 @pytest.mark.parametrize("motor", range(8))

@@ -36,7 +36,10 @@ _AHEAD = 20
 class Simulated:
     """The robot in MuJoCo; a :class:`~miburi.bodies.Body` that is its own ``touchable``.
 
-    ``rule`` is the contact rule, by default the robot's own. ``plant`` is the physics, at rest in
+    ``rule`` is the contact rule, by default the robot's own, ``FreeRule.of(robot)``. To vary one of
+    its numbers: ``replace(FreeRule.of(robot), ratio=9000)``, with ``dataclasses.replace`` and
+    :class:`miburi.safety.free.FreeRule`. The guards of ``Rule.of(robot)`` are too narrow for
+    :class:`~miburi.safety.contact.Rule`: it stops free moves. ``plant`` is the physics, at rest in
     the pose that the servos hold; by default it is a new plant, at rest in neutral.
     """
 

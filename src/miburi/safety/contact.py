@@ -56,6 +56,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from miburi.errors import InputError
 from miburi.robot import JOINTS, Robot
 from miburi.robot.guards import Guards, in_whole_units
 from miburi.safety.profile import FINE, SECOND, Profile, Steps
@@ -110,21 +111,40 @@ UNLOADED = Loading(_NOTHING, _NOTHING, _NOTHING, np.full(8, 1 << 20, dtype=np.in
 
 @dataclass(frozen=True)
 class Rule:
-    """The contact rule.
+    """The contact rule, with the delayed profile as the expected motion.
+
+    This class needs wider guards than a description has; a robot's own rule is a
+    :class:`miburi.safety.free.FreeRule`. To vary one number, start from that:
+    ``replace(FreeRule.of(robot), ratio=9000)``.
+
+    Raises InputError if the period or the ratio is not a whole number in its range.
 
     Attributes
     ----------
     guards
         The guards of the motors.
     period
-        p of Eq. 1, in µs.
+        p of Eq. 1, in µs: at least 10 000, the time between two readings.
     ratio
-        The least share of the commanded travel (Eq. 2), in parts of 10 000.
+        The least share of the commanded travel (Eq. 2), in parts of 10 000: 0 to 10 000.
     """
 
     guards: Guards[Steps]
     period: int = PAPER_PERIOD
     ratio: int = PAPER_RATIO
+
+    def __post_init__(self) -> None:
+        whole = int | np.integer
+        if not (isinstance(self.period, whole) and self.period >= SECOND // 100):
+            raise InputError(
+                "the rule's period must be a whole number of µs, 10000 or more, such as 100000; "
+                f"got {self.period!r}."
+            )
+        if not (isinstance(self.ratio, whole) and 0 <= self.ratio <= 10_000):
+            raise InputError(
+                "the rule's ratio must be a whole number from 0 to 10000, such as 9372 for "
+                f"0.9372; got {self.ratio!r}."
+            )
 
     @classmethod
     def of(cls, robot: Robot) -> "Rule":
