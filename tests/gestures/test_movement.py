@@ -66,6 +66,13 @@ def test_a_user_adds_a_gesture_without_touching_code(file):
     assert load(str(file())) == load(file())
 
 
+def test_if_every_pose_is_wrong_only_their_own_faults_are_told(tmp_path):
+    first = GOOD.index("[[pose]]", GOOD.index("[[pose]]") + 1)
+    (tmp_path / "far.toml").write_text(GOOD[:first].replace("0.3, 0.6, 0.7", "1.9, 0.6, 0.7"))
+    with pytest.raises(DescriptionError, match=r"right\.0 = 1\.9: input should be [^:]* to 1\.$"):
+        load(tmp_path / "far.toml")
+
+
 def test_the_error_for_an_unknown_feeling_lists_the_feelings():
     with pytest.raises(InputError, match=r"no gesture for 'joy'.*happiness"):
         load("joy")

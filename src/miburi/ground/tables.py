@@ -123,6 +123,8 @@ def _in_words(error: ValidationError, model: type[Table]) -> str:
         got = repr(item["input"])
         got = got if len(got) <= 80 else got[:77] + "..."
         match item["type"]:
+            case "too_short" if len(item["input"]) > item["ctx"]["actual_length"]:
+                continue  # it counts only items that are right; each wrong one has its own line
             case "missing":
                 lines.append(f"{key} is missing; add it.")
             case "extra_forbidden" | "unexpected_keyword_argument":
