@@ -118,6 +118,8 @@ def test_a_robot_makes_the_gestures_of_a_study(server: Server, tmp_path: Path) -
             stack.close()  # whoever waits for the robot when all ends is told so
             assert "The gesture was interrupted" in again.result().text
     assert lab.store.showings()[1, 0].whole == 1
+    (partner,) = lab.store.partners()
+    assert (partner["robot"], partner["body"]) == ("iphonoid", "simulated")
 
 
 def test_a_study_with_live_gestures_needs_its_robot(tmp_path: Path) -> None:

@@ -75,6 +75,7 @@ def run(
         )
     # These load slowly, so the checks above come first.
     from miburi.studies.study.films import draw_missing, find_films
+    from miburi.studies.study.live import facts_of
     from miburi.studies.study.server import serve_study
     from miburi.studies.study.store import ANSWERS, REHEARSED, open_store
 
@@ -97,6 +98,7 @@ def run(
         living = None
         if any(film.live for film in study.films):
             living = stack.enter_context(partner_at(partner))
+            store.note_partner(facts_of(living))
             print(f"{partner} makes the gestures, with its {living.state.body} body.", flush=True)
         serve_study(study, store, films, host, port, say, living)
     onward = f" Next: miburi study report {folder}" + (" --rehearsal" if rehearsal else "")

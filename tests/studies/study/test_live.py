@@ -1,6 +1,7 @@
 """Live gestures: a real partner makes them in virtual time; only a whole one counts as seen."""
 
 import itertools
+import json
 from collections.abc import Callable, Generator
 from pathlib import Path
 
@@ -242,6 +243,19 @@ def test_a_report_says_how_often_gestures_were_shown(tmp_path: Path) -> None:
     assert row.split(",")[7:9] == ["1", "1"]
     told = (tmp_path / "report" / "index.html").read_text(encoding="utf-8")
     assert "The robot showed 1 whole gestures live." in told
+
+
+def test_the_findings_name_the_partners_that_performed(tmp_path: Path) -> None:
+    lab = Lab(tmp_path, TWO_GESTURES, Robot())
+    calm, playful = {"temperament": "calm"}, {"temperament": "playful"}
+    for partner in (playful, calm, calm, playful):  # nobody saw the first
+        lab.store.note_partner(partner)
+        if partner is calm:
+            lab.begin()
+    write_report(lab.study, tmp_path, tmp_path / "report")
+    found = json.loads((tmp_path / "report" / "findings.json").read_text(encoding="utf-8"))
+    partners = [{"first_participant": 1, **calm}, {"first_participant": 3, **playful}]
+    assert found["made_with"]["partners"] == partners
 
 
 def test_one_robot_is_with_one_person_at_a_time(tmp_path: Path) -> None:

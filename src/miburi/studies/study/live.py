@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol
 
+from miburi.client.remote import RemotePartner
 from miburi.errors import BodyError, MiburiError
 from miburi.feelings import Expression
 from miburi.live.events.event import LiveEvent
@@ -79,6 +80,20 @@ def show(
     except MiburiError:
         ending = Ending.ABSENT
     return Showing(ending, view.begun)
+
+
+def facts_of(partner: RemotePartner) -> dict[str, object]:
+    """Return what a partner tells of itself, for the findings; it does not tell its seed."""
+    robot, state = partner.robot, partner.state
+    return {
+        "robot": robot.name,
+        "miburi": robot.version,
+        "body": state.body,
+        "rule": state.rule.model_dump(),
+        "temperament": state.temperament,
+        "rest": state.rest,
+        "gestures": [gesture.model_dump(mode="json") for gesture in partner.gestures()],
+    }
 
 
 class _View:

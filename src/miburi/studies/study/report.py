@@ -80,6 +80,7 @@ def write_report(study: Study, folder: Path, out: Path, *, rehearsal: bool = Fal
             name: hashlib.sha256(path.read_bytes()).hexdigest()
             for name, path in sorted(find_films(study, folder).items())
         },
+        "partners": store.partners(),
     }
     with whole_files(out) as draft:
         _write_rows([_row(answer, study, showings, paces, gone) for answer in answers], draft)

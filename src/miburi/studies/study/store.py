@@ -6,6 +6,7 @@ unless the study forbids it. When a participant withdraws, only the number stays
 participant gets the place.
 """
 
+import json
 import sqlite3
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
@@ -52,6 +53,8 @@ CREATE TABLE answer (
     PRIMARY KEY (participant, step, item)
 );
 """
+# Files of earlier versions do not have this table.
+_PARTNER = "CREATE TABLE IF NOT EXISTS partner (first INTEGER NOT NULL, facts TEXT NOT NULL)"
 
 
 @dataclass(frozen=True)
@@ -189,6 +192,20 @@ class Store:
             last = _last_number(database)
         return sorted({first for first in firsts[1:] if 1 < first <= last})
 
+    def note_partner(self, facts: Mapping[str, object]) -> None:
+        """Record the partner that makes live gestures for new participants from now on."""
+        text = json.dumps(facts, ensure_ascii=False)
+        with self._transaction() as database:
+            known = database.execute("SELECT facts FROM partner ORDER BY rowid DESC").fetchone()
+            if known != (text,):
+                row = (_last_number(database) + 1, text)
+                database.execute("INSERT INTO partner VALUES (?, ?)", row)
+
+    def partners(self) -> list[dict[str, object]]:
+        """Return each partner that was noted, and the number of the first participant with it."""
+        last = dict(self._rows("SELECT first, facts FROM partner ORDER BY rowid"))
+        return [{"first_participant": first, **json.loads(last[first])} for first in last]
+
     def close(self) -> int:
         """End the study: erase all codes, and return their number.
 
@@ -311,6 +328,7 @@ def open_store(path: Path, study: Study) -> Store:
             for statement in _SCHEMA.split(";"):
                 database.execute(statement)
             database.execute("INSERT INTO study VALUES (?, 0)", (study.digest,))
+        database.execute(_PARTNER)
         (digest,) = database.execute("SELECT digest FROM study").fetchone()
         if digest == study.digest:
             _note_wording(database, study.wording)
