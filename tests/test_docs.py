@@ -57,12 +57,15 @@ def test_the_wheels_description_leads_nowhere_that_a_wheel_does_not_have() -> No
     assert named <= set(project["optional-dependencies"])
 
 
-def test_the_first_example_shows_a_happy_gesture(capsys: pytest.CaptureFixture[str]) -> None:
-    (example, *_) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+@pytest.mark.parametrize("page", ["README.md", "docs/experiment.md"])
+def test_the_first_example_shows_a_happy_gesture(
+    page: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (example, *_) = re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(), re.DOTALL)
     exec(example, {})
-    assert "GestureStarted(time=0.02, expression=Expression(feeling='happiness'" in (
-        capsys.readouterr().out
-    )
+    shown = capsys.readouterr().out
+    assert "GestureStarted(time=0.02, expression=Expression(feeling='happiness'" in shown
+    assert "Stopped(" not in shown
 
 
 @pytest.mark.parametrize("command", ["forward", "ik"])
