@@ -32,38 +32,22 @@ def write_experiment(
 ) -> list[str]:
     """Conduct the experiment, write its files, and return the lines of a summary.
 
-    The files are ``experiment.json``, ``timing.json``, ``experiment.png``, ``experiment.mcap`` and,
-    with ``film``, ``experiment.mp4`` and ``experiment-strip.png``. If the machine cannot draw, film
-    and strip are left out, and the summary says so. An earlier run's files are deleted first, so
-    that they are not taken for this run's. With ``face``, film and strip show the face on the
+    The files are ``experiment.json``, ``timing.json``, ``experiment.png`` and ``experiment.mcap``,
+    all or none; then, with ``film``, ``experiment.mp4`` and ``experiment-strip.png``, both or none.
+    If the machine cannot draw, film and strip are left out, and the summary says so. An earlier
+    run's files are deleted first. With ``face``, film and strip show the face on the
     phone.
 
     Raises OutputError if the folder cannot be written to, or ffmpeg fails.
     """
     bars = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
-    with whole_files(out) as draft, Progress(*bars, console=Console(stderr=True)) as progress:
-        for earlier in _FILES:
-            (out / earlier).unlink(missing_ok=True)
-        progress.console.print(f"seed {setup.seed}, {setup.seconds:g} s of the robot's time")
-        running = progress.add_task("experiment", total=setup.seconds)
-        metadata = {
-            "temperament": setup.temperament.name,
-            "seed": str(setup.seed),
-            "servo": body.robot.servo.model.name,
-            "clock": "the robot's, from 0",
-        }
-        about = RecordingAbout(body.robot, metadata)
-        with (draft / "experiment.mcap").open("wb") as file, Recorder(file, about) as recorder:
-            result = experiment.conduct(
-                body,
-                setup,
-                recorder=recorder,
-                progress=lambda time: progress.update(running, completed=time),
-            )
-        _write_json(draft / "experiment.json", result.report())
-        _write_json(draft / "timing.json", result.timing())
-        experiment_figure(result, draft / "experiment.png")
-        left_out = []
+    left_out = []
+    with Progress(*bars, console=Console(stderr=True)) as progress:
+        with whole_files(out) as draft:
+            for earlier in _FILES:
+                (out / earlier).unlink(missing_ok=True)
+            result = _conduct(body, setup, draft, progress)
+            names = sorted(file.name for file in draft.iterdir())
         if film:
             try:
                 with whole_files(out) as draft:
@@ -71,7 +55,12 @@ def write_experiment(
                     names = sorted([*names, *(file.name for file in draft.iterdir())])
             except DrawingError as error:
                 left_out = [f"The film is left out: {error}"]
-        names = sorted(file.name for file in draft.iterdir())
+            except BaseException:
+                print(
+                    f"miburi: the film was not finished; the other files are in {out}.",
+                    file=sys.stderr,
+                )
+                raise
     return [*_summary(result), f"written to {out}: {', '.join(names)}", *left_out]
 
 
