@@ -236,6 +236,14 @@ def test_what_was_sent_soon_arrives_before_the_end(server: Server) -> None:
     assert server.runner.snapshot.state.temperament == "calm"
 
 
+def test_nothing_is_accepted_after_the_end(server: Server) -> None:
+    partner = miburi.connect(server.url)
+    assert partner.soon(partner.close)
+    with pytest.raises(InputError, match="closed"):
+        while True:
+            partner.soon(partner.stimulate, Stimulus("surprise", 1.0))
+
+
 def test_what_was_not_sent_before_the_end_is_said(caplog: pytest.LogCaptureFixture) -> None:
     begun, over = threading.Event(), threading.Event()
     sender = Sender()

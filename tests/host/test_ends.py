@@ -47,6 +47,7 @@ def test_a_closed_terminal_is_a_good_end_and_nohup_keeps_it_alive(tmp_path: Path
         assert program.process.poll() is None
     path = tmp_path / "feelings.json"
     path.write_text("unless they are forgotten, these feelings are put aside")
+    (tmp_path / "feelings-spiking.json").write_text("those of the other model")
     with running(tmp_path, "--forget") as program:  # the old feelings go at once, the new ones stay
         program.out.next("Miburi is awake")
         assert not path.exists()

@@ -28,6 +28,7 @@ from miburi.robot.guards import by_motor
 from miburi.safety.free import FreeRule
 from miburi.serving.access import EVENTS, STOP
 from miburi.serving.press import BY
+from miburi.wire.messages import SayIn
 
 V1 = "/api/v1"
 JSON = "application/json"
@@ -267,3 +268,8 @@ def test_everything_is_described_with_an_example_for_each_request(
         assert ("413" in one["responses"]) == ("requestBody" in one)
     assert [one["url"] for one in described["servers"]] == ["/"], "whatever its port"
     assert described["components"]["securitySchemes"]
+
+
+def test_a_letter_that_stands_for_many_counts_as_many() -> None:
+    # Else a remark of them keeps the server busy for seconds.
+    assert len(SayIn(text="ﷺ" * 1000).text) == 1000

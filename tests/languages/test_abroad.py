@@ -2,7 +2,7 @@
 
 import pytest
 
-from miburi.languages.abroad import says_stop
+from miburi.languages.abroad import says_stop, says_yes
 from miburi.senses.words import hear
 from miburi.talk.answers import stops_in
 
@@ -29,8 +29,14 @@ def test_accents_repetition_and_words_beside_it_do_not_hide_a_call(said: str) ->
     assert hear(said).distress == "help"
 
 
-@pytest.mark.parametrize("said", ["Aiutami a cercare gli occhiali", "Tolong nyalakan lampu"])
-def test_a_request_for_a_small_service_is_worth_a_question(said: str) -> None:
+@pytest.mark.parametrize(
+    "said",
+    [
+        "Aiutami a cercare gli occhiali", "Tolong, nyalakan lampu",
+        "Hilfe? Nein, danke.",
+    ],
+)  # fmt: skip
+def test_a_small_service_or_a_refusal_is_worth_a_question(said: str) -> None:
     heard = hear(said)
     assert (heard.distress, heard.worry) == (None, "help")
 
@@ -38,8 +44,10 @@ def test_a_request_for_a_small_service_is_worth_a_question(said: str) -> None:
 @pytest.mark.parametrize(
     "said",
     [
-        "Help yourself to a biscuit", "It helps to sing", "救命講習に行った", "Danke für die Hilfe",
-        "Pomocy nie trzeba", "Socorro is a town in New Mexico", "「救命」という言葉", "Finger weg",
+        "Help yourself to a biscuit", "It helps to sing", "救命講習に行った", "Pomocy nie trzeba",
+        "Robot, help me: what's 7 times 8?", "Thanks, no help.", 'The tabs are File, Edit, "Help".',
+        "Let's play charades. Help me, grandma!",
+        "Socorro is a town in New Mexico", "「救命」という言葉", "Finger weg",
     ],
 )  # fmt: skip
 def test_words_that_only_look_like_a_call_are_none(said: str) -> None:
@@ -51,7 +59,8 @@ def test_words_that_only_look_like_a_call_are_none(said: str) -> None:
     "said",
     [
         "Laat los!", "Lass los, lass los!", "¡Suéltame!", "放开！", "停停停", "birak beni",
-        "Hilfe, lass mich los", "Nein! Lass mich los! Bitte!", "¡Suéltame! ¡Socorro!",
+        "Aua! Lass los!", "Au! Laat los!", "Miburi, lass los!", "Hilfe, lass mich los",
+        "Nein! Lass mich los! Bitte!", "¡Suéltame! ¡Socorro!",
         "Stop, bitte",
     ],
 )  # fmt: skip
@@ -64,8 +73,13 @@ def test_french_orders_to_let_go_stop_it(said: str) -> None:
     assert stops_in(said, "fr", moving=True) == "fr"
 
 
+@pytest.mark.parametrize("said", ["Nej tak", "不是", "Да нет", "Ya no", "Ja, das Wetter ist schön"])
+def test_no_is_not_yes(said: str) -> None:
+    assert not says_yes(said)
+
+
 def test_a_long_text_of_ambiguous_words_is_read_at_once() -> None:
-    assert not says_stop("para ya " * 5000 + "hoy", moving=True)
+    assert not says_stop("para ya " * 100 + "hoy", moving=True)
 
 
 def test_foreign_words_of_pain_stop_a_moving_body_only() -> None:

@@ -27,7 +27,7 @@ def read(kind: type[Answer], text: str | bytes, url: str) -> Answer:
         return answers.validate_json(text)
     except ValidationError as error:
         wrong = error.errors()
-        if not _NEW_WORD.issuperset(one["type"] for one in wrong):
+        if not all(one["type"] in _NEW_WORD and isinstance(one["input"], str) for one in wrong):
             raise InputError(
                 f"{url}: this program does not understand this partner's answer; use the same "
                 "version of Miburi for both."

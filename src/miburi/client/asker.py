@@ -9,6 +9,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
+from urllib.parse import quote
 
 import httpx
 from pydantic_core import PydanticSerializationError, to_json
@@ -73,7 +74,7 @@ class Asker:
 
     async def log(self, after: str | None = None) -> list[LiveEvent]:
         """Return up to 1,000 events after the one with this id; without an id, the latest."""
-        known = "" if after is None else f"?after={after}"
+        known = "" if after is None else f"?after={quote(after)}"
         return await self._get(list[LiveEvent], f"/log{known}")
 
     async def say(self, text: str, tone: Tone = "plain") -> SayOut:

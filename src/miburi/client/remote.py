@@ -15,8 +15,9 @@ from pathlib import Path
 from time import monotonic
 from types import TracebackType
 from typing import Any, Self
+from urllib.parse import quote
 
-from miburi.client.connection import Connection
+from miburi.client.connection import CLOSED, Connection
 from miburi.client.sending import Sender
 from miburi.errors import BodyError, InputError, OutputError
 from miburi.feelings import Expression, Stimulus
@@ -75,6 +76,7 @@ class RemotePartner:
     ) -> None:
         self._line = Connection(url, token, authority)
         self._sender: Sender | None = None
+        self._closed = False
         self._beginning = threading.Lock()  # two threads share one sender
 
     def __enter__(self) -> Self:
@@ -90,9 +92,10 @@ class RemotePartner:
 
     def close(self) -> None:
         """Send what :meth:`soon` has accepted, for up to 5 s, and close the connection."""
-        if self._sender is not None:
-            self._sender.close()
-            self._sender = None
+        with self._beginning:
+            self._closed, sender, self._sender = True, self._sender, None
+        if sender is not None:
+            sender.close()
         self._line.close()
 
     @property
@@ -168,8 +171,10 @@ class RemotePartner:
         are logged, and so is what :meth:`close` could not send.
         """
         with self._beginning:
-            self._sender = self._sender or Sender()
-        return self._sender.send(lambda: wish(*args, **kwargs))
+            if self._closed:
+                raise InputError(CLOSED)
+            sender = self._sender = self._sender or Sender()
+        return sender.send(lambda: wish(*args, **kwargs))
 
     def stimulate(self, stimulus: Stimulus) -> str:
         """Make the partner feel something; return the id of the event."""
@@ -289,7 +294,7 @@ class RemotePartner:
 
     def log(self, after: str | None = None) -> list[LiveEvent]:
         """Return up to 1,000 events after the one with this id; without an id, the latest."""
-        known = "" if after is None else f"?after={after}"
+        known = "" if after is None else f"?after={quote(after)}"
         return self._line.get(list[LiveEvent], f"/log{known}")
 
     def bodies(self) -> list[BodyOut]:

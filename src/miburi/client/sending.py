@@ -37,7 +37,8 @@ class Sender:
         end, left = monotonic() + patience, 0
         with suppress(queue.Full):
             self._wishes.put(None, timeout=patience)
-            self._thread.join(max(end - monotonic(), 0.0))
+            if threading.current_thread() is not self._thread:
+                self._thread.join(max(end - monotonic(), 0.0))
         with suppress(queue.Empty):
             while True:
                 left += self._wishes.get_nowait() is not None

@@ -38,9 +38,10 @@ class BillRow:
     price, currency, source
         The price of one piece, and where and when it was seen; None and empty if nobody looked it
         up.
-    grams, time
-        How much filament a printed part takes or how much ballast there is, in grams, otherwise
-        None; and how long the part prints, by the slicer.
+    grams
+        The mass of a printed part's filament, or of the ballast; None for other items.
+    time
+        How long a printed part takes, by the slicer.
     remark
         A note for the buyer.
     """

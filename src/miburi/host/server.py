@@ -207,7 +207,8 @@ def _feelings(launch: Launch, memory: Path) -> FeelingModel:
     kept = None
     try:
         if launch.forget:
-            remove_whole(memory)
+            for earlier in (*memory.parent.glob("feelings*.json*"), memory):
+                remove_whole(earlier)
         else:
             kept = remembered(memory, launch.temperament, launch.emotional_model)
     except InputError as error:

@@ -8,15 +8,15 @@ import re
 import tomllib
 import unicodedata
 from collections.abc import Collection
-from functools import cache
+from functools import cache, lru_cache
 from importlib import resources
 from typing import Literal, NamedTuple
 
 from miburi.ground.tables import Table
 from miburi.languages.files import Language, folders
 
-#: English has this word as well.
-_ALSO_ENGLISH = "help"
+#: No more of a remark counts; some letters become 18 when they are reduced to plain ones.
+_LONGEST = 1000
 _LETTERS = str.maketrans({"ı": "i", "ø": "o", "æ": "ae", "đ": "d", "ł": "l"})
 _UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "å": "aa", "ø": "oe"})
 _CLAUSE = re.compile(r"[.,!?;:…—。、！？،\n]+")
@@ -29,20 +29,25 @@ class _Abroad(Table):
 
     cry: dict[Language, list[str]]
     call: dict[Language, list[str]]
+    whole: dict[Language, list[str]]
     stop: dict[Language, list[str]]
     moving: dict[Language, list[str]]
     beside: dict[Language, list[str]]
+    no: dict[Language, list[str]]
     thanks: dict[Language, list[str]]
     yes: dict[Language, list[str]]
 
 
 class _Patterns(NamedTuple):
-    called: re.Pattern[str]  # a clause of calls and words beside them
-    cried: re.Pattern[str]  # a cry at either end
     calls: re.Pattern[str]
+    called: re.Pattern[str]  # a clause of calls and words beside them
+    foreign: re.Pattern[str]  # the same of calls that English does not have
+    whole: re.Pattern[str]
+    cried: re.Pattern[str]  # a cry at either end
     thanks: re.Pattern[str]
     stop: re.Pattern[str]
     moving: re.Pattern[str]
+    order: re.Pattern[str]  # for a moving body, with a word that English does not have
     yes: re.Pattern[str]
 
 
@@ -56,23 +61,27 @@ def calls_for_help(said: str, *, unknown: bool) -> Literal["surely", "perhaps"] 
     >>> calls_for_help("Aiutami con le scarpe", unknown=True)
     'perhaps'
     >>> calls_for_help("Danke für deine Hilfe.", unknown=True)
-    >>> calls_for_help("Help yourself to a biscuit.", unknown=False)
+    >>> calls_for_help("Help me, grandma!", unknown=False)
     """
     patterns, folded = _patterns(*folders()), _folded(said)
+    pattern = patterns.called if unknown else patterns.foreign
     clauses = [one for one in map(str.strip, _CLAUSE.split(folded)) if one]
-    alone = [one for one in clauses if patterns.called.fullmatch(one)]
-    if any(unknown or one != _ALSO_ENGLISH for one in alone):
-        return "surely"
-    if not unknown or patterns.thanks.search(folded) or not patterns.calls.search(folded):
-        return None
-    return "surely" if patterns.cried.search(folded) else "perhaps"
+    alone = any(map(pattern.fullmatch, clauses)) or patterns.whole.fullmatch(folded)
+    if patterns.thanks.search(folded):
+        return "perhaps" if alone else None
+    if alone or not unknown:
+        return "surely" if alone else None
+    if patterns.calls.search(folded):
+        return "surely" if patterns.cried.search(folded) else "perhaps"
+    return None
 
 
+@lru_cache(4)  # a remark is read several times
 def says_stop(said: str, *, moving: bool) -> bool:
     """Return whether a remark is an order to stop in a language without a folder.
 
-    Only words such as "please" and calls for help may stand beside it. If the body is ``moving``,
-    words of pain are such orders, too.
+    Only words such as "please", words of pain and calls for help may stand beside it. If the body
+    is ``moving``, words of pain are such orders, too.
 
     >>> says_stop("Lass los! Bitte lass los!", moving=False), says_stop("Aua!", moving=True)
     (True, True)
@@ -81,6 +90,15 @@ def says_stop(said: str, *, moving: bool) -> bool:
     """
     patterns = _patterns(*folders())
     return (patterns.moving if moving else patterns.stop).fullmatch(_folded(said)) is not None
+
+
+def is_foreign_order(said: str) -> bool:
+    """Return whether a remark is an order to stop, or a cry of pain, that English does not have.
+
+    >>> is_foreign_order("Finger weg!"), is_foreign_order("Stop!")
+    (True, False)
+    """
+    return _patterns(*folders()).order.fullmatch(_folded(said)) is not None
 
 
 def says_yes(said: str) -> bool:
@@ -94,7 +112,7 @@ def says_yes(said: str) -> bool:
 
 def _folded(said: str) -> str:
     """Return text without capitals, accents and drawn-out letters."""
-    bare = unicodedata.normalize("NFKD", said.casefold())
+    bare = unicodedata.normalize("NFKD", said[:_LONGEST].casefold())[:_LONGEST]
     kept = "".join(sign for sign in bare if unicodedata.category(sign) != "Mn")
     return re.sub(r"(\w)\1{2,}", r"\1", kept.translate(_LETTERS).replace("’", "'"))
 
@@ -113,16 +131,20 @@ def _patterns(*known: Language) -> _Patterns:
         }
         for name, rows in vars(table).items()
     }
-    calls, beside = words["cry"] | words["call"], words["beside"]
-    cry = _any(words["cry"])
+    calls, stop, moving = words["cry"] | words["call"], words["stop"], words["moving"]
+    foreign = {call for call in calls if not call.startswith("help")}
+    beside, cry = words["beside"] | words["no"], _any(words["cry"])
     return _Patterns(
+        calls=re.compile(_any(calls | words["whole"])),
         called=_only(calls, beside),
+        foreign=_only(foreign, beside),
+        whole=_only(foreign | words["whole"], beside),
         cried=re.compile(rf"^\W*{cry}|{cry}\W*$"),
-        calls=re.compile(_any(calls)),
         thanks=re.compile(_any(words["thanks"])),
-        stop=_only(words["stop"], beside | calls),
-        moving=_only(words["stop"] | words["moving"], beside | calls),
-        yes=_only(words["yes"], beside),
+        stop=_only(stop, beside | calls | moving),
+        moving=_only(stop | moving, beside | calls),
+        order=_only((stop | moving) - {"stop", "halt"}, beside | calls | stop),
+        yes=_only(words["yes"], words["beside"]),
     )
 
 

@@ -38,7 +38,7 @@ from miburi.languages import (
     plain,
     words_of,
 )
-from miburi.languages.abroad import calls_for_help, says_stop
+from miburi.languages.abroad import calls_for_help, is_foreign_order
 from miburi.senses.distress import Doubt, judge_distress
 from miburi.senses.impression import Brought, Impression
 from miburi.senses.linear import find, softmax
@@ -180,7 +180,8 @@ def hear(text: str, usual: Language = FALLBACK) -> Impression:
     assumed for a text that could be in any language.
     """
     text = text[:LONGEST].encode(errors="ignore").decode()  # drop lone surrogates
-    stops = says_stop(text, moving=True)  # its words may mean something else in English
+    # In English, the words of a foreign order may mean something else ("Finger weg").
+    stops = language_of(text, usual) == FALLBACK and is_foreign_order(text)
     distress = None if stops else judge_distress(text, usual)
     if distress is None:
         felt = _UNKNOWN if stops else _felt(text, usual)

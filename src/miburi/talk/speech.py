@@ -150,11 +150,11 @@ class Speech:
         after = self._partner.snapshot.state.distress is not None
         heard = self._comfort.weigh(heard, said, language, wanted, after=after)
         acts = any(match.cue.acts for match in wanted)
-        # "Great, I've got cancer" must not please it.
         doubtful = heard.feeling in JOYS and heard.strength < _SURE_OF_JOY
-        heavy = doubtful and script(language).fits("heavy", said)
-        if heavy or (acts and not grave and heard.worry is None):
-            heard = Impression(None, 0.0, "speech")  # an order shows no feeling
+        # An order shows no feeling; "Great, I've got cancer" must not please it.
+        ordered = acts and not grave and heard.worry is None
+        if ordered or (doubtful and script(language).fits("heavy", said)):
+            heard = Impression(None, 0.0, "speech")
         if (grave or heard.worry is not None) and self._conversation is not None:
             self._conversation.overtake()
         felt = await granted(self._partner, Sense(heard, said, who(by)))

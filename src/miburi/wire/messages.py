@@ -3,10 +3,11 @@
 No model has a field for any part of the contact rule, so no request can change it.
 """
 
+import unicodedata
 from dataclasses import asdict
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints
 
 from miburi.errors import InputError
 from miburi.feelings import Expression, Stimulus
@@ -23,6 +24,8 @@ from miburi.senses.tone import Tone
 SLOWEST, FASTEST = 0.1, 50.0
 Rate = Annotated[float, Field(ge=SLOWEST, le=FASTEST)]
 Point = Annotated[list[Annotated[float, Field(ge=-2, le=2)]], Field(min_length=3, max_length=3)]
+#: The most characters of a remark.
+_SAID = 1000
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_-]{0,39}$")]
 
 
@@ -64,13 +67,21 @@ def fields_of(given: Stimulus | Expression, kind: type[Stimulus | Expression]) -
     return asdict(given)
 
 
+def _spelt_out(text: str) -> str:
+    """Return what is said, cut where letters that stand for many, such as "ﷺ", make it too long."""
+    plain = unicodedata.normalize("NFKC", text)
+    return text if len(plain) <= _SAID else plain[:_SAID]
+
+
 class SayIn(Message):
     """What somebody says to the partner, in one of its languages."""
 
     model_config = _example(text="I am so happy today")
 
     text: Annotated[
-        str, StringConstraints(strip_whitespace=True, min_length=1, max_length=1000)
+        str,
+        StringConstraints(strip_whitespace=True, min_length=1, max_length=_SAID),
+        AfterValidator(_spelt_out),
     ] = Field(description="What is said.")
     tone: Tone = Field(default="plain", description="How it was said; changes the words' weight.")
     language: Annotated[str, StringConstraints(max_length=20)] | None = Field(

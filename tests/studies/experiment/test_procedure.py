@@ -143,14 +143,17 @@ def test_a_body_in_whose_way_no_hand_can_be_put_is_refused(
         experiment.conduct(Simulated(robot), experiment.Setup())
 
 
-def test_an_interrupted_run_leaves_nothing_of_an_earlier_one(robot: Robot, tmp_path: Path) -> None:
-    """The old numbers would be read as those of the new run."""
+def test_a_whole_run_replaces_an_earlier_one_and_an_interrupted_run_does_not(
+    robot: Robot, tmp_path: Path
+) -> None:
     short = experiment.Setup(seconds=2, hand=False)
     said = write_experiment(Simulated(robot), short, tmp_path, film=False, face=False)
     assert "missed contacts" not in said[-2]  # without a hand, none could be missed
-    assert len([*tmp_path.iterdir()]) == 4
-    own = tmp_path / "notes.txt"
+    film, own = tmp_path / "experiment.mp4", tmp_path / "notes.txt"
+    film.touch()
     own.touch()
+    earlier = {*tmp_path.iterdir()}
+    assert len(earlier) == 6
 
     class Interrupted(Simulated):
         def step(self, dt: float) -> BodyState:
@@ -158,4 +161,6 @@ def test_an_interrupted_run_leaves_nothing_of_an_earlier_one(robot: Robot, tmp_p
 
     with pytest.raises(KeyboardInterrupt):
         write_experiment(Interrupted(robot), short, tmp_path, film=False, face=False)
-    assert [*tmp_path.iterdir()] == [own]
+    assert {*tmp_path.iterdir()} == earlier
+    write_experiment(Simulated(robot), short, tmp_path, film=False, face=False)
+    assert {*tmp_path.iterdir()} == earlier - {film}

@@ -35,8 +35,8 @@ def write_experiment(
     The files are ``experiment.json``, ``timing.json``, ``experiment.png`` and ``experiment.mcap``,
     all or none; then, with ``film``, ``experiment.mp4`` and ``experiment-strip.png``, both or none.
     If the machine cannot draw, film and strip are left out, and the summary says so. An earlier
-    run's files are deleted first. With ``face``, film and strip show the face on the
-    phone.
+    run's files are deleted once this run has results. With ``face``, film and strip show the face
+    on the phone.
 
     Raises OutputError if the folder cannot be written to, or ffmpeg fails.
     """
@@ -44,9 +44,9 @@ def write_experiment(
     left_out = []
     with Progress(*bars, console=Console(stderr=True)) as progress:
         with whole_files(out) as draft:
+            result = _conduct(body, setup, draft, progress)
             for earlier in _FILES:
                 (out / earlier).unlink(missing_ok=True)
-            result = _conduct(body, setup, draft, progress)
             names = sorted(file.name for file in draft.iterdir())
         if film:
             try:
