@@ -110,6 +110,18 @@ def test_a_release_has_an_end_or_is_broken_off(runner: Runner) -> None:
     assert kinds[-2:] == ["release_begun", "release_ended"]
 
 
+def test_a_release_ends_before_a_gesture_that_waited_for_it_begins(runner: Runner) -> None:
+    block(runner)
+    runner.stop()
+    until(runner, lambda state: state.held and state.phase == "stopped")
+    run(runner, 0.5)
+    runner.ask(Release(by_person=True))
+    until(runner, lambda state: state.phase == "returning")
+    runner.ask(Perform(Expression("fear", 0.8)))
+    until(runner, lambda state: state.expressed is not None)
+    assert [e.kind for e in runner.history.after(0)][-2:] == ["release_ended", "gesture_begun"]
+
+
 def performed(runner: Runner, wish: str) -> list[LiveEvent]:
     """Let time pass until a performance has ended; return its events."""
     until(runner, lambda _: any(e.kind.startswith("perf") for e in ends(runner, wish)))

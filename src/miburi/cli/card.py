@@ -14,7 +14,7 @@ import typer
 
 from miburi.cli.by_hand import prepare, wait_for_enter
 from miburi.cli.options import AsJson, RobotFile, robot_of
-from miburi.cli.places import a_file, must_not_replace
+from miburi.cli.places import a_file, must_replace_calibration
 from miburi.errors import BodyError, InputError
 
 if TYPE_CHECKING:
@@ -182,7 +182,7 @@ def calibrate(
     from miburi.ground.files import whole_files
     from miburi.hardware.places import misfits
 
-    must_not_replace(out, robot)
+    must_replace_calibration(out)
     if built and zeros:
         raise InputError("--built and --zeros both say where the zeros are; give one of them.")
     description = robot_of(robot)

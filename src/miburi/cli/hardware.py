@@ -115,6 +115,11 @@ def bill(
     if slicing and program is None:
         raise MiburiError("--slice needs PrusaSlicer (Debian: prusa-slicer).")
     rows = list(rows_of(body, printed_parts(body, fit), program))
+    if csv is not None:
+        from miburi.ground.files import whole_files
+
+        with whole_files(csv.parent) as draft:
+            (draft / csv.name).write_text(to_csv(rows), encoding="utf-8")
     if as_json:
         print(*(json.dumps(asdict(row), ensure_ascii=False) for row in rows), sep="\n")
     else:
@@ -125,11 +130,6 @@ def bill(
             table.add_row(str(row.count), row.name, row.number, price, grams, row.time, row.remark)
         Console().print(table)
         print(priced(rows))
-    if csv is not None:
-        from miburi.ground.files import whole_files
-
-        with whole_files(csv.parent) as draft:
-            (draft / csv.name).write_text(to_csv(rows), encoding="utf-8")
 
 
 @hardware_app.command()

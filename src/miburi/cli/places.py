@@ -41,6 +41,12 @@ def must_not_replace(out: Path | None, *read: Path | str | None) -> None:
         raise InputError(f"{out} is the file to read; choose another file to write.")
 
 
+def must_replace_calibration(out: Path) -> None:
+    """Raise InputError if the file to write a calibration to exists and holds something else."""
+    if out.is_file() and "[rule]" not in out.read_text("utf-8", errors="replace").splitlines():
+        raise InputError(f"{out} exists and is no calibration; choose another file to write.")
+
+
 def _try(option: str, place: Path, folder: Path) -> None:
     try:
         nearest = folder.absolute()

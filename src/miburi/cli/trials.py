@@ -23,7 +23,7 @@ from miburi.cli.options import (
     repertoire_of,
     robot_of,
 )
-from miburi.cli.places import a_file, a_folder, must_not_replace
+from miburi.cli.places import a_file, a_folder, must_not_replace, must_replace_calibration
 from miburi.errors import BodyError, InputError, need
 from miburi.ground.cores import available_cores
 
@@ -169,7 +169,7 @@ def calibrate(
     from miburi.ground.files import whole_files
     from miburi.studies.trials.workshop import calibrate_servos
 
-    must_not_replace(out, robot, servo)
+    must_replace_calibration(out)
     body = robot_of(robot, servo)
     print("Moving every simulated joint freely; this takes about ten seconds.", file=sys.stderr)
     done = calibrate_servos(body, seed)
@@ -210,7 +210,7 @@ def tune(
     from miburi.studies.trials.tuning import assess, free_traces
     from miburi.studies.trials.tuning import tune as search
 
-    must_not_replace(out, robot, servo)
+    must_replace_calibration(out)
     body = robot_of(robot, servo)
     repertoire = repertoire_of(body, gestures)
     runs = record(body, seed, free, blocked, repertoire)
@@ -254,6 +254,8 @@ def tune(
         shown += f"at least {enough}" if enough else "no number of"
         shown += " runs without a false stop would show it."
     print(shown)
+    if does.false_stops > verdicts["the description's"].false_stops:
+        print("The description's rule had fewer false stops: keep it, or tune on more runs.")
     with whole_files(out.parent) as draft:
         note = (
             f"Contact rule of {body.name}: tuned on {free} free and {blocked} blocked runs, "

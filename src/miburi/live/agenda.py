@@ -130,6 +130,7 @@ class Agenda:
         """
         match event:
             case GestureStarted(_, shown, name, wish):
+                self._end_return("release_ended")  # this may begin within the step
                 self._shown = {"name": name or self._open.get(wish or "", "poses"), "wish": wish}
                 if shown is not None:
                     self._shown |= {"feeling": shown.feeling, "mood": shown.mood}
