@@ -80,6 +80,26 @@ def test_back_and_a_second_tab_change_no_answer(lab: Lab) -> None:
     assert len(lab.store.answers()) == 2
 
 
+def test_who_agrees_again_goes_on_as_the_same_participant(lab: Lab) -> None:
+    person = Person(lab, behave)
+    person.answer()
+    again = lab.post(person.browser, "", agree="yes", language="en")  # in a second tab
+    assert again.headers["location"] == f"{lab.home}/page"
+    assert (person.browser.cookies[COOKIE], lab.store.counts(4).began) == (person.code, 1)
+
+
+def test_a_page_of_another_participant_is_refused(lab: Lab) -> None:
+    first = Person(lab, behave)
+    code = first.code
+    lab.post(first.browser, "/next")  # in a second tab
+    lab.post(first.browser, "", agree="yes", language="en")
+    for page in ("/page", "/stop", "/next"):
+        refused = lab.post(first.browser, page, step="0", answer="fear", code=code)
+        assert refused.headers["location"] == f"{lab.home}/page"
+        assert "Question 1 of 4" in first.browser.get(f"{lab.home}/page").text
+    assert lab.store.answers() == []
+
+
 def test_an_invalid_answer_is_asked_for_again(lab: Lab) -> None:
     browser = lab.begin()
     for data in ({}, {"answer": "joy"}, {"answer": "none"}, {"strength": "3"}):

@@ -10,6 +10,8 @@ Participant k gets row k; the next block of participants gets the same square wi
 
 import numpy as np
 
+from miburi.studies.study.plan import Film, Study
+
 
 def balanced_square(count: int) -> list[tuple[int, ...]]:
     """Return Williams's square for ``count`` films: rows of 0 … ``count`` - 1."""
@@ -31,6 +33,17 @@ def film_order(count: int, trials: int, participant: int, seed: int) -> tuple[in
     turns = range(-(-trials // count))
     shown = [film for turn in turns for film in rows[(row + turn) % len(rows)]]
     return tuple(int(labels[film]) for film in shown[:trials])
+
+
+def film_at(study: Study, place: int, step: int) -> Film | None:
+    """Return the film of a page, counted from 0, for a participant at a place, counted from 1."""
+    trial = study.steps[step].trial if step < len(study.steps) else None
+    if trial is None:
+        return None
+    films, trials = study.films, study.trials or len(study.films)
+    if trial < 0:  # practice, with the same films for everybody
+        return films[film_order(len(films), study.practice, 1, study.seed + 1)[trial]]
+    return films[film_order(len(films), trials, place, study.seed)[trial]]
 
 
 def option_order(options: tuple[str, ...], participant: int, seed: int) -> tuple[str, ...]:

@@ -2,7 +2,8 @@
 
 They are plain HTML forms, which need no JavaScript: the only script lets a button start a film. The
 participant's code is in a cookie, so a reload continues at the same page. An answer counts once,
-and only for the next page: two tabs, or Back, cannot mix answers up.
+and only for the next page of the participant whose code its form carries: two tabs, or Back, cannot
+mix answers up.
 """
 
 import hashlib
@@ -23,7 +24,7 @@ from miburi.feelings import Expression
 from miburi.ground.templates import render
 from miburi.serving.allowance import Allowance
 from miburi.studies.study.live import Ending, Perform, Turn, Turns
-from miburi.studies.study.order import film_order, option_order
+from miburi.studies.study.order import film_at, option_order
 from miburi.studies.study.plan import NONE, SKIPPED, Film, Step, Study, pick
 from miburi.studies.study.posted import LONGEST, Door, Form, posted, read_code, values_of
 from miburi.studies.study.store import AnswerPace, Participant, Store
@@ -125,7 +126,9 @@ class _Pages:
         return self._show("welcome.html", self._language(request), missing=False)
 
     def enter(self, request: Request, form: Form) -> Response:
-        """Register a participant who consents."""
+        """Register a participant who consents; one who is registered goes on."""
+        if self._who(request) is not None:
+            return RedirectResponse(f"{self.home}/page", 303)
         language = self._language(request, form.get("language"))
         if form.get("agree") != "yes":
             return self._show("welcome.html", language, 422, missing=True)
@@ -149,6 +152,8 @@ class _Pages:
         who = self._who(request)
         if who is None:
             return RedirectResponse(self.home, 303)
+        if not _is_own(request, form):
+            return RedirectResponse(f"{self.home}/page", 303)
         if form.get("step") == str(who.step) and who.step < len(self._study.steps):
             question = self._study.steps[who.step].question
             values = values_of(self._study, question, form)
@@ -215,9 +220,11 @@ class _Pages:
             return self._show("notice.html", who.language, 503, notice=showing.ending)
         return RedirectResponse(f"{self.home}/page", 303)
 
-    def leave(self, request: Request, _form: Form) -> Response:
+    def leave(self, request: Request, form: Form) -> Response:
         """Free the robot and the browser for the next participant."""
         if (who := self._who(request)) is not None:
+            if not _is_own(request, form):
+                return RedirectResponse(f"{self.home}/page", 303)
             self._turns.leave(who.number)
         response = RedirectResponse(self.home, 303)
         response.delete_cookie(COOKIE, self.home)
@@ -229,10 +236,11 @@ class _Pages:
             return RedirectResponse(self.home, 303)
         return self._show("stopping.html", who.language, code=request.cookies[COOKIE])
 
-    def stop(self, request: Request, _form: Form) -> Response:
+    def stop(self, request: Request, form: Form) -> Response:
         """End the participation early, and show the debriefing."""
-        if (who := self._who(request)) is None:
-            return RedirectResponse(self.home, 303)
+        who = self._who(request)
+        if who is None or not _is_own(request, form):
+            return RedirectResponse(f"{self.home}/page", 303)
         self._turns.leave(who.number)
         response = self._show("stopped.html", who.language, code=request.cookies[COOKIE])
         response.delete_cookie(COOKIE, self.home)
@@ -286,17 +294,7 @@ class _Pages:
         return preferred(self._study, wish or request.headers.get("accept-language", ""))
 
     def _film(self, who: Participant) -> Film | None:
-        if who.step >= len(self._study.steps):
-            return None
-        trial = self._study.steps[who.step].trial
-        if trial is None:
-            return None
-        films, trials = self._study.films, self._study.trials or len(self._study.films)
-        if trial < 0:  # practice, with the same films for everybody
-            order = film_order(len(films), self._study.practice, 1, self._study.seed + 1)
-            return films[order[trial]]
-        order = film_order(len(films), trials, who.place, self._study.seed)
-        return films[order[trial]]
+        return film_at(self._study, who.place, who.step)
 
     def _has_seen(self, who: Participant) -> bool:
         """Whether the participant may answer: a live gesture must have been seen to its end."""
@@ -376,6 +374,11 @@ def preferred(study: Study, wishes: str) -> str:
 
 def _paragraphs(text: str) -> list[str]:
     return text.strip().split("\n\n")
+
+
+def _is_own(request: Request, form: Form) -> bool:
+    """Whether a form is the browser's present participant's; an older page may be another's."""
+    return form.get("code") == request.cookies.get(COOKIE)
 
 
 def _asker(request: Request) -> str:
