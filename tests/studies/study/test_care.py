@@ -175,9 +175,23 @@ def test_who_stops_early_reads_what_it_was_about_and_answers_no_more(tmp_path: P
     assert person.code in left
     assert "panel.example" not in left  # the panel would take it for the end
     # Whoever knows what it is about answers no more, and the next one at a tablet begins anew.
-    page = person.browser.get(f"{lab.home}/page", follow_redirects=False)
-    assert page.headers["location"] == lab.home
-    assert lab.store.counts(len(lab.study.steps)).finished == 0
+    kept = lab.store.answers()
+    lab.post(person.browser, step="1", answer="no", code=person.code)  # in a second tab
+    lab.post(person.browser, "", agree="yes", language="en")
+    for page in ("", "/page", "/stop"):
+        assert person.browser.get(f"{lab.home}{page}").text == left
+    assert (lab.store.answers(), lab.store.counts(len(lab.study.steps)).began) == (kept, 1)
+    assert f'value="{person.code}"' in person.browser.get(f"{lab.home}/withdraw").text
+    lab.post(person.browser, "/next")
+    assert "I agree to take part" in person.browser.get(f"{lab.home}/page").text
+
+
+def test_who_has_stopped_and_withdraws_is_forgotten(tmp_path: Path) -> None:
+    lab = Lab(tmp_path, CAREFUL)
+    person = Person(lab, participant())
+    lab.post(person.browser, "/stop")
+    assert "have been deleted" in lab.post(person.browser, "/withdraw", code=person.code).text
+    assert "miburi_study" not in person.browser.cookies
 
 
 @pytest.mark.parametrize("times", [True, False])

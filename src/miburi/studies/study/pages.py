@@ -31,6 +31,8 @@ from miburi.studies.study.store import AnswerPace, Participant, Store
 from miburi.studies.study.texts import page_words
 
 COOKIE = "miburi_study"
+#: Follows the code in the cookie of a participant who has stopped.
+_STOPPED = "-stopped"
 _PAGES = Path(__file__).parent / "pages"
 #: Letters and digits that nobody confuses on paper.
 _LETTERS = "23456789ABCDEFGHJKMNPQRSTUVWXYZ"
@@ -120,14 +122,16 @@ class _Pages:
         self._films = {self._keys[name]: path for name, path in films.items()}
 
     def welcome(self, request: Request) -> Response:
-        """Show information and consent, or redirect a participant to their next page."""
+        """Show information and consent, or where a participant is."""
         if self._who(request) is not None:
             return RedirectResponse(f"{self.home}/page", 303)
+        if (stopped := self._owner(request)) is not None:
+            return self._show("stopped.html", stopped.language, code=_code(request))
         return self._show("welcome.html", self._language(request), missing=False)
 
     def enter(self, request: Request, form: Form) -> Response:
-        """Register a participant who consents; one who is registered goes on."""
-        if self._who(request) is not None:
+        """Register a participant who consents; one who is registered, or has stopped, stays so."""
+        if self._owner(request) is not None:
             return RedirectResponse(f"{self.home}/page", 303)
         language = self._language(request, form.get("language"))
         if form.get("agree") != "yes":
@@ -136,11 +140,7 @@ class _Pages:
             return self._show("notice.html", language, 429, notice="busy")
         code = make_code()
         self._store.enter(code, language, self._gone())
-        response = RedirectResponse(f"{self.home}/page", 303)
-        response.set_cookie(
-            COOKIE, code, _DAYS * 86_400, path=self.home, httponly=True, samesite="lax"
-        )
-        return response
+        return self._remember(code, RedirectResponse(f"{self.home}/page", 303))
 
     def page(self, request: Request) -> Response:
         """Show the next question, or the page with thanks."""
@@ -242,13 +242,12 @@ class _Pages:
         if who is None or not _is_own(request, form):
             return RedirectResponse(f"{self.home}/page", 303)
         self._turns.leave(who.number)
-        response = self._show("stopped.html", who.language, code=request.cookies[COOKIE])
-        response.delete_cookie(COOKIE, self.home)
-        return response
+        code = request.cookies[COOKIE]
+        return self._remember(code + _STOPPED, self._show("stopped.html", who.language, code=code))
 
     def ask_to_withdraw(self, request: Request) -> Response:
         """Ask for the code."""
-        code = request.cookies.get(COOKIE, "") if self._who(request) else ""
+        code = _code(request) if self._owner(request) else ""
         return self._show("withdraw.html", self._language(request), code=code, wrong=False)
 
     def withdraw(self, request: Request, form: Form) -> Response:
@@ -263,7 +262,7 @@ class _Pages:
             return self._show("withdraw.html", language, 422, code=typed, wrong=True)
         self._turns.leave(goes.number)
         response = self._show("notice.html", language, notice="withdrawn")
-        if request.cookies.get(COOKIE) == code:
+        if _code(request) == code:
             response.delete_cookie(COOKIE, self.home)
         return response
 
@@ -283,12 +282,21 @@ class _Pages:
         return self._show("notice.html", language, 503, notice="full")
 
     def _who(self, request: Request) -> Participant | None:
-        code = request.cookies.get(COOKIE)
-        return self._store.find(code) if code else None
+        """Return the participant who goes on in this browser."""
+        return self._store.find(request.cookies.get(COOKIE, ""))
+
+    def _owner(self, request: Request) -> Participant | None:
+        """Return the participant of this browser, who may have stopped."""
+        return self._store.find(_code(request))
+
+    def _remember(self, value: str, response: Response) -> Response:
+        response.set_cookie(
+            COOKIE, value, _DAYS * 86_400, path=self.home, httponly=True, samesite="lax"
+        )
+        return response
 
     def _language(self, request: Request, wish: str | None = None) -> str:
-        who = self._who(request)
-        if who is not None:
+        if (who := self._owner(request)) is not None:
             return who.language
         wish = wish or request.query_params.get("language")
         return preferred(self._study, wish or request.headers.get("accept-language", ""))
@@ -374,6 +382,10 @@ def preferred(study: Study, wishes: str) -> str:
 
 def _paragraphs(text: str) -> list[str]:
     return text.strip().split("\n\n")
+
+
+def _code(request: Request) -> str:
+    return request.cookies.get(COOKIE, "").removesuffix(_STOPPED)
 
 
 def _is_own(request: Request, form: Form) -> bool:
