@@ -11,7 +11,7 @@ from miburi.errors import OutputError
 from miburi.studies.study.plan import FILE, load_study
 from miburi.studies.study.report import ANSWERS, write_report
 from miburi.studies.study.statistics import share_interval
-from miburi.studies.study.store import open_store
+from miburi.studies.study.store import StudyClosedError, open_store
 
 CAREFUL = """
 name = "careful"
@@ -246,6 +246,33 @@ def test_a_closed_study_has_no_code_left_on_the_disk(tmp_path: Path) -> None:
     assert not lab.store.withdraw(person.code)
     assert [answer.value for answer in lab.store.answers()] == ["fear"]
     assert all(person.code.encode() not in file.read_bytes() for file in tmp_path.glob("answers*"))
+
+
+def test_a_study_that_is_closed_while_it_runs_admits_and_keeps_nothing(tmp_path: Path) -> None:
+    lab = Lab(tmp_path, CAREFUL)
+    person, newcomer = Person(lab, participant()), lab.visitor()
+    person.answer()
+    kept = lab.store.answers()
+    lab.store.close()  # in another terminal
+    for told in (
+        lab.post(person.browser, step="1", answer="no"),
+        lab.post(person.browser, "/stop"),
+        lab.post(newcomer, "/withdraw", code=person.code),
+        lab.post(newcomer, "", agree="yes"),
+        newcomer.get(lab.home),
+    ):
+        assert (told.status_code, "This study has ended" in told.text) == (410, True)
+        assert "It was about gestures." in told.text
+    with pytest.raises(StudyClosedError):  # it is closed while somebody begins
+        lab.store.enter("AAAA-AAAA", "en")
+    assert (lab.store.answers(), lab.store.counts(13).began) == (kept, 1)
+
+
+def test_the_end_of_a_study_is_told_in_the_visitors_language(tmp_path: Path) -> None:
+    lab = Lab(tmp_path)
+    lab.store.close()
+    told = lab.visitor().get(lab.home, headers={"accept-language": "ja"}).text
+    assert "この調査は終了しました" in told
 
 
 def test_intervals_hold_what_they_promise_when_people_differ() -> None:

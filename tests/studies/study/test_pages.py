@@ -11,7 +11,8 @@ from starlette.testclient import TestClient
 from tests.fixtures.study import TWO_FILMS, Lab, Person
 
 from miburi.studies.study.films import FILMS
-from miburi.studies.study.pages import COOKIE, make_code
+from miburi.studies.study.pages import COOKIE
+from miburi.studies.study.posted import make_code
 from miburi.studies.study.report import ANSWERS
 
 

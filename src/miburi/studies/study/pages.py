@@ -7,7 +7,6 @@ mix answers up.
 """
 
 import hashlib
-import secrets
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -26,16 +25,14 @@ from miburi.serving.allowance import Allowance
 from miburi.studies.study.live import Ending, Perform, Turn, Turns
 from miburi.studies.study.order import film_at, option_order
 from miburi.studies.study.plan import NONE, SKIPPED, Film, Step, Study, pick
-from miburi.studies.study.posted import LONGEST, Door, Form, posted, read_code, values_of
+from miburi.studies.study.posted import LONGEST, Door, Form, make_code, posted, read_code, values_of
 from miburi.studies.study.store import AnswerPace, Participant, Store
-from miburi.studies.study.texts import page_words
+from miburi.studies.study.texts import page_words, preferred
 
 COOKIE = "miburi_study"
 #: Follows the code in the cookie of a participant who has stopped.
 _STOPPED = "-stopped"
 _PAGES = Path(__file__).parent / "pages"
-#: Letters and digits that nobody confuses on paper.
-_LETTERS = "23456789ABCDEFGHJKMNPQRSTUVWXYZ"
 #: The limit on registrations and attempts to withdraw from one address: per second, and in a burst
 #: (our choice).
 _RATE, _BURST = 0.5, 60.0
@@ -46,12 +43,6 @@ _GONE = 7200.0
 #: A browser's report is ignored if it says that a film was started more often than this (our
 #: choice).
 _MOST_PLAYS = 100
-
-
-def make_code() -> str:
-    """Return a random code of eight letters and digits, as in ``K7QM-2XHD``."""
-    letters = "".join(secrets.choice(_LETTERS) for _ in range(8))
-    return f"{letters[:4]}-{letters[4:]}"
 
 
 def make_app(
@@ -369,15 +360,6 @@ class _Pages:
         )
         # the next person may use the same tablet
         return HTMLResponse(content, status, {"cache-control": "no-store"})
-
-
-def preferred(study: Study, wishes: str) -> str:
-    """Return the study's language that a visitor prefers most; by default the study's first."""
-    for part in wishes[:200].split(","):
-        wish = part.split(";")[0].strip().lower().split("-")[0]
-        if wish in study.languages:
-            return wish
-    return study.languages[0]
 
 
 def _paragraphs(text: str) -> list[str]:

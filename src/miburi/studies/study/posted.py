@@ -1,5 +1,6 @@
-"""Read participants' forms, and check each request before a page handles it."""
+"""Read participants' forms, make and read their codes, and check each request before a page does."""
 
+import secrets
 import unicodedata
 from collections.abc import Awaitable, Callable, Mapping
 from urllib.parse import parse_qs, urlsplit
@@ -16,6 +17,8 @@ Form = Mapping[str, str]
 
 #: The longest stored word, in characters, and the largest form, in bytes (our choice).
 LONGEST, _LARGEST = 80, 16_384
+#: Letters and digits that nobody confuses on paper.
+_LETTERS = "23456789ABCDEFGHJKMNPQRSTUVWXYZ"
 
 _HEADERS = (
     (b"x-content-type-options", b"nosniff"),
@@ -50,6 +53,12 @@ def values_of(study: Study, question: Question, form: Mapping[str, str]) -> dict
     plain = unicodedata.normalize("NFKC", value)
     shown = "".join(letter for letter in plain if letter.isprintable()).strip()
     return {"": shown} if 0 < len(shown) <= LONGEST else None
+
+
+def make_code() -> str:
+    """Return a random code of eight letters and digits, as in ``K7QM-2XHD``."""
+    letters = "".join(secrets.choice(_LETTERS) for _ in range(8))
+    return f"{letters[:4]}-{letters[4:]}"
 
 
 def read_code(typed: str) -> str:

@@ -15,6 +15,15 @@ def page_words() -> dict[str, dict[str, str]]:
     return tomllib.loads(_WORDS.read_text(encoding="utf-8"))
 
 
+def preferred(study: Study, wishes: str) -> str:
+    """Return the study's language that a visitor prefers most; by default the study's first."""
+    for part in wishes[:200].split(","):
+        wish = part.split(";")[0].strip().lower().split("-")[0]
+        if wish in study.languages:
+            return wish
+    return study.languages[0]
+
+
 def participant_text(study: Study, language: str) -> str:
     """Return what a participant reads from the first page to the last, to show to an ethics board.
 
