@@ -26,7 +26,7 @@ from miburi.studies.study.live import Ending, Perform, Turn, Turns
 from miburi.studies.study.order import film_at, option_order
 from miburi.studies.study.plan import NONE, SKIPPED, Film, Step, Study, pick
 from miburi.studies.study.posted import LONGEST, Door, Form, make_code, posted, read_code, values_of
-from miburi.studies.study.store import AnswerPace, Participant, Store
+from miburi.studies.study.store import AnswerPace, Participant, Store, StudyClosedError
 from miburi.studies.study.texts import page_words, preferred
 
 COOKIE = "miburi_study"
@@ -82,7 +82,7 @@ def make_app(
         Route(f"{home}/style.css", lambda _: FileResponse(_PAGES / "style.css")),
         Route(f"{home}/film.js", lambda _: FileResponse(_PAGES / "film.js")),
     ]
-    app = Starlette(routes=routes, exception_handlers={OutputError: pages.refuse_for_now})
+    app = Starlette(routes=routes, exception_handlers={OutputError: pages.refuse})
     return Door(app, local)
 
 
@@ -264,21 +264,28 @@ class _Pages:
             return Response(status_code=404)
         return FileResponse(path, headers={"cache-control": "private, max-age=3600"})
 
-    def refuse_for_now(self, request: Request, _error: Exception) -> Response:
-        """Report that saving failed, and that earlier answers are safe."""
+    def refuse(self, request: Request, error: Exception) -> Response:
+        """Report that the study has ended, or that saving failed and earlier answers are safe."""
         try:
             language = self._language(request)
-        except OutputError:  # nothing can be read, either
+        except OutputError:  # nothing can be read, or nobody is known any more
             language = preferred(self._study, request.headers.get("accept-language", ""))
+        if isinstance(error, StudyClosedError):
+            return self._show("notice.html", language, 410, notice="closed")
         return self._show("notice.html", language, 503, notice="full")
 
     def _who(self, request: Request) -> Participant | None:
         """Return the participant who goes on in this browser."""
-        return self._store.find(request.cookies.get(COOKIE, ""))
+        return self._find(request.cookies.get(COOKIE, ""))
 
     def _owner(self, request: Request) -> Participant | None:
         """Return the participant of this browser, who may have stopped."""
-        return self._store.find(_code(request))
+        return self._find(_code(request))
+
+    def _find(self, code: str) -> Participant | None:
+        if self._store.closed:  # by another process, perhaps, since the last request
+            raise StudyClosedError("this study is closed.")
+        return self._store.find(code)
 
     def _remember(self, value: str, response: Response) -> Response:
         response.set_cookie(

@@ -1,4 +1,4 @@
-"""Read participants' forms, make and read their codes, and check each request before a page does."""
+"""Read the forms and codes of participants, and check each request before a page handles it."""
 
 import secrets
 import unicodedata

@@ -57,6 +57,10 @@ CREATE TABLE answer (
 _PARTNER = "CREATE TABLE IF NOT EXISTS partner (first INTEGER NOT NULL, facts TEXT NOT NULL)"
 
 
+class StudyClosedError(OutputError):
+    """The study has ended: nobody can begin, answer or withdraw any more."""
+
+
 @dataclass(frozen=True)
 class Participant:
     """A participant."""
@@ -124,8 +128,12 @@ class Store:
         """Add a participant in the first free place of the order.
 
         The places of participants who have withdrawn, or are in ``gone``, are free.
+
+        Raises StudyClosedError if the study has ended.
         """
         with self._transaction() as database:
+            if _is_closed(database):
+                raise StudyClosedError(f"{self.path}: this study is closed.")
             taken = {
                 place
                 for number, place in database.execute(
@@ -223,8 +231,8 @@ class Store:
     @property
     def closed(self) -> bool:
         """Whether the study has ended."""
-        ((closed,),) = self._rows("SELECT closed FROM study")
-        return bool(closed)
+        with self._connection() as database:
+            return _is_closed(database)
 
     def note_showing(self, code: str, trial: int, film: str, ending: Ending) -> None:
         """Record the showing of a live gesture in a trial."""
@@ -353,6 +361,10 @@ def _note_wording(database: sqlite3.Connection, digest: str) -> None:
 def _last_number(database: sqlite3.Connection) -> int:
     (number,) = database.execute("SELECT COALESCE(MAX(number), 0) FROM participant").fetchone()
     return int(number)
+
+
+def _is_closed(database: sqlite3.Connection) -> bool:
+    return bool(database.execute("SELECT closed FROM study").fetchone()[0])
 
 
 def _find(database: sqlite3.Connection, code: str) -> Participant | None:
