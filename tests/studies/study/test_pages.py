@@ -101,6 +101,24 @@ def test_a_page_of_another_participant_is_refused(lab: Lab) -> None:
     assert lab.store.answers() == []
 
 
+def test_the_information_can_be_read_again_from_every_page(lab: Lab) -> None:
+    person = Person(lab, behave)
+    link = f'href="{lab.home}/information"'
+
+    def read(page: str) -> None:
+        assert link in page
+        told = person.browser.get(f"{lab.home}/information").text
+        assert "Hello." in told
+        assert "I agree to take part" not in told
+
+    for page in ("/page", "/stop", "/withdraw"):
+        read(person.browser.get(f"{lab.home}{page}").text)
+    assert "Question 1 of 4" in person.browser.get(f"{lab.home}/page").text
+    read(lab.post(person.browser, "/stop").text)
+    lab.store.close()  # people may still have to write to whoever runs the study
+    read(person.browser.get(lab.home).text)
+
+
 def test_an_invalid_answer_is_asked_for_again(lab: Lab) -> None:
     browser = lab.begin()
     for data in ({}, {"answer": "joy"}, {"answer": "none"}, {"strength": "3"}):

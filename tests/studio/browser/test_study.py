@@ -168,6 +168,9 @@ def test_a_whole_study_by_keyboard_has_no_violation(
         walk.forget()
         walk.press("agree", "Space")
         walk.follow("begin")
+        walk.follow("information")
+        walk.look("information")
+        walk.follow("back")
         known: set[str] = set()
         while page.locator("progress").count():
             if page.get_by_role("button", name=walk.words["show"], exact=True).count():
@@ -189,6 +192,9 @@ def test_a_whole_study_by_keyboard_has_no_violation(
         walk.press("agree", "Space")
         walk.follow("begin")
         walk.see("busy_title")
+        lab.store.close()
+        page.goto(f"{home}?language={language}")
+        walk.see("closed_title")
     assert "\n".join(walk.found) == ""
 
 
@@ -232,7 +238,7 @@ def watch_all(walk: Walk, stage: Stage, lab: Lab, told: list[Ending]) -> None:
     other = begin_with_the_robot(lab)
     walk.follow("show")
     walk.see("taken_title")
-    other.post(f"{lab.home}/next")
+    lab.post(other, "/next")
     for ending in told:
         walk.follow("again")
         walk.follow("show")

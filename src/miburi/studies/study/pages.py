@@ -78,6 +78,7 @@ def make_app(
         Route(f"{home}/stop", posted(pages.stop), methods=["POST"]),
         Route(f"{home}/withdraw", pages.ask_to_withdraw),
         Route(f"{home}/withdraw", posted(pages.withdraw), methods=["POST"]),
+        Route(f"{home}/information", pages.inform),
         Route(f"{home}/film/{{key}}", pages.film),
         Route(f"{home}/style.css", lambda _: FileResponse(_PAGES / "style.css")),
         Route(f"{home}/film.js", lambda _: FileResponse(_PAGES / "film.js")),
@@ -118,7 +119,11 @@ class _Pages:
             return RedirectResponse(f"{self.home}/page", 303)
         if (stopped := self._owner(request)) is not None:
             return self._show("stopped.html", stopped.language, code=_code(request))
-        return self._show("welcome.html", self._language(request), missing=False)
+        return self._show("welcome.html", self._language(request), again=False, missing=False)
+
+    def inform(self, request: Request) -> Response:
+        """Show the information again."""
+        return self._show("welcome.html", self._language(request), again=True)
 
     def enter(self, request: Request, form: Form) -> Response:
         """Register a participant who consents; one who is registered, or has stopped, stays so."""
@@ -126,7 +131,7 @@ class _Pages:
             return RedirectResponse(f"{self.home}/page", 303)
         language = self._language(request, form.get("language"))
         if form.get("agree") != "yes":
-            return self._show("welcome.html", language, 422, missing=True)
+            return self._show("welcome.html", language, 422, again=False, missing=True)
         if not self._allowance.take(_asker(request)):
             return self._show("notice.html", language, 429, notice="busy")
         code = make_code()
@@ -248,7 +253,7 @@ class _Pages:
         code = read_code(typed)
         if not self._allowance.take(_asker(request)):
             return self._show("notice.html", language, 429, notice="busy")
-        goes = self._store.find(code)
+        goes = self._find(code)
         if goes is None or not self._store.withdraw(code):
             return self._show("withdraw.html", language, 422, code=typed, wrong=True)
         self._turns.leave(goes.number)
@@ -268,7 +273,7 @@ class _Pages:
         """Report that the study has ended, or that saving failed and earlier answers are safe."""
         try:
             language = self._language(request)
-        except OutputError:  # nothing can be read, or nobody is known any more
+        except OutputError:  # nothing can be read, either
             language = preferred(self._study, request.headers.get("accept-language", ""))
         if isinstance(error, StudyClosedError):
             return self._show("notice.html", language, 410, notice="closed")
@@ -294,7 +299,7 @@ class _Pages:
         return response
 
     def _language(self, request: Request, wish: str | None = None) -> str:
-        if (who := self._owner(request)) is not None:
+        if (who := self._store.find(_code(request))) is not None:
             return who.language
         wish = wish or request.query_params.get("language")
         return preferred(self._study, wish or request.headers.get("accept-language", ""))

@@ -43,7 +43,7 @@ def participant_text(study: Study, language: str) -> str:
     code = f"K7QM-2XHD · {words['withdraw_title']}"
     debriefing = [pick(study.debriefing, language)] if study.debriefing else []
     parts += [
-        f"{words['code']} {code} · {words['stop']}",
+        f"{words['code']} {code} · {words['stop']} · {words['information']}",
         f"# {words['thanks']}",
         words["finished"],
         *debriefing,
