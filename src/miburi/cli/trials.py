@@ -206,7 +206,7 @@ def tune(
     from miburi.safety.free import FreeRule
     from miburi.safety.printed import PrintedRule
     from miburi.studies.trials.replay import record
-    from miburi.studies.trials.summary import needed_to_show, wilson
+    from miburi.studies.trials.summary import what_is_shown, wilson
     from miburi.studies.trials.tuning import assess, free_traces
     from miburi.studies.trials.tuning import tune as search
 
@@ -245,14 +245,8 @@ def tune(
             f"missed {share(does.missed, does.touched)}  "
             f"a person is pushed for {1e3 * does.delay:.0f} ms, with {does.force:.1f} N (median)"
         )
-    does, enough = verdicts["found"], needed_to_show(bound)
-    if wilson(round(does.false_stops * does.runs), does.runs)[1] <= bound:
-        shown = f"The fresh runs show the bound of {bound:.2%}."
-    else:
-        verb = "break" if does.false_stops > bound else "do not show"
-        shown = f"The fresh runs {verb} the bound of {bound:.2%}: "
-        shown += f"at least {enough}" if enough else "no number of"
-        shown += " runs without a false stop would show it."
+    does = verdicts["found"]
+    shown = what_is_shown(bound, round(does.false_stops * does.runs), does.runs)
     print(shown)
     if does.false_stops > verdicts["the description's"].false_stops:
         print("The description's rule had fewer false stops: keep it, or tune on more runs.")

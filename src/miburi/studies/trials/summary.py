@@ -48,6 +48,18 @@ def needed_to_show(bound: float) -> int | None:
     return ceil(1.96**2 * (1 - bound) / bound) if bound else None
 
 
+def what_is_shown(bound: float, stops: int, runs: int) -> str:
+    """Say whether so many false stops in free ``runs`` show a bound on their share, and else why."""
+    if wilson(stops, runs)[1] <= bound:
+        return f"The fresh runs show the bound of {bound:.2%}."
+    verb, enough = "break" if stops > bound * runs else "do not show", needed_to_show(bound)
+    return (
+        f"The fresh runs {verb} the bound of {bound:.2%}: "
+        f"{f'at least {enough}' if enough else 'no number of'} runs without a false stop would "
+        "show it."
+    )
+
+
 def quantile_interval(values: Array, share: float) -> tuple[float, float | None] | None:
     """Return a 95 % interval of a quantile, for any distribution.
 
