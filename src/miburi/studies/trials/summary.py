@@ -49,7 +49,7 @@ def needed_to_show(bound: float) -> int | None:
 
 
 def what_is_shown(bound: float, stops: int, runs: int) -> str:
-    """Say whether so many false stops in free ``runs`` show a bound on their share, and else why."""
+    """Say whether so many false stops in free ``runs`` show a bound on their share."""
     if wilson(stops, runs)[1] <= bound:
         return f"The fresh runs show the bound of {bound:.2%}."
     verb, enough = "break" if stops > bound * runs else "do not show", needed_to_show(bound)
