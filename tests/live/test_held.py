@@ -171,10 +171,10 @@ def test_whatever_the_file_says_of_a_stop_it_holds(
     damaged = "stopped.txt is damaged, so the body is stopped until a person releases it"
     assert (damaged in capsys.readouterr().err) == (when is None and text != b"person")
     hold.close()
-    assert KeptHold(path).before == (by, when)
     hold = KeptHold(path)
+    assert hold.before == (by, when)
     hold.end(by_person=True)
-    hold.close()
+    hold.close()  # what still waits to be written must not come after what the next one writes
     assert path.read_bytes() == b" " * 64
     assert KeptHold(path).before is None
 
