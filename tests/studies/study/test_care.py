@@ -1,13 +1,16 @@
 """Who answers without care is found by a rule that was there before; the rest stays private."""
 
 import json
+import sqlite3
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from tests.fixtures.study import TWO_FILMS, Behaviour, Lab, Person
 
 from miburi.errors import OutputError
+from miburi.studies.study.pages import COOKIE
 from miburi.studies.study.plan import FILE, load_study
 from miburi.studies.study.report import ANSWERS, write_report
 from miburi.studies.study.statistics import share_interval
@@ -120,6 +123,20 @@ def test_careless_participants_are_left_out_and_named(tmp_path: Path) -> None:
     assert set(found["made_with"]["films"]) == {film.name for film in lab.study.films}
 
 
+def test_a_report_says_how_many_films_nobody_started(tmp_path: Path) -> None:
+    lab = Lab(tmp_path, CAREFUL.replace("fastest = 2.0\n", ""))
+    never = participant(plays="0")
+    Person(lab, never).finish()  # is left out
+    Person(
+        lab, lambda asked, film: (never if film == "fear-0.9" else participant())(asked, film)
+    ).finish()
+    found = report(lab)
+    assert [one["participant"] for one in found["left_out"]] == [1]
+    assert found["unplayed"] == 1
+    page = (tmp_path / "report" / "index.html").read_text(encoding="utf-8")
+    assert "answered about 1 films that they had not started" in page
+
+
 def test_none_of_these_is_no_carelessness_and_has_no_strength(tmp_path: Path) -> None:
     lab = Lab(tmp_path, CAREFUL.replace("fastest = 2.0\n", ""))
     chosen = iter(["fear"] * 3 + ["none"] * 2)  # the first for practice
@@ -218,8 +235,42 @@ def test_words_may_be_mended_but_not_what_is_asked(tmp_path: Path) -> None:
     page = (tmp_path / "report" / "index.html").read_text(encoding="utf-8")
     assert "From participant 2 on, some of the study's words were others" in page
     file.write_text(TWO_FILMS.replace('["fear", "fright"]', '["fear", "anger"]'))
-    with pytest.raises(OutputError, match="The wording of a study with answers may change"):
+    with pytest.raises(
+        OutputError, match="The wording of a study that people have begun may change"
+    ):
         open_store(tmp_path / ANSWERS, load_study(tmp_path))
+
+
+def test_a_plan_may_change_as_long_as_nobody_has_begun(tmp_path: Path) -> None:
+    lab = Lab(tmp_path)
+    lab.store.withdraw(lab.begin().cookies[COOKIE])
+    changed = TWO_FILMS.replace('["fear", "fright"]', '["fear", "anger"]')
+    (tmp_path / FILE).write_text(changed, encoding="utf-8")
+    open_store(tmp_path / ANSWERS, load_study(tmp_path)).enter("AAAA-AAAA", "en")
+    # A server that still runs with the plan before would mix the answers.
+    with pytest.raises(OutputError, match="belongs to another study file"):
+        lab.store.enter("BBBB-BBBB", "en")
+
+
+def test_answers_that_may_not_be_written_are_refused_but_can_be_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    lab = Lab(tmp_path)
+    person = Person(lab, participant("fear"))
+    person.answer()
+    connect = sqlite3.connect
+
+    def read_only(file: object, **options: Any) -> sqlite3.Connection:
+        address = file if options.get("uri") else f"{Path(str(file)).as_uri()}?mode=ro"
+        database: sqlite3.Connection = connect(address, **options | {"uri": True})
+        return database
+
+    monkeypatch.setattr(sqlite3, "connect", read_only)
+    assert lab.post(person.browser, step="1", answer="fear").status_code == 503
+    assert "the file or its folder may not be written" in caplog.text
+    with pytest.raises(OutputError, match="the file or its folder may not be written"):
+        open_store(tmp_path / ANSWERS, lab.study)
+    assert report(lab)["choices"][0]["right"]["of"] == 1
 
 
 def test_the_next_person_gets_the_place_of_somebody_who_has_gone(tmp_path: Path) -> None:

@@ -17,6 +17,7 @@ from miburi.live.events.event import Cursor, LiveEvent
 from miburi.live.runner import STEP, Runner
 from miburi.live.state import State
 from miburi.live.wishes import ChangeBody, Feel, MoveHand, Pause, Perform, Release, Wish
+from miburi.studies.study.kept import Shown
 from miburi.studies.study.live import IDLE, Ending, Showing, show
 from miburi.studies.study.report import write_report
 
@@ -94,6 +95,14 @@ def test_a_gesture_of_its_own_ends_before(runner: Runner) -> None:
     assert show(Stage(runner), FEAR) == Showing(Ending.WHOLE, begun=True)
     assert gestures(runner)[0] == "happiness"
     assert gestures(runner).count("fear") == 1
+
+
+def test_another_gesture_after_it_is_noticed(runner: Runner) -> None:
+    showing = show(Stage(runner), FEAR)
+    assert showing.others() == 0
+    runner.ask(Perform(Expression("happiness", 0.9)))
+    until(runner, lambda state: state.expressed)
+    assert showing.others() == 1
 
 
 @pytest.mark.parametrize("hidden", [(), ("stopped", "returning")])
@@ -243,6 +252,21 @@ def test_a_report_says_how_often_gestures_were_shown(tmp_path: Path) -> None:
     assert row.split(",")[7:9] == ["1", "1"]
     told = (tmp_path / "report" / "index.html").read_text(encoding="utf-8")
     assert "The robot showed 1 whole gestures live." in told
+
+
+def test_an_answer_after_another_gesture_is_marked(tmp_path: Path) -> None:
+    others = [0]
+    lab = Lab(tmp_path, TWO_GESTURES, lambda _: Showing(Ending.WHOLE, True, lambda: others[0]))
+    browser = lab.begin()
+    lab.post(browser, "/perform")
+    lab.post(browser, step="0", answer="fear")
+    others[0] = 1
+    lab.post(browser, step="1", answer="shaky")
+    lab.post(browser, "/perform")  # of the next trial, which began after the other gesture
+    assert lab.store.showings() == {(1, 0): Shown(whole=1, others=1), (1, 1): Shown(whole=1)}
+    write_report(lab.study, tmp_path, tmp_path / "report")
+    told = (tmp_path / "report" / "index.html").read_text(encoding="utf-8")
+    assert "After 1 of them it made another gesture before the answer" in told
 
 
 def test_the_findings_name_the_partners_that_performed(tmp_path: Path) -> None:

@@ -46,6 +46,11 @@ def test_the_study_that_ships_asks_about_eight_feelings_at_three_moods(tmp_path:
         ('kind = "word"', 'kind = "check"\nright = "anger"\nat = 1', "not one of its options"),
         ('kind = "word"', 'kind = "check"\nright = "fear"\nat = 3', "sees 2 films"),
         (
+            'name = "word"\nkind = "word"',
+            'name = "feeling"\nkind = "check"\nright = "anger"\nat = 3',
+            "twice among the questions; .*not one of its options; .*sees 2 films",
+        ),
+        (
             'kind = "word"\nask = { en = "In a word?"',
             'kind = "check"\nright = "fear"\nat = 1\nask = { en = "Please choose “surprise”."',
             r"'right' is 'fear', but its text \(en\) names surprise",

@@ -157,7 +157,7 @@ def test_csv_and_parquet_hold_every_answer_and_no_code(out: Path) -> None:
     }
     assert set(rows[0]) == {
         "participant", "language", "step", "film", "feeling", "mood", "face", "whole",
-        "broken", "question", "item", "value", "practice", "seconds", "plays", "left_out",
+        "broken", "others", "question", "item", "value", "practice", "seconds", "plays", "left_out",
     }  # fmt: skip
 
 

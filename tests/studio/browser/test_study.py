@@ -179,6 +179,7 @@ def test_a_whole_study_by_keyboard_has_no_violation(
             walk.look(" and ".join(sorted(parts)))
             if page.locator("#film-first:visible").count():
                 walk.press("play")
+                expect(page.locator("#film-first")).to_be_hidden()
             if parts - known - MEDIA:
                 walk.forget()
             known |= parts
@@ -208,6 +209,7 @@ def test_a_question_waits_until_its_film_was_started(
             robot, [Scene(np.zeros(8))] * 2, tmp_path / FILMS / "fear-0.9.mp4", size=(64, 64)
         )
     onward, first = page.locator("#onward"), page.locator("#film-first")
+    failed = page.locator("#film-failed")
     with serving(lab.app) as url:
         page.goto(url + lab.home)
         page.locator("[name=agree]").check()
@@ -218,10 +220,34 @@ def test_a_question_waits_until_its_film_was_started(
             expect(onward).to_be_disabled()
             page.locator("#start").click()
         expect(first).to_be_hidden()
+        expect(failed).to_be_visible(visible=not playable)
         onward.click()
         expect(page.locator("#answer")).to_be_visible()
         expect(onward).to_be_enabled()  # the same film: it need not be started again
-    assert [pace.plays for pace in lab.store.paces().values()] == [1 if playable else None]
+    assert [pace.plays for pace in lab.store.paces().values()] == [1 if playable else 0]
+
+
+def test_a_film_that_could_not_be_loaded_can_be_tried_again(
+    page: Page, robot: Robot, tmp_path: Path
+) -> None:
+    lab = Lab(tmp_path, TWO_FILMS.replace('["fear", "fright"]', '["fear"]'))
+    write_film(robot, [Scene(np.zeros(8))] * 2, tmp_path / FILMS / "fear-0.9.mp4", size=(64, 64))
+    failed, start = page.locator("#film-failed"), page.locator("#start")
+    page.route("**/film/*", lambda route: route.abort())
+    with serving(lab.app) as url:
+        page.goto(url + lab.home)
+        page.locator("[name=agree]").check()
+        page.locator("form button").last.click()
+        expect(failed).to_have_text(WORDS["en"]["film_failed"])
+        start.click()
+        expect(failed).to_be_visible()
+        expect(page.locator("#plays")).to_have_value("0")
+        expect(start).to_have_text(WORDS["en"]["again"])
+        page.unroute("**/film/*")
+        start.click()
+        expect(page.locator("#plays")).to_have_value("1")
+        expect(failed).to_be_hidden()
+        expect(start).to_have_text(WORDS["en"]["play_again"])
 
 
 def draw(robot: Robot, films: Path) -> None:

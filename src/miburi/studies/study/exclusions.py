@@ -5,8 +5,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import median
 
+from miburi.studies.study.kept import AnswerPace, StudyAnswer
 from miburi.studies.study.plan import NONE, Study
-from miburi.studies.study.store import AnswerPace, StudyAnswer
 
 
 @dataclass(frozen=True)
@@ -24,15 +24,34 @@ def left_out(
     each: dict[int, list[StudyAnswer]] = defaultdict(list)
     for answer in answers:
         each[answer.participant].append(answer)
+    starts = started(study, paces)
     found = []
     for number, own in sorted(each.items()):
         pace = {step: value for (who, step), value in paces.items() if who == number}
-        if reasons := tuple(_reasons(study, own, pace)):
+        plays = [often for (who, _), often in starts.items() if who == number]
+        if reasons := tuple(_reasons(study, own, pace, plays)):
             found.append(LeftOut(number, reasons))
     return tuple(found)
 
 
-def _reasons(study: Study, own: list[StudyAnswer], pace: Mapping[int, AnswerPace]) -> Iterator[str]:
+def started(
+    study: Study, paces: Mapping[tuple[int, int], AnswerPace]
+) -> dict[tuple[int, int], int]:
+    """Return how often films were started, by participant and trial, where that is known.
+
+    Practice does not count.
+    """
+    counts: dict[tuple[int, int], int] = defaultdict(int)
+    for (number, step), pace in paces.items():
+        trial = study.steps[step].trial
+        if trial is not None and trial >= 0 and pace.plays is not None:
+            counts[number, trial] += pace.plays
+    return counts
+
+
+def _reasons(
+    study: Study, own: list[StudyAnswer], pace: Mapping[int, AnswerPace], plays: list[int]
+) -> Iterator[str]:
     rule = study.exclude
     right = {question.name: question.right for question in study.question}
     wrong = sum(right[answer.question] not in (None, answer.value) for answer in own)
@@ -53,11 +72,6 @@ def _reasons(study: Study, own: list[StudyAnswer], pace: Mapping[int, AnswerPace
             feeling, often = chosen.most_common(1)[0]
             if often > rule.same * len(given):
                 yield f"{feeling} in {often} of {len(given)} films"
-    plays: dict[int, int] = defaultdict(int)
-    for step in about_films:
-        trial, started = study.steps[step].trial, pace.get(step, AnswerPace()).plays
-        if trial is not None and started is not None:
-            plays[trial] += started
-    watched = sum(count > 0 for count in plays.values())
+    watched = sum(often > 0 for often in plays)
     if rule.unplayed is not None and plays and watched < rule.unplayed * len(plays):
         yield f"{watched} of {len(plays)} films started"

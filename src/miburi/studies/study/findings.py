@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from statistics import quantiles, stdev
 from typing import TypeVar
 
-from miburi.studies.study.exclusions import left_out
+from miburi.studies.study.exclusions import left_out, started
 from miburi.studies.study.found import (
     ChoiceFindings,
     Findings,
@@ -16,6 +16,7 @@ from miburi.studies.study.found import (
     Share,
     WordFindings,
 )
+from miburi.studies.study.kept import AnswerPace, Counts, Shown, StudyAnswer
 from miburi.studies.study.plan import SKIPPED, Film, Question, Study
 from miburi.studies.study.statistics import (
     by_guessing,
@@ -27,7 +28,6 @@ from miburi.studies.study.statistics import (
     share_interval,
     unbiased_hit_rates,
 )
-from miburi.studies.study.store import AnswerPace, Counts, Shown, StudyAnswer
 
 Value = TypeVar("Value", bool, float)
 
@@ -65,9 +65,11 @@ def find(
         out,
         tuple(wordings),
         _quartiles(taken),
+        sum(not often for (who, _), often in started(study, paces).items() if who not in gone),
         Shown(
             sum(shown.whole for shown in showings.values()),
             sum(shown.broken for shown in showings.values()),
+            sum(shown.others for shown in showings.values()),
         ),
         tuple(_person(q, of[q.name], silent[q.name]) for q in kinds["pick"] + kinds["number"]),
         tuple(_choices(study, question, of[question.name], films) for question in kinds["choice"]),

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from miburi.studies.study.exclusions import LeftOut
-from miburi.studies.study.store import Counts, Shown
+from miburi.studies.study.kept import Counts, Shown
 
 
 @dataclass(frozen=True)
@@ -123,6 +123,9 @@ class Findings:
     left_out: tuple[LeftOut, ...]  #: participants left out of all figures below
     wordings: tuple[int, ...]  #: the first participant to see each change of the study's words
     seconds: tuple[float, float, float] | None  #: time for a page about a film, quartiles, in s
+    #: How many films were never started in a browser that runs scripts, by participants who are not
+    #: left out.
+    unplayed: int
     shown: Shown  #: how often live gestures were seen
     people: tuple[PersonFindings, ...]
     choices: tuple[ChoiceFindings, ...]

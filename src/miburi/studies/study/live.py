@@ -8,7 +8,7 @@ time.
 import threading
 from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Protocol
 
@@ -40,10 +40,14 @@ class Ending(StrEnum):
 
 @dataclass(frozen=True)
 class Showing:
-    """The outcome of a gesture, and whether it began, so that part of it was seen."""
+    """The outcome of a gesture, and whether it began, so that part of it was seen.
+
+    ``others`` returns how many other gestures the robot has begun since; 0 if that is not known.
+    """
 
     ending: Ending
     begun: bool
+    others: Callable[[], int] = field(default=lambda: 0, compare=False)
 
 
 Perform = Callable[[Expression], Showing]
@@ -79,7 +83,7 @@ def show(
         ending = Ending.PAUSED
     except MiburiError:
         ending = Ending.ABSENT
-    return Showing(ending, view.begun)
+    return Showing(ending, view.begun, lambda: view.others(robot))
 
 
 def facts_of(partner: RemotePartner) -> dict[str, object]:
@@ -103,26 +107,35 @@ class _View:
         self._wanted = (expression.feeling, expression.mood)
         self._expression, self._is_over = expression, is_over
         self.begun = False
+        self._latest: str | None = None  # the event before the gesture
 
     def follow(self, robot: Performer, states: Iterator[State]) -> Ending:
         """Request the gesture as soon as the robot is free; return the outcome."""
-        latest = None
         for looks, state in enumerate(states):
             if looks == _LOOKS or self._is_over():
                 return Ending.BROKEN
             if (hindered := _hindrance(state)) is not None:
                 return hindered
-            if latest is None:
+            if self._latest is None:
                 # The first state may be out of date: a Stop is acknowledged a step before states
                 # show it.
                 if looks and state.expressed is None and state.phase != "returning":
-                    latest = state.cursor
+                    self._latest = state.cursor
                     robot.express(self._expression)
             elif self._is_shown(state):
                 self.begun = True
             elif self.begun:
-                return _judge(robot.log(latest))
+                return _judge(robot.log(self._latest))
         return Ending.ABSENT
+
+    def others(self, robot: Performer) -> int:
+        """Return how many gestures the robot has begun after the wanted one."""
+        try:
+            entries = robot.log(self._latest)
+        except MiburiError:
+            return 0
+        shown = [(entry.feeling, entry.mood) for entry in entries if entry.kind == "gesture_begun"]
+        return len(shown) - shown.index(self._wanted) - 1 if self._wanted in shown else 0
 
     def _is_shown(self, state: State) -> bool:
         shown = state.expressed

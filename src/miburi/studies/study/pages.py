@@ -7,6 +7,7 @@ mix answers up.
 """
 
 import hashlib
+import logging
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -22,14 +23,16 @@ from miburi.errors import OutputError
 from miburi.feelings import Expression
 from miburi.ground.templates import render
 from miburi.serving.allowance import Allowance
+from miburi.studies.study.kept import AnswerPace, Participant
 from miburi.studies.study.live import Ending, Perform, Turn, Turns
 from miburi.studies.study.order import film_at, option_order
 from miburi.studies.study.plan import NONE, SKIPPED, Film, Step, Study, pick
 from miburi.studies.study.posted import LONGEST, Door, Form, make_code, posted, read_code, values_of
-from miburi.studies.study.store import AnswerPace, Participant, Store, StudyClosedError
-from miburi.studies.study.texts import page_words, preferred
+from miburi.studies.study.store import Store, StudyClosedError
+from miburi.studies.study.texts import page_words, paragraphs, preferred
 
 COOKIE = "miburi_study"
+_LOG = logging.getLogger(__name__)
 #: Follows the code in the cookie of a participant who has stopped.
 _STOPPED = "-stopped"
 _PAGES = Path(__file__).parent / "pages"
@@ -40,9 +43,6 @@ _DAYS = 30
 #: A participant who has not finished and requests no page for this time, in s, counts as gone, and
 #: a newcomer may take that place in the order of films (our choice).
 _GONE = 7200.0
-#: A browser's report is ignored if it says that a film was started more often than this (our
-#: choice).
-_MOST_PLAYS = 100
 
 
 def make_app(
@@ -106,6 +106,8 @@ class _Pages:
         self._shown: dict[tuple[int, int], float] = {}
         self._seen: dict[int, float] = {}  # when a participant last requested a question
         self._began = clock()
+        # What tells how many other gestures came after a whole one, by participant and trial.
+        self._others: dict[tuple[int, int], Callable[[], int]] = {}
         # A film's URL must not reveal its feeling.
         self._keys = {
             name: hashlib.sha256(f"{study.digest} {name}".encode()).hexdigest()[:20]
@@ -157,6 +159,7 @@ class _Pages:
                 return self._ask(request, who, form)
             if self._has_seen(who):
                 self._keep(request.cookies[COOKIE], who, values, self._pace(who, form))
+                self._note_others(request, who)
         return RedirectResponse(f"{self.home}/page", 303)
 
     def _keep(
@@ -179,10 +182,8 @@ class _Pages:
         shown = self._shown.pop((who.number, who.step), None)
         if not self._study.times:
             return None
-        plays = form.get("plays", "")
-        known = plays.isascii() and plays.isdigit() and int(plays) <= _MOST_PLAYS
         seconds = None if shown is None else round(self._clock() - shown, 1)
-        return AnswerPace(seconds, int(plays) if known else None)
+        return AnswerPace.told(seconds, form.get("plays", ""))
 
     def _gone(self) -> set[int]:
         """Return participants who left without finishing."""
@@ -205,16 +206,26 @@ class _Pages:
         if (turn := self._turns.begin(who.number)) is not Turn.YOURS:
             return self._show("notice.html", who.language, 409, notice=turn)
         try:
+            self._note_others(request, who)
             showing = self._perform(Expression(film.feeling, film.mood))
         finally:
             self._turns.end(who.number)
+        trial = self._study.steps[who.step].trial or 0
         if showing.begun:
-            trial = self._study.steps[who.step].trial or 0
             code = request.cookies[COOKIE]
             self._store.note_showing(code, trial, film.name, showing.ending)
         if showing.ending is not Ending.WHOLE:
             return self._show("notice.html", who.language, 503, notice=showing.ending)
+        self._others[who.number, trial] = showing.others
         return RedirectResponse(f"{self.home}/page", 303)
+
+    def _note_others(self, request: Request, who: Participant) -> None:
+        """Record once that the robot made another gesture since this participant's."""
+        film, trial = self._film(who), self._study.steps[who.step].trial or 0
+        others = self._others.get((who.number, trial))
+        if film is not None and others is not None and others():
+            del self._others[who.number, trial]
+            self._store.note_showing(request.cookies[COOKIE], trial, film.name, None)
 
     def leave(self, request: Request, form: Form) -> Response:
         """Free the robot and the browser for the next participant."""
@@ -277,6 +288,7 @@ class _Pages:
             language = preferred(self._study, request.headers.get("accept-language", ""))
         if isinstance(error, StudyClosedError):
             return self._show("notice.html", language, 410, notice="closed")
+        _LOG.error("%s", error)
         return self._show("notice.html", language, 503, notice="full")
 
     def _who(self, request: Request) -> Participant | None:
@@ -363,8 +375,8 @@ class _Pages:
             language=language,
             languages=[(each, page_words()[each]["own_name"]) for each in study.languages],
             title=pick(study.title, language),
-            paragraphs=_paragraphs(pick(study.information, language)),
-            debriefing=_paragraphs(pick(study.debriefing, language)) if study.debriefing else [],
+            paragraphs=paragraphs(pick(study.information, language)),
+            debriefing=paragraphs(pick(study.debriefing, language)) if study.debriefing else [],
             words=page_words()[language],
             rehearsal=self._store.rehearsal,
             text=lambda words: pick(words, language),
@@ -372,10 +384,6 @@ class _Pages:
         )
         # the next person may use the same tablet
         return HTMLResponse(content, status, {"cache-control": "no-store"})
-
-
-def _paragraphs(text: str) -> list[str]:
-    return text.strip().split("\n\n")
 
 
 def _code(request: Request) -> str:

@@ -7,6 +7,7 @@ import hashlib
 import json
 import re
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -145,7 +146,11 @@ class Question(Table):
     points: Annotated[int, Field(ge=2, le=11)] = 7
 
     @model_validator(mode="after")
-    def _check_kind(self) -> Self:
+    def _check(self) -> Self:
+        _refuse(self._mistakes())
+        return self
+
+    def _mistakes(self) -> Iterator[str]:
         about_feelings = self.kind in ("choice", "check")
         for wrong, message in (
             (about_feelings and self.after != "film",
@@ -164,11 +169,10 @@ class Question(Table):
              "a rating needs at least one item; nothing else has items"),
         ):  # fmt: skip
             if wrong:
-                raise ValueError(message)
-        _check_once("items", [item.name for item in self.items])
-        _check_once("options", self.options)
-        _check_once("answers", [option.name for option in self.answers])
-        return self
+                yield message
+        yield from _twice("items", [item.name for item in self.items])
+        yield from _twice("options", self.options)
+        yield from _twice("answers", [option.name for option in self.answers])
 
     @property
     def texts(self) -> list[dict[Language, str]]:
@@ -282,64 +286,58 @@ class Study(Table):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        _check_once("films", [film.name for film in self.films])
-        _check_once("questions", [question.name for question in self.question])
-        _check_once("languages", self.languages)
+        _refuse(self._mistakes())
+        return self
+
+    def _mistakes(self) -> Iterator[str]:
+        yield from _twice("films", [film.name for film in self.films])
+        yield from _twice("questions", [question.name for question in self.question])
+        yield from _twice("languages", self.languages)
         if not any(q.after == "film" and q.kind != "check" for q in self.question):
-            raise ValueError(
-                'no question is asked after a film; set after = "film" in at least one'
-            )
+            yield 'no question is asked after a film; set after = "film" in at least one'
         choices = [question.name for question in self.question if question.kind == "choice"]
         seen = self.trials or len(self.films)
         for question in self.question:
             if question.only_if is not None and question.only_if not in choices:
-                raise ValueError(
-                    f"only_if must name a choice, one of {choices}; got {question.only_if!r}"
-                )
-            self._check_order(question)
-            self._check_right(question)
+                yield f"only_if must name a choice, one of {choices}; got {question.only_if!r}"
+            else:
+                yield from self._wrong_order(question)
+            yield from self._wrong_right(question)
             if (question.at or 0) > seen:
-                raise ValueError(
-                    f"{question.name}: at is {question.at}, but a participant sees {seen} films"
-                )
+                yield f"{question.name}: at is {question.at}, but a participant sees {seen} films"
         texts = [self.title, self.information, *(t for q in self.question for t in q.texts)]
         texts += [self.debriefing] if self.debriefing else []
         for text in texts:
             if missing := [language for language in self.languages if language not in text]:
                 beginning = next(iter(text.values()))[:40]
-                raise ValueError(f"{beginning!r} is missing in {', '.join(missing)}")
-        return self
+                yield f"{beginning!r} is missing in {', '.join(missing)}"
 
-    def _check_right(self, question: Question) -> None:
+    def _wrong_right(self, question: Question) -> Iterator[str]:
         """Check that the right answer is an option, and is quoted if the text quotes feelings."""
         right = question.right
         if right is None:
             return
         if right not in self.options(question):
-            raise ValueError(
-                f"{question.name}: 'right' is {right!r}, which is not one of its options"
-            )
+            yield f"{question.name}: 'right' is {right!r}, which is not one of its options"
         for language, text in question.ask.items():
             quoted = {said.casefold() for said in _QUOTED.findall(text)}
             named = [
                 one for one in FEELINGS if self.words(question, one, language).casefold() in quoted
             ]
             if named and right not in named:
-                raise ValueError(
+                yield (
                     f"{question.name}: 'right' is {right!r}, but its text ({language}) names "
                     f"{', '.join(named)}"
                 )
 
-    def _check_order(self, question: Question) -> None:
+    def _wrong_order(self, question: Question) -> Iterator[str]:
         """Check that only questions with the same only_if come between a choice and this one."""
         if question.only_if is None:
             return
         each = [one for one in self.question if one.after == "film" and one.kind != "check"]
         before = each[each.index(question) - 1] if question in each[1:] else None
         if before is None or question.only_if not in (before.name, before.only_if):
-            raise ValueError(
-                f"{question.name} has only_if, so it must come right after {question.only_if}"
-            )
+            yield f"{question.name} has only_if, so it must come right after {question.only_if}"
 
 
 def pick(text: dict[Language, str], language: str) -> str:
@@ -371,6 +369,11 @@ def _digest(value: object) -> str:
     return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
 
 
-def _check_once(what: str, names: tuple[str, ...] | list[str]) -> None:
+def _refuse(mistakes: Iterator[str]) -> None:
+    if found := list(mistakes):
+        raise ValueError("; ".join(found))
+
+
+def _twice(what: str, names: tuple[str, ...] | list[str]) -> Iterator[str]:
     if twice := [name for name, count in Counter(names).items() if count > 1]:
-        raise ValueError(f"{', '.join(twice)} appears twice among the {what}")
+        yield f"{', '.join(twice)} appears twice among the {what}"

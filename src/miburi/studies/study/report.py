@@ -17,15 +17,9 @@ from miburi.studies.figures import PRINT, figure_file
 from miburi.studies.study.films import find_films
 from miburi.studies.study.findings import find
 from miburi.studies.study.found import ChoiceFindings, RatingFindings
+from miburi.studies.study.kept import AnswerPace, Shown, StudyAnswer
 from miburi.studies.study.plan import Study
-from miburi.studies.study.store import (
-    ANSWERS,
-    REHEARSED,
-    AnswerPace,
-    Shown,
-    StudyAnswer,
-    open_store,
-)
+from miburi.studies.study.store import ANSWERS, REHEARSED, open_store
 from miburi.version import __version__
 
 _PAGE = Path(__file__).with_suffix(".html")
@@ -41,7 +35,8 @@ _COLUMNS = {
     "mood": "float64",
     "face": "bool",
     "whole": "int32",  # how often a live gesture was shown to its end in that trial;
-    "broken": "int32",  # how often it was interrupted. Both are None for a film
+    "broken": "int32",  # how often it was interrupted;
+    "others": "int32",  # how often another came before the answer. All are None for a film
     "question": "string",
     "item": "string",
     "value": "string",
@@ -69,7 +64,7 @@ def write_report(study: Study, folder: Path, out: Path, *, rehearsal: bool = Fal
         tried = not rehearsal and (folder / REHEARSED).is_file()
         hint = " For the answers of its rehearsal, add --rehearsal." if tried else ""
         raise InputError(f"{folder} has no {kept.name}: nobody has answered yet.{hint}")
-    store = open_store(kept, study)
+    store = open_store(kept, study, reading=True)
     answers, showings, paces = store.answers(), store.showings(), store.paces()
     counts = store.counts(len(study.steps))
     findings = find(study, answers, counts, showings, paces, store.wordings())
@@ -127,6 +122,7 @@ def _row(
         film.face if film and not film.live else None,
         shown.whole if shown else None,
         shown.broken if shown else None,
+        shown.others if shown else None,
         answer.question,
         answer.item,
         answer.value,

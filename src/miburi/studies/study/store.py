@@ -16,11 +16,14 @@ from pathlib import Path
 from typing import Any
 
 from miburi.errors import OutputError
+from miburi.studies.study.kept import AnswerPace, Counts, Participant, Shown, StudyAnswer
 from miburi.studies.study.live import Ending
 from miburi.studies.study.plan import Study
 
 #: The files of answers in a study's folder, from the study and from a rehearsal.
 ANSWERS, REHEARSED = "answers.sqlite", "rehearsal.sqlite"
+#: The stored ending of a showing after which the robot made another gesture.
+_OTHER = "other"
 
 _SCHEMA = """
 CREATE TABLE study (digest TEXT NOT NULL, closed INTEGER NOT NULL);
@@ -62,62 +65,12 @@ class StudyClosedError(OutputError):
 
 
 @dataclass(frozen=True)
-class Participant:
-    """A participant."""
-
-    number: int  #: identifies them in every export; 1 or more
-    place: int  #: their row in the order of the films; 1 or more
-    language: str  #: of their pages
-    step: int  #: the next page, from 0
-
-
-@dataclass(frozen=True)
-class AnswerPace:
-    """How long a participant took for a page, in s, and how often its film was started.
-
-    A value is None if it is unknown: after a restart of the server, or if the browser runs no
-    scripts.
-    """
-
-    seconds: float | None = None
-    plays: int | None = None
-
-
-@dataclass(frozen=True)
-class StudyAnswer:
-    """One value of one answer; ``item`` is empty unless the question is a rating."""
-
-    participant: int
-    language: str
-    step: int
-    film: str | None
-    question: str
-    item: str
-    value: str
-
-
-@dataclass(frozen=True)
-class Shown:
-    """How often somebody saw a live gesture to its end, and how often it was interrupted."""
-
-    whole: int = 0
-    broken: int = 0
-
-
-@dataclass(frozen=True)
-class Counts:
-    """How many participants began, how many of these finished, and how many withdrew."""
-
-    began: int
-    finished: int
-    withdrawn: int
-
-
-@dataclass(frozen=True)
 class Store:
     """The answers of a study; open one with :func:`open_store`. Any thread may use it."""
 
     path: Path
+    digest: str  #: of the study
+    reading: bool = False  #: the file may not be written, so it is only read
 
     @property
     def rehearsal(self) -> bool:
@@ -129,9 +82,11 @@ class Store:
 
         The places of participants who have withdrawn, or are in ``gone``, are free.
 
-        Raises StudyClosedError if the study has ended.
+        Raises StudyClosedError if the study has ended; OutputError if somebody has opened the file
+        with another plan, before anybody began.
         """
         with self._transaction() as database:
+            _check_study(database, self)
             if _is_closed(database):
                 raise StudyClosedError(f"{self.path}: this study is closed.")
             taken = {
@@ -234,21 +189,22 @@ class Store:
         with self._connection() as database:
             return _is_closed(database)
 
-    def note_showing(self, code: str, trial: int, film: str, ending: Ending) -> None:
-        """Record the showing of a live gesture in a trial."""
+    def note_showing(self, code: str, trial: int, film: str, ending: Ending | None) -> None:
+        """Record the showing of a live gesture in a trial; None: another gesture came after it."""
         with self._transaction() as database:
             participant = _find(database, code)
             if participant is not None:  # after a withdrawal, nothing is recorded
-                row = (participant.number, trial, film, ending.value)
+                row = (participant.number, trial, film, ending.value if ending else _OTHER)
                 database.execute("INSERT INTO showing VALUES (?, ?, ?, ?)", row)
 
     def showings(self) -> dict[tuple[int, int], Shown]:
         """Return how often live gestures were shown, by participant and trial."""
         rows = self._rows(
-            "SELECT participant, trial, SUM(ending = ?1), SUM(ending != ?1) FROM showing "
+            "SELECT participant, trial, SUM(ending = ?1), SUM(ending NOT IN (?1, ?2)), "
+            "SUM(ending = ?2) FROM showing "
             "GROUP BY participant, trial ORDER BY participant, trial",
-            Ending.WHOLE.value,
-        )
+            Ending.WHOLE.value, _OTHER,
+        )  # fmt: skip
         return {(number, trial): Shown(*counts) for number, trial, *counts in rows}
 
     def has_seen(self, number: int, trial: int) -> bool:
@@ -303,7 +259,9 @@ class Store:
     @contextmanager
     def _connection(self) -> Iterator[sqlite3.Connection]:
         try:
-            database = sqlite3.connect(self.path, timeout=10, isolation_level=None)
+            database = sqlite3.connect(
+                self._address(), timeout=10, isolation_level=None, uri=self.reading
+            )
             try:
                 database.execute("PRAGMA secure_delete = ON")  # overwrite deleted data
                 database.execute("PRAGMA foreign_keys = ON")
@@ -311,7 +269,14 @@ class Store:
             finally:
                 database.close()
         except sqlite3.Error as error:
-            raise OutputError(f"{self.path}: cannot be used: {error}. Is the disk full?") from error
+            raise OutputError(f"{self.path}: cannot be used: {_in_words(error)}") from error
+
+    def _address(self) -> Path | str:
+        if not self.reading:
+            return self.path
+        journal = Path(f"{self.path}-wal")
+        # Without a journal, nothing needs to be written beside the file.
+        return f"{self.path.resolve().as_uri()}?{'mode=ro' if journal.exists() else 'immutable=1'}"
 
     @contextmanager
     def _transaction(self) -> Iterator[sqlite3.Connection]:
@@ -322,12 +287,28 @@ class Store:
             database.execute("COMMIT")
 
 
-def open_store(path: Path, study: Study) -> Store:
+def open_store(path: Path, study: Study, *, reading: bool = False) -> Store:
     """Open the answers of a study; make the file if there is none.
 
-    Raises OutputError if the file cannot be used, or holds the answers to another study.
+    As long as nobody has begun, the study may change. With ``reading``, a file that may not be
+    written will do.
+
+    Raises OutputError if the file cannot be used, or people have begun with another study.
     """
-    store = Store(path)
+    store = Store(path, study.digest)
+    try:
+        _prepare(store, study)
+    except OutputError:
+        if not reading:
+            raise
+        store = Store(path, study.digest, reading=True)
+        with store._connection() as database:
+            _check_study(database, store)
+    return store
+
+
+def _prepare(store: Store, study: Study) -> None:
+    """Make the tables that are missing, and record new words."""
     with store._connection() as database:
         database.execute("PRAGMA journal_mode = WAL")
     with store._transaction() as database:
@@ -337,17 +318,30 @@ def open_store(path: Path, study: Study) -> Store:
                 database.execute(statement)
             database.execute("INSERT INTO study VALUES (?, 0)", (study.digest,))
         database.execute(_PARTNER)
-        (digest,) = database.execute("SELECT digest FROM study").fetchone()
-        if digest == study.digest:
-            _note_wording(database, study.wording)
-    if digest != study.digest:
-        raise OutputError(
-            f"{path} holds the answers to another study file. The wording of a study with answers "
-            "may change, but not films, questions, options, seed or [exclude]. Put the old file "
-            "back, or move the "
-            "answers away to start again."
+        # This fails if the file may not be written, even if nothing changes.
+        database.execute(
+            "UPDATE study SET digest = iif(EXISTS "
+            "(SELECT 1 FROM participant WHERE code IS NOT NULL), digest, ?)",
+            (study.digest,),
         )
-    return store
+        _check_study(database, store)
+        _note_wording(database, study.wording)
+
+
+def _check_study(database: sqlite3.Connection, store: Store) -> None:
+    if database.execute("SELECT digest FROM study").fetchone() != (store.digest,):
+        raise OutputError(
+            f"{store.path} belongs to another study file. The wording of a study that people have "
+            "begun may change, but not films, questions, options, seed or [exclude]. Put the old "
+            "file back, or move the answers away to start again."
+        )
+
+
+def _in_words(error: sqlite3.Error) -> str:
+    kind = getattr(error, "sqlite_errorcode", 0) & 0xFF  # the rest tells more, and differs
+    if kind in (sqlite3.SQLITE_READONLY, sqlite3.SQLITE_CANTOPEN):
+        return f"the file or its folder may not be written ({error})."
+    return f"{error}. Is the disk full?"
 
 
 def _note_wording(database: sqlite3.Connection, digest: str) -> None:

@@ -24,6 +24,11 @@ def preferred(study: Study, wishes: str) -> str:
     return study.languages[0]
 
 
+def paragraphs(text: str) -> list[str]:
+    """Return a text's paragraphs; an empty line begins one."""
+    return text.strip().split("\n\n")
+
+
 def participant_text(study: Study, language: str) -> str:
     """Return what a participant reads from the first page to the last, to show to an ethics board.
 
