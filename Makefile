@@ -25,7 +25,7 @@ PYTEST := $(BIN)/python -m pytest
 TESTS := $(PYTEST) -n $$(($$(nproc) + 1))
 PAGES := tests/studio/browser
 BROWSE := $(PYTEST) -n 2 $(PAGES)
-test: .venv/test.stamp .venv/compiled.stamp firmware ## all tests but the proofs (6 to 9 minutes on two cores)
+test: .venv/test.stamp .venv/compiled.stamp firmware ## all tests but the proofs (about 6 minutes on two cores)
 	$(TESTS) --ignore $(PAGES)
 	$(BROWSE)
 

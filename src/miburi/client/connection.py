@@ -30,7 +30,7 @@ PATIENCE = 10.0
 #: The time between two attempts to reconnect, and the silence after which a stream counts as lost,
 #: in s.
 _AGAIN, _STREAM_TIME = 0.5, 30.0
-#: How often a thread that receives states looks whether anybody still wants them, in s.
+#: How often the receiving thread checks whether the program still wants states, in s.
 _LOOK = 0.5
 _DATA = "data: "
 #: The error for a program that uses a connection after closing it.

@@ -45,7 +45,7 @@ def bearer(token: str | None) -> dict[str, str]:
     """
     token = (token or "").strip()
     if not (token.isascii() and token.isprintable()):
-        raise InputError("a token is one line of letters, digits and signs in ASCII: copy it anew.")
+        raise InputError("a token is one line of letters, digits and signs (ASCII); copy it again.")
     return {"Authorization": f"Bearer {token}"} if token else {}
 
 

@@ -29,7 +29,7 @@ _PORTS = {"mqtt": 1883, "mqtts": 8883}
 _KEEP_ALIVE = 10
 #: The first and the longest wait for an unreachable broker, in s (our choice).
 _FIRST_PAUSE, _LONGEST_PAUSE = 1.0, 30.0
-#: A repeated failure is told again after this time, in s (our choice).
+#: A failure that goes on is logged again after this time, in s (our choice).
 _TOLD_AGAIN = 3600.0
 #: MQTT's codes for a wrong user or password, and for a user who may not connect.
 _REFUSED = (134, 135)
@@ -122,7 +122,7 @@ async def stay_at(
 
     Before each connection, ``admit`` raises an error if we must not connect; ``live`` then uses the
     connection until it ends. If we vanish without disconnecting, the broker publishes our ``will``.
-    A reason that repeats is said at most once an hour. ``clock`` returns the time and
+    The same reason is logged at most once an hour. ``clock`` returns the time and
     ``pause`` lets it pass, in s.
     """
     wait, said, said_at = _FIRST_PAUSE, "", 0.0

@@ -7,6 +7,8 @@
     distress.toml   the model of distress (if there is none, no distress is heard)
     pages.toml      the words of the pages (if there is none, no page is in this language)
 
+``abroad.toml`` has calls for help and orders to stop in languages without a folder.
+
 A new language is a new folder, whose name is the language's code, such as ``fr``. It may lie
 outside Miburi: name the folder around it in the environment variable ``MIBURI_LANGUAGES``, or call
 ``miburi run --languages FOLDER``, which sets the variable for all processes. Such a folder replaces

@@ -15,7 +15,7 @@ from typing import Literal, NamedTuple
 from miburi.ground.tables import Table
 from miburi.languages.files import Language, folders
 
-#: No more of a remark counts; some letters become 18 when they are reduced to plain ones.
+#: How many characters of a remark count; some letters stand for 18 plain ones.
 _LONGEST = 1000
 _LETTERS = str.maketrans({"ı": "i", "ø": "o", "æ": "ae", "đ": "d", "ł": "l"})
 _UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "å": "aa", "ø": "oe"})

@@ -21,7 +21,7 @@ _COMMENT = re.compile(r"^\s*#.*$", re.MULTILINE)
 #: A key with one text in double quotes is a name, such as ``do = "stop"``, or a format.
 _NAMED = re.compile(r'^\w+ = "[^"\n]*"$', re.MULTILINE)
 _QUOTED = re.compile(r"'([^'\n]*)'|\"([^\"]*)\"")
-#: What is no word in a pattern or a sentence: escapes, groups' names, placeholders.
+#: Parts of a pattern or a sentence that are no words: escapes, groups' names, placeholders.
 _SIGNS = re.compile(r"\\.|\(\?P[<=]\w+|\{\w+\}")
 
 

@@ -159,11 +159,6 @@ def _read_as(language: Language) -> list[tuple[re.Pattern[str], str]]:
     ]
 
 
-def hears_distress_in(language: Language) -> bool:
-    """Return whether a language has words of distress."""
-    return _compiled(language) is not None
-
-
 def features(said: str, language: Language) -> list[int]:
     """Return the hashed ids of groups of words and letters, and of the patterns that match."""
     return _features(said, language, _fitting(said, language))

@@ -81,7 +81,7 @@ class Crowd:
         _leave(self._shaking, guest)
 
     def set_apart(self, guest: Guest) -> None:
-        """Take a guest out of the count of its address, unless so many are that files run out."""
+        """Stop counting a guest for its address, unless too many guests are apart already."""
         if len(self._apart) >= lasting_of(self._most):
             return
         self._apart[guest] = None

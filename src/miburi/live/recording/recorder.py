@@ -213,7 +213,8 @@ def step_messages(
     felt
         The stimuli before the step.
     asked
-        What a requested gesture shows now; it is recorded in place of what is felt.
+        The expression of a requested gesture, if one is performed now; it is recorded instead
+        of the felt one.
     touch
         What touches the body now, if that is known.
     met

@@ -106,7 +106,7 @@ class _Pages:
         self._shown: dict[tuple[int, int], float] = {}
         self._seen: dict[int, float] = {}  # when a participant last requested a question
         self._began = clock()
-        # What tells how many other gestures came after a whole one, by participant and trial.
+        # Functions that count the other gestures after a whole one, by participant and trial.
         self._others: dict[tuple[int, int], Callable[[], int]] = {}
         # A film's URL must not reveal its feeling.
         self._keys = {
